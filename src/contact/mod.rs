@@ -1,0 +1,1 @@
+//! Rolling contact in the time domain.

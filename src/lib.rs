@@ -1,0 +1,19 @@
+//! `tyrewave`: the sound of a tyre rolling on a rough road.
+//!
+//! The data's way is also the order of the modules; each knows only what lies before it:
+//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`pipeline`] -> [`cli`].
+//! [`numeric`] and [`meter`] know no physics and serve all of them.
+//!
+//! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a displacement
+//! u > 0 is inwards.
+
+pub mod cli;
+pub mod contact;
+pub mod meter;
+pub mod numeric;
+pub mod pipeline;
+pub mod response;
+pub mod results;
+pub mod road;
+pub mod scene;
+pub mod tyre;

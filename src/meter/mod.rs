@@ -1,0 +1,146 @@
+//! What a run costs: wall time and calls per stage, exact work counters.
+//!
+//! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of threads;
+//! times are neither.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+/// A stage of the pipeline, in the order of the data's way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Surface compliance summed to influence functions; convolution weights.
+    Influence,
+    /// Reading or making the road and resampling it.
+    Road,
+    /// Stiffness curves of the road slices.
+    Slices,
+    /// Static solution and axle height.
+    Axle,
+    /// History convolution.
+    History,
+    /// Active-set search, its factorisations included.
+    ActiveSet,
+    /// Writing arrays.
+    Output,
+    /// Spectra and plots.
+    Response,
+}
+
+impl Stage {
+    /// All stages in order.
+    pub const ALL: [Self; 8] =
+        [Self::Influence, Self::Road, Self::Slices, Self::Axle, Self::History, Self::ActiveSet, Self::Output, Self::Response];
+
+    /// The stage named as people read it in a table.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Influence => "sum influence functions",
+            Self::Road => "make or read the road",
+            Self::Slices => "build slice stiffness curves",
+            Self::Axle => "find the axle height",
+            Self::History => "convolve the force history",
+            Self::ActiveSet => "search the active set",
+            Self::Output => "write arrays",
+            Self::Response => "compute spectra and plots",
+        }
+    }
+}
+
+/// An exact work counter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Counter {
+    /// Evaluations of the layered compliance at one wavenumber and one s.
+    ComplianceEvaluations,
+    /// Multiply-adds of the history convolution.
+    HistoryMultiplyAdds,
+    /// Road slices made.
+    Slices,
+    /// Time steps.
+    Steps,
+    /// Active-set iterations (linear solves).
+    Solves,
+    /// Factorisations of an active-set matrix.
+    Factorisations,
+    /// Active sets whose factor was cached.
+    CacheHits,
+    /// Active sets whose factor was not cached.
+    CacheMisses,
+    /// Factors dropped from the cache.
+    CacheEvictions,
+    /// Steps in which the least-index fallback took over.
+    Fallbacks,
+    /// Steps in which an outermost candidate of the window carried force.
+    WindowEdgeContacts,
+    /// Bytes written to result arrays.
+    BytesWritten,
+}
+
+impl Counter {
+    /// All counters in order.
+    pub const ALL: [Self; 12] = [
+        Self::ComplianceEvaluations,
+        Self::HistoryMultiplyAdds,
+        Self::Slices,
+        Self::Steps,
+        Self::Solves,
+        Self::Factorisations,
+        Self::CacheHits,
+        Self::CacheMisses,
+        Self::CacheEvictions,
+        Self::Fallbacks,
+        Self::WindowEdgeContacts,
+        Self::BytesWritten,
+    ];
+}
+
+/// Calls and wall time of one stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageCost {
+    /// How often the stage was entered.
+    pub calls: u64,
+    /// Time spent in it.
+    pub wall: Duration,
+}
+
+/// Stage times and counters of one run. Fixed size: metering never allocates.
+#[derive(Clone, Debug, Default)]
+pub struct Meter {
+    costs: [StageCost; Stage::ALL.len()],
+    counts: [u64; Counter::ALL.len()],
+}
+
+impl Meter {
+    /// Runs `work` as (part of) a stage.
+    pub fn time<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
+        let begin = Instant::now();
+        let result = work();
+        self.add_time(stage, begin.elapsed());
+        result
+    }
+
+    /// Adds one call of a stage that was timed elsewhere.
+    pub fn add_time(&mut self, stage: Stage, wall: Duration) {
+        let cost = &mut self.costs[stage as usize];
+        cost.calls += 1;
+        cost.wall += wall;
+    }
+
+    /// Adds to a counter.
+    pub fn count(&mut self, counter: Counter, amount: u64) {
+        self.counts[counter as usize] += amount;
+    }
+
+    /// What a stage has cost so far.
+    pub fn cost(&self, stage: Stage) -> StageCost {
+        self.costs[stage as usize]
+    }
+
+    /// The value of a counter.
+    pub fn counted(&self, counter: Counter) -> u64 {
+        self.counts[counter as usize]
+    }
+}

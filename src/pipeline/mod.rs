@@ -1,0 +1,1 @@
+//! Plan and run: the only place that knows the whole order.

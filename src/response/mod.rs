@@ -1,0 +1,1 @@
+//! What is heard of the forces: third-octave levels and spectra.

@@ -1,0 +1,1 @@
+//! The tyre: a layered elastic plate under tension, its compliance and its influence functions.

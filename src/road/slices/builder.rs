@@ -7,7 +7,8 @@
 use rayon::prelude::*;
 
 use super::reduce::reduce;
-use super::{SliceError, StiffnessCurve, winkler};
+use super::{SliceError, StiffnessCurve, half_space, winkler};
+use crate::half_space::{GrowingContact, LineInfluence};
 
 /// How a slice deforms the tread across the width.
 #[derive(Clone, Debug)]
@@ -16,6 +17,8 @@ enum Law {
     Flat,
     /// Independent springs.
     Winkler,
+    /// Elastic half-space.
+    HalfSpace(LineInfluence),
 }
 
 /// Makes the stiffness curves of slices of one grid by one law.
@@ -30,6 +33,7 @@ pub struct SliceBuilder {
 #[derive(Clone, Debug, Default)]
 pub struct SliceScratch {
     depths: Vec<f64>,
+    contact: GrowingContact,
 }
 
 impl SliceBuilder {
@@ -47,6 +51,19 @@ impl SliceBuilder {
     /// [`SliceError::Empty`] for no columns.
     pub fn winkler(columns: usize) -> Result<Self, SliceError> {
         Self::new(Law::Winkler, columns)
+    }
+
+    /// An elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
+    ///
+    /// # Errors
+    /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size.
+    pub fn half_space(columns: usize, length: f64, pitch: f64) -> Result<Self, SliceError> {
+        for (what, value) in [("the length of a slice's cells", length), ("the width of a slice's cells", pitch)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(SliceError::Length { what, value });
+            }
+        }
+        Self::new(Law::HalfSpace(LineInfluence::love(columns, length, pitch)), columns)
     }
 
     fn new(law: Law, columns: usize) -> Result<Self, SliceError> {
@@ -90,6 +107,7 @@ impl SliceBuilder {
         let exact = match self.law {
             Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             Law::Winkler => winkler::curve(heights, &mut scratch.depths),
+            Law::HalfSpace(line) => half_space::curve(line, heights, &mut scratch.depths, &mut scratch.contact),
         };
         Ok(if self.tolerance > 0.0 { reduce(&exact, self.tolerance).curve } else { exact })
     }

@@ -3,6 +3,7 @@
 pub mod builder;
 pub mod curve;
 pub mod error;
+mod half_space;
 pub mod reduce;
 mod winkler;
 

@@ -109,7 +109,8 @@ impl ActiveSet {
             for (&point, &force) in self.points.iter().zip(&self.values) {
                 forces[point] = force;
             }
-            let (wrong, last) = self.broken(d, forces, tolerance).fold((0, 0), |(count, _), column| (count + 1, column));
+            let (wrong, last) =
+                self.broken(d, forces, tolerance).fold((0, 0), |(count, _), column| (count + 1, column));
             if wrong == 0 {
                 break;
             }
@@ -245,7 +246,8 @@ mod tests {
     fn nothing_touches_when_nothing_is_required() {
         let mut search = ActiveSet::new(decaying(8, 1.0), 8, 1e-12, 4);
         let mut forces = vec![1.0; 8];
-        let residuals = search.search(&[-1.0, 0.0, -0.5, f64::NEG_INFINITY, -2.0, -1.0, 0.0, -3.0], &mut forces).unwrap();
+        let residuals =
+            search.search(&[-1.0, 0.0, -0.5, f64::NEG_INFINITY, -2.0, -1.0, 0.0, -3.0], &mut forces).unwrap();
         assert_eq!(forces, vec![0.0; 8]);
         assert_eq!(residuals, Residuals::default());
         assert_eq!(search.counts().histogram[0], 1);
@@ -268,11 +270,13 @@ mod tests {
     #[test]
     fn ties_and_nearly_identical_neighbours_end_without_cycling() {
         // Hard case: a nearly singular G0 (smooth kernel on a fine grid) with exactly equal and nearly equal requirements.
-        let influence: Vec<f64> = (0..40).map(|j| 1.0 / (1.0 + (j as f64 / 12.0).powi(2)) + if j == 0 { 1e-9 } else { 0.0 }).collect();
+        let influence: Vec<f64> =
+            (0..40).map(|j| 1.0 / (1.0 + (j as f64 / 12.0).powi(2)) + if j == 0 { 1e-9 } else { 0.0 }).collect();
         let mut search = ActiveSet::new(influence, 40, 1e-12, 16);
         let mut forces = vec![0.0; 40];
         for round in 0..50 {
-            let d: Vec<f64> = (0..40).map(|i| if (i + round) % 7 < 3 { 1.0 } else { 1.0 - 1e-14 * (i % 3) as f64 }).collect();
+            let d: Vec<f64> =
+                (0..40).map(|i| if (i + round) % 7 < 3 { 1.0 } else { 1.0 - 1e-14 * (i % 3) as f64 }).collect();
             let residuals = search.search(&d, &mut forces).unwrap();
             assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-9 && residuals.complementarity < 1e-6);
         }

@@ -34,7 +34,8 @@ impl StaticTyre<'_> {
     pub fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
         let elements = self.influence.len();
         let reach = Geometry::half_chord(self.circumference / (2.0 * std::f64::consts::PI), indentation);
-        let geometry = Geometry::new(self.circumference, elements, 1, 0.0, reach + 2.0 * self.circumference / elements as f64);
+        let geometry =
+            Geometry::new(self.circumference, elements, 1, 0.0, reach + 2.0 * self.circumference / elements as f64);
         let columns = geometry.columns;
         let mut search = ActiveSet::new(self.influence[..columns].to_vec(), columns, 1e-13, 64);
         let first = geometry.first_element(0);
@@ -96,7 +97,11 @@ pub fn matching_spring(carcass: &[f64], circumference: f64, wanted: StaticContac
     let (mut stiff, mut soft) = (carcass[0] * 1e-6, carcass[0] * 1e6);
     for _ in 0..100 {
         let middle = (stiff * soft).sqrt();
-        if force(middle)? > wanted.force { stiff = middle } else { soft = middle }
+        if force(middle)? > wanted.force {
+            stiff = middle
+        } else {
+            soft = middle
+        }
         if soft / stiff < 1.0 + 1e-12 {
             break;
         }

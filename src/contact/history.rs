@@ -142,7 +142,8 @@ impl WithSimd for LagSum<'_> {
             while j + 4 <= end {
                 let factors = [0, 1, 2, 3].map(|i| simd.splat_f64s(forces[j + i]));
                 let rows = [window(j), window(j + 1), window(j + 2), window(j + 3)];
-                for ((((total, &a), &b), &c), &d) in total.iter_mut().zip(rows[0]).zip(rows[1]).zip(rows[2]).zip(rows[3])
+                for ((((total, &a), &b), &c), &d) in
+                    total.iter_mut().zip(rows[0]).zip(rows[1]).zip(rows[2]).zip(rows[3])
                 {
                     let first = simd.mul_add_e_f64s(factors[0], a, *total);
                     let second = simd.mul_add_e_f64s(factors[1], b, first);

@@ -45,12 +45,8 @@ pub struct HyperbolicPair<T> {
 pub fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
     let one = T::real(1.0);
     let (mut power_a, mut power_b, mut homogeneous) = (one, one, one);
-    let mut pair = HyperbolicPair {
-        cosh: one,
-        sinhc: one,
-        cosh_difference: T::real(EVEN[1]),
-        sinhc_difference: T::real(ODD[1]),
-    };
+    let mut pair =
+        HyperbolicPair { cosh: one, sinhc: one, cosh_difference: T::real(EVEN[1]), sinhc_difference: T::real(ODD[1]) };
     for j in 1..=TERMS {
         power_a = power_a * a;
         pair.cosh = pair.cosh + power_a * EVEN[j];

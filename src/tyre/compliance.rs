@@ -44,7 +44,12 @@ pub struct NormalCompliance {
 impl Stack {
     /// The stack of a tyre.
     pub fn new(tyre: &Tyre) -> Self {
-        Self { layers: tyre.layers.clone(), foundation: tyre.foundation.clone() }
+        Self::of(tyre.layers.clone(), tyre.foundation.clone())
+    }
+
+    /// A stack of given layers, from the rim outwards, on a foundation.
+    pub fn of(layers: Vec<Layer>, foundation: Foundation) -> Self {
+        Self { layers, foundation }
     }
 
     /// The layers, from the rim outwards.
@@ -147,17 +152,17 @@ impl StackAt {
     pub fn full(&self, kx: f64, ky: f64) -> (Matrix3, Matrix3) {
         let [tangential, normal] = self.foundation;
         let one = Complex64::new(1.0, 0.0);
-        let (p_sv_surface, p_sv_bottom) =
-            match Self::climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky) {
-                Some((top, transfer)) => {
-                    let surface = top.displacement.over(top.traction);
-                    (surface, transfer * surface)
-                }
-                None => {
-                    let compliance = Matrix2::diagonal(tangential.inv(), normal.inv());
-                    (compliance, compliance)
-                }
-            };
+        let (p_sv_surface, p_sv_bottom) = match Self::climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky)
+        {
+            Some((top, transfer)) => {
+                let surface = top.displacement.over(top.traction);
+                (surface, transfer * surface)
+            }
+            None => {
+                let compliance = Matrix2::diagonal(tangential.inv(), normal.inv());
+                (compliance, compliance)
+            }
+        };
         let (mut under, mut transfer, mut surface) = (tangential, one, tangential.inv());
         for layer in &self.layers {
             let exponents = layer.exponents(kx, ky);
@@ -184,34 +189,4 @@ fn turn(p_sv: Matrix2<Complex64>, sh: Complex64, [cos, sin]: [f64; 2]) -> Matrix
         [cross, rr * (sin * sin) + sh * (cos * cos), rz * sin],
         [zr * cos, zr * sin, zz],
     ]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    #[test]
-    fn probe() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/reference/compliance.json");
-        let text = std::fs::read_to_string(path).unwrap();
-        let d: serde_json::Value = serde_json::from_str(&text).unwrap();
-        for case in d["cases"].as_array().unwrap() {
-            let tyre = d["tyres"].as_array().unwrap().iter().find(|t| t["name"] == case["tyre"]).unwrap();
-            let layers = tyre["layers"].as_array().unwrap().iter().map(|l| {
-                Layer { name: String::new(), thickness: l["thickness"].as_f64().unwrap(),
-                    tension: [l["tension_x"].as_f64().unwrap_or(0.0), l["tension_y"].as_f64().unwrap_or(0.0)],
-                    material: serde_json::from_value(l["material"].clone()).unwrap() }
-            }).collect();
-            let stack = Stack { layers, foundation: serde_json::from_value(tyre["foundation"].clone()).unwrap() };
-            let s = Complex64::new(case["s"][0].as_f64().unwrap(), case["s"][1].as_f64().unwrap());
-            let (kx, ky) = (case["kx"].as_f64().unwrap(), case["ky"].as_f64().unwrap());
-            let (c, dd) = stack.at(s).full(kx, ky);
-            let cmp = |name: &str, m: Matrix3| {
-                let r = |i: usize, j: usize| Complex64::new(case[name][i][j][0].as_f64().unwrap(), case[name][i][j][1].as_f64().unwrap());
-                let (mut e, mut n) = (0.0f64, 0.0f64);
-                for i in 0..3 { for j in 0..3 { e += (m[i][j]-r(i,j)).norm_sqr(); n += r(i,j).norm_sqr(); } }
-                ((e/n).sqrt(), (m[2][2]-r(2,2)).norm()/r(2,2).norm(), r(2,2).norm())
-            };
-            println!("{} {kx} {ky} {s} C {:.1e} {:.1e} {:.1e} D {:.1e} {:.1e} {:.1e}", case["tyre"].as_str().unwrap(), cmp("C", c).0, cmp("C", c).1,cmp("C", c).2,cmp("D", dd).0,cmp("D", dd).1,cmp("D", dd).2);
-        }
-    }
 }

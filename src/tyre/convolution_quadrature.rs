@@ -87,8 +87,7 @@ impl Weights {
         let at_rest = sum.at(Complex64::ZERO);
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.length);
         let rows = sum.projection().elements / 2 + 1;
-        let scale: Vec<f64> =
-            (0..lags).map(|p| contour.radius.powi(-(p as i32)) / contour.length as f64).collect();
+        let scale: Vec<f64> = (0..lags).map(|p| contour.radius.powi(-(p as i32)) / contour.length as f64).collect();
         let mut values = vec![0.0; rows * lags];
         let costs: Vec<(f64, u64, f64)> = values
             .par_chunks_mut(lags)

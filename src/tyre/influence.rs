@@ -159,13 +159,7 @@ impl InfluenceSum {
     }
 
     /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail` then becomes `Bounded`.
-    pub fn with(
-        tyre: &Tyre,
-        projection: Projection,
-        truncation: Truncation,
-        tolerance: f64,
-        largest_s: f64,
-    ) -> Self {
+    pub fn with(tyre: &Tyre, projection: Projection, truncation: Truncation, tolerance: f64, largest_s: f64) -> Self {
         let stack = Stack::new(tyre);
         let tread = stack.layers().last().filter(|tread| tread.tension == [0.0; 2]).cloned();
         let (truncation, asymptote) = match (truncation, tread) {

@@ -4,11 +4,12 @@
 //! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
 //! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
 
+pub mod cases;
 pub mod compliance;
 pub mod convolution_quadrature;
 pub mod influence;
 pub mod layer;
 pub mod material;
+pub mod mobility;
 pub mod moments;
 pub mod surface_asymptote;
-pub mod probe;

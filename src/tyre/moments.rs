@@ -87,7 +87,7 @@ impl Moments {
 }
 
 /// Adds weight k^-(2j+1).
-fn add(moments: &mut [f64; TERMS], weight: f64, k_squared: f64) {
+pub(super) fn add(moments: &mut [f64; TERMS], weight: f64, k_squared: f64) {
     let inverse = 1.0 / k_squared;
     let mut term = weight * inverse.sqrt();
     for moment in moments {

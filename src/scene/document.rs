@@ -83,9 +83,10 @@ impl Document {
     }
 
     /// The key whose definition a byte of `source` belongs to: the last one that begins at or before it, in its line.
-    pub(super) fn key_at(&self, source: &Source, byte: usize) -> Option<&str> {
+    pub(super) fn key_at(&self, source: &Arc<Source>, byte: usize) -> Option<&str> {
         let line = source.position(byte).0;
-        let keys = self.places.iter().filter(|(_, place)| *place.source == *source && place.key.start <= byte);
+        let keys =
+            self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source) && place.key.start <= byte);
         let (path, _) = keys
             .filter(|(_, place)| source.position(place.key.start).0 == line)
             .max_by_key(|(path, place)| (place.key.start, path.len()))?;
@@ -93,11 +94,12 @@ impl Document {
     }
 
     /// The table whose `[header]` is the last one before a byte of `source`; "" before the first header.
-    pub(super) fn table_at(&self, source: &Source, byte: usize) -> &str {
+    pub(super) fn table_at(&self, source: &Arc<Source>, byte: usize) -> &str {
         // A header's brackets lie around its key; those of an array come after it.
         let is_header =
             |place: &Place| place.value.start <= place.key.start && source.text[place.value.start..].starts_with('[');
-        let headers = self.places.iter().filter(|(_, place)| *place.source == *source && place.value.start <= byte);
+        let headers =
+            self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source) && place.value.start <= byte);
         let last =
             headers.filter(|(_, place)| is_header(place)).max_by_key(|(path, place)| (place.value.start, path.len()));
         last.map_or("", |(path, _)| path)
@@ -136,7 +138,7 @@ impl<'a> Complaints<'a> {
     /// All complaints in the order of the text, those in the scene's own file first.
     pub(super) fn finish(self) -> Vec<Diagnostic> {
         let mut found = self.found.into_inner();
-        found.sort_by_key(|diagnostic| (*diagnostic.source != *self.document.root, diagnostic.span.start));
+        found.sort_by_key(|diagnostic| (!Arc::ptr_eq(&diagnostic.source, &self.document.root), diagnostic.span.start));
         found
     }
 }

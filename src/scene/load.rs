@@ -18,6 +18,9 @@ use super::document::{Complaints, Document, join};
 use super::table::Table;
 use super::{Diagnostic, Problem, Scene, SceneError, read};
 
+/// Syntax errors looked at; more of them help nobody.
+const MOST_SYNTAX_ERRORS: usize = 16;
+
 /// A checked scene and where it comes from.
 #[derive(Clone, Debug)]
 pub struct LoadedScene {
@@ -187,14 +190,16 @@ fn tyre_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
 
 /// Parses TOML.
 fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
-    let (table, errors) = DeTable::parse_recoverable(&source.text);
+    let (table, mut errors) = DeTable::parse_recoverable(&source.text);
     if errors.is_empty() {
         return Ok(table);
     }
     let document = Document::new(source, table.get_ref());
+    // A file that is something else altogether, such as a table of numbers, has an error in each line.
+    errors.sort_by_key(|error| error.span().map(|span| span.start));
+    errors.truncate(MOST_SYNTAX_ERRORS);
     let mut diagnostics: Vec<_> = errors.iter().map(|error| syntax(source, &document, error)).collect();
     // After the first error of a line the parser is often out of step: the rest of the line would be noise.
-    diagnostics.sort_by_key(|diagnostic| diagnostic.span.start);
     diagnostics.dedup_by_key(|diagnostic| diagnostic.line());
     Err(SceneError::Invalid { diagnostics })
 }

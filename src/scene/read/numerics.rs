@@ -26,6 +26,9 @@ impl Kind for Elements {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<usize> {
+        if value.get().as_integer().is_none() {
+            return value.wrong_type(self);
+        }
         let elements = Count(FEWEST_ELEMENTS).read(value)?;
         // Wavenumbers run from -N/2 to N/2 - 1.
         if elements.is_multiple_of(2) {

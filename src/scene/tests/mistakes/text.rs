@@ -122,6 +122,13 @@ fn syntax_errors() {
 }
 
 #[test]
+fn a_long_file_that_is_no_scene_is_refused_shortly() {
+    let found = complaints(&"0.125;-0.25\n".repeat(200_000));
+    assert!((1..=16).contains(&found.len()), "{}", found.len());
+    assert_eq!(found[0].line, 1);
+}
+
+#[test]
 fn independent_mistakes_are_reported_together_in_the_order_of_the_file() {
     let text = BASE
         .replace("width = 0.2\n", "width = -0.2\n")

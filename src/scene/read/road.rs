@@ -10,7 +10,7 @@ use super::super::{ProfileRoad, Road};
 const LENGTH: Bounds = Bounds::positive("m");
 const COORDINATE: Bounds = Bounds::any("m");
 /// 120 dB re 1e-6 m are one metre: nothing that a tyre rolls on, and far from overflow.
-const LEVEL: Bounds = Bounds::between(-200.0, 120.0, "dB re 1e-6 m");
+const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
 const EXPONENT: Bounds = Bounds::between(0.0, 10.0, "");
 /// Ratio of a third-octave band's mid-wavelength to its lower edge.
 const HALF_BAND: f64 = 1.122_018_454_301_963_3;

@@ -3,7 +3,7 @@
 //! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever stands there
 //!    already may be replaced: an empty folder, or an earlier results folder to which nobody has added anything.
 //! 2. Files are written there.
-//! 3. [`ResultsFolder::finish`] writes the summary, brings everything to the disk, moves an older folder aside, gives the new one its
+//! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), moves an older folder aside, gives the new one its
 //!    name and deletes the older one. If the last rename fails the older one gets its name back.
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`.
 //! 5. Dropped without either (an error, a panic), the folder is deleted, and parents that were made for it, too.
@@ -89,10 +89,7 @@ impl ResultsFolder {
         summary.files = files;
         let summary_path = self.path(SUMMARY_FILE);
         write_file(&summary_path, summary.to_json(&summary_path)?.as_bytes())?;
-        for name in &summary.files {
-            let path = self.path(name);
-            File::open(&path).and_then(|file| file.sync_all()).map_err(ResultsError::writing(&path))?;
-        }
+        // Every writer has brought its own file to the disk; their names are left.
         sync_folder(&self.working).map_err(ResultsError::writing(&self.working))?;
 
         // The place may have changed hands during the run.
@@ -317,7 +314,7 @@ mod tests {
     fn an_interrupted_run_is_named_as_such() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
-        for rows in [3, 2] {
+        for rows in [3_u32, 2] {
             let folder = ResultsFolder::create(&target).unwrap();
             let mut time = NpyWriter::<f64>::create(&folder.path("time.npy"), Row::Scalar).unwrap();
             for row in 0..rows {
@@ -330,7 +327,7 @@ mod tests {
             let summary = fs::read_to_string(kept.join("summary.json")).unwrap();
             assert!(summary.contains("\"complete\": false"), "{summary}");
             let npy = npyz::NpyFile::new(File::open(kept.join("time.npy")).unwrap()).unwrap();
-            assert_eq!(npy.shape(), [u64::from(rows.unsigned_abs())]);
+            assert_eq!(npy.shape(), [u64::from(rows)]);
         }
     }
 

@@ -85,7 +85,9 @@ mod tests {
     #[test]
     fn edges_and_middles_are_those_of_the_standard() {
         // IEC 61260-1 annex E, table E.1: exact base-ten mid-frequencies.
-        for (n, exact) in [(-16, 25.119), (-15, 31.623), (-10, 100.0), (-3, 501.19), (0, 1000.0), (1, 1258.9), (13, 19953.0)] {
+        for (n, exact) in
+            [(-16, 25.119), (-15, 31.623), (-10, 100.0), (-3, 501.19), (0, 1000.0), (1, 1258.9), (13, 19953.0)]
+        {
             let mid = ThirdOctaveBand(n).mid_frequency();
             assert!((mid / exact - 1.0).abs() < 5e-5, "band {n}: {mid}");
         }

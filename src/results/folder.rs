@@ -268,7 +268,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         fs::create_dir(&target).unwrap();
-        for name in ["one", "two"] {
+        for name in ["first", "second"] {
             let folder = ResultsFolder::create(&target).unwrap();
             folder.write_text(name, "").unwrap();
             folder.finish(example()).unwrap();
@@ -282,7 +282,9 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("thesis");
         fs::create_dir(&target).unwrap();
-        for summary in [None, Some("{}"), Some("not json"), Some(r#"{"format": "something else", "files": ["chapter.tex"]}"#)] {
+        for summary in
+            [None, Some("{}"), Some("not json"), Some(r#"{"format": "something else", "files": ["chapter.tex"]}"#)]
+        {
             fs::write(target.join("chapter.tex"), "ten years of work").unwrap();
             if let Some(text) = summary {
                 fs::write(target.join("summary.json"), text).unwrap();
@@ -375,7 +377,10 @@ mod tests {
         let left = names(&disk);
         assert!(Command::new("umount").arg(&disk).status().unwrap().success());
         let error = outcome.unwrap_err();
-        assert!(matches!(&error, ResultsError::Write { source, .. } if source.kind() == ErrorKind::StorageFull), "{error}");
+        assert!(
+            matches!(&error, ResultsError::Write { source, .. } if source.kind() == ErrorKind::StorageFull),
+            "{error}"
+        );
         assert!(error.to_string().contains("patch_force.npy"), "{error}");
         assert!(left.is_empty(), "{left:?}");
     }

@@ -207,8 +207,8 @@ mod tests {
     #[test]
     fn the_longest_shape_fits_the_header() {
         let bytes = header("<f8", Row::Columns(usize::MAX), u64::MAX);
-        let npy = npyz::NpyHeader::from_reader(&bytes[..]).unwrap();
-        assert_eq!(npy.shape(), [u64::MAX, usize::MAX as u64]);
+        let text = String::from_utf8_lossy(&bytes[10..]);
+        assert!(text.trim_end().ends_with("'shape': (18446744073709551615, 18446744073709551615), }"), "{text}");
         assert_eq!(bytes[HEADER_BYTES - 1], b'\n');
     }
 
@@ -255,7 +255,9 @@ mod tests {
         }
         let mut writer = NpyWriter::<f64>::create(full, Row::Scalar).unwrap();
         let error = (0..BUFFER_BYTES).find_map(|_| writer.push(&[0.0]).err()).unwrap();
-        assert!(matches!(&error, ResultsError::Write { source, .. } if source.kind() == std::io::ErrorKind::StorageFull));
+        assert!(
+            matches!(&error, ResultsError::Write { source, .. } if source.kind() == std::io::ErrorKind::StorageFull)
+        );
         assert!(error.to_string().contains("/dev/full"), "{error}");
     }
 }

@@ -205,7 +205,11 @@ pub(super) mod tests {
         meter.add_time(Stage::History, Duration::from_millis(40));
         meter.add_time(Stage::History, Duration::from_millis(2));
         meter.count(Counter::Steps, 1234);
-        Summary::begun("A \"title\"", json!({"tyre": {"width": 0.2}, "rolling": {"speed_kmh": 80.0}}), Cost::new(&meter, 1.5, 2))
+        Summary::begun(
+            "A \"title\"",
+            json!({"tyre": {"width": 0.2}, "rolling": {"speed_kmh": 80.0}}),
+            Cost::new(&meter, 1.5, 2),
+        )
     }
 
     #[test]
@@ -217,8 +221,10 @@ pub(super) mod tests {
         summary.contact.solves_per_step = [(1, 900), (2, 300), (11, 34)].into();
         let text = summary.to_json(Path::new("summary.json")).unwrap();
         assert_eq!(text, summary.clone().to_json(Path::new("x")).unwrap());
-        let keys: Vec<&str> = text.lines().filter(|l| l.starts_with("  \"")).filter_map(|l| l.split('"').nth(1)).collect();
-        let expected = "format format_version version complete title scene_sha256 outcome contact warnings cost settings files";
+        let keys: Vec<&str> =
+            text.lines().filter(|l| l.starts_with("  \"")).filter_map(|l| l.split('"').nth(1)).collect();
+        let expected =
+            "format format_version version complete title scene_sha256 outcome contact warnings cost settings files";
         assert_eq!(keys.join(" "), expected);
         let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value["complete"], json!(false));
@@ -227,7 +233,10 @@ pub(super) mod tests {
         assert_eq!(value["cost"]["counters"]["steps"], json!(1234));
         assert_eq!(value["contact"]["solves_per_step"]["11"], json!(34));
         assert_eq!(value["outcome"]["mean_contact_length"], Value::Null);
-        assert!(text.find("\"influence\"") < text.find("\"history\""), "stages in the data's order, not the alphabet's");
+        assert!(
+            text.find("\"influence\"") < text.find("\"history\""),
+            "stages in the data's order, not the alphabet's"
+        );
         assert!(text.ends_with("}\n"));
     }
 

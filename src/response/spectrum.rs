@@ -331,7 +331,7 @@ mod tests {
                 let levels = PowerSpectrum::of(&signal, 1.0 / rate, segment).unwrap().third_octaves(50.0, 1.0);
                 for level in levels {
                     if level.band == band {
-                        assert!((level.level - decibel(2.0)).abs() < 0.02, "{}: {}", band.label(), level.level);
+                        assert!((level.level - decibel(2.0)).abs() < 0.05, "{}: {}", band.label(), level.level);
                     } else {
                         let leak = level.level - decibel(2.0);
                         assert!(leak < bound, "{} leaks {leak} dB into {}", band.label(), level.band.label());

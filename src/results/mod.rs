@@ -6,9 +6,13 @@
 pub mod error;
 pub mod folder;
 pub mod npy;
+pub mod plots;
+pub mod profile_table;
+pub mod spectra;
 pub mod summary;
 
 pub use error::ResultsError;
 pub use folder::ResultsFolder;
 pub use npy::{NpyWriter, Row};
+pub use plots::PlotError;
 pub use summary::Summary;

@@ -19,7 +19,7 @@ enum Scale {
 }
 
 /// About how many labelled ticks an axis gets.
-const TICKS: f64 = 7.0;
+const TICKS: f64 = 8.0;
 
 impl Axis {
     /// A linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes 0 to 1.
@@ -29,7 +29,8 @@ impl Axis {
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let decimals =
             if (step * 10.0_f64.powi(decimals as i32)).fract().abs() > 0.01 { decimals + 1 } else { decimals };
-        let ticks = multiples(&range, step).map(|value| (value, format!("{:.decimals$}", value + 0.0))).collect();
+        let ticks =
+            multiples(&range, step).map(|value| (value, with_minus(format!("{:.decimals$}", value + 0.0)))).collect();
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
@@ -145,8 +146,13 @@ fn power_label(value: f64) -> String {
         let text = format!("{value:.2}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
-        format!("{value:.0e}")
+        with_minus(format!("{value:.0e}"))
     }
+}
+
+/// A hyphen is no minus sign.
+fn with_minus(text: String) -> String {
+    text.replace('-', "\u{2212}")
 }
 
 #[cfg(test)]
@@ -162,10 +168,10 @@ mod tests {
     #[test]
     fn ticks_are_round() {
         assert_eq!(labels(&Axis::linear("", 0.0..3.0)), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5", "3.0"]);
-        assert_eq!(labels(&Axis::linear("", -60.0..-10.0)), ["-60", "-50", "-40", "-30", "-20", "-10"]);
+        assert_eq!(labels(&Axis::linear("", -60.0..-10.0)), ["−60", "−50", "−40", "−30", "−20", "−10"]);
         assert_eq!(
-            labels(&Axis::linear("", -0.1..0.1)),
-            ["-0.100", "-0.050", "0.000", "0.050", "0.100"].map(|l| &l[..l.len() - 1])
+            labels(&Axis::linear("", -0.2..0.2)),
+            ["−0.20", "−0.15", "−0.10", "−0.05", "0.00", "0.05", "0.10", "0.15", "0.20"]
         );
         assert_eq!(
             labels(&Axis::linear("", 0.0..0.17)),
@@ -175,7 +181,7 @@ mod tests {
             labels(&Axis::logarithmic("", 20.0..5000.0)),
             ["20", "50", "100", "200", "500", "1000", "2000", "5000"]
         );
-        assert_eq!(labels(&Axis::logarithmic("", 1e-9..1e-2)).first(), Some(&"1e-9"));
+        assert_eq!(labels(&Axis::logarithmic("", 1e-9..1e-2)).first(), Some(&"1e−9"));
     }
 
     #[test]

@@ -204,8 +204,9 @@ impl Sheet<'_> {
     /// Colour bar in `frame` with its ticks and title on the right.
     pub(super) fn colour_bar(&mut self, frame: &Frame, axis: &Axis, colour: impl Fn(f64) -> RGBColor, levels: usize) {
         for level in 0..levels {
-            let (from, to) = (level as f64 / levels as f64, (level + 1) as f64 / levels as f64);
-            self.fill(frame.x.clone(), frame.up(to)..frame.up(from), colour((from + to) / 2.0));
+            let part = |count: f64| count / levels as f64;
+            // Up to the top: the next level paints over it, and no seam shows between the two.
+            self.fill(frame.x.clone(), frame.y.start..frame.up(part(level as f64)), colour(part(level as f64 + 0.5)));
         }
         self.ticks_beside(frame, axis, frame.x.end, 1);
         self.sized_text(axis.title(), (frame.x.end + 62 * FINE, frame.up(0.5)), Anchor::Upwards, TEXT);

@@ -30,7 +30,7 @@ pub struct MobilityArguments {
     /// Number of frequencies, evenly spaced on a logarithmic axis.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub points: u32,
-    /// Folder for mobility.csv and mobility.svg; default: results/<name of the scene>-mobility.
+    /// Folder for mobility.csv and mobility.svg; default: results/NAME-mobility, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 }

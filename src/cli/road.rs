@@ -18,7 +18,7 @@ Examples:
 pub struct RoadArguments {
     /// The scene; its road, contact width and speed count.
     pub scene: PathBuf,
-    /// Folder for the picture; default: results/<name of the scene>-road.
+    /// Folder for the picture; default: results/NAME-road, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 }

@@ -22,7 +22,7 @@ Examples:
 pub struct RunArguments {
     /// The scene, a TOML file.
     pub scene: PathBuf,
-    /// Results folder; default: results/<name of the scene>.
+    /// Results folder; default: results/NAME, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Print stage times and work counters at the end.

@@ -1,1 +1,4 @@
 //! Numerical building blocks that know no physics.
+
+pub mod nnls;
+pub mod windowed_sinc;

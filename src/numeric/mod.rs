@@ -6,3 +6,5 @@ pub mod scaled_series;
 
 pub use complex_field::ComplexField;
 pub use matrix2::Matrix2;
+pub mod nnls;
+pub mod windowed_sinc;

@@ -9,6 +9,7 @@
 
 pub mod cli;
 pub mod contact;
+pub mod half_space;
 pub mod meter;
 pub mod numeric;
 pub mod pipeline;

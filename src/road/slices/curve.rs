@@ -21,12 +21,57 @@ impl StiffnessCurve {
         Self { peak, penetration: Box::new([]), displacement: Box::new([]), final_slope: 1.0 }
     }
 
+    /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws come.
+    ///
+    /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; equal y_k become one breakpoint and those at
+    /// y_k = 0 only set the initial slope. The slope past the last one is set to 1 exactly: the weights' sum differs
+    /// from it by rounding only.
+    pub fn from_events(peak: f64, events: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let mut last = 0.0;
+        let breakpoints = events
+            .clone()
+            .filter(|&(y, _)| {
+                let new = y > last;
+                last = y;
+                new
+            })
+            .count();
+        let mut penetration = Vec::with_capacity(breakpoints);
+        let mut displacement = Vec::with_capacity(breakpoints);
+        let (mut y, mut s, mut slope) = (0.0, 0.0, 0.0);
+        for (event, weight) in events {
+            if event > y {
+                s += slope * (event - y);
+                y = event;
+                penetration.push(y);
+                displacement.push(s);
+            }
+            slope += weight;
+        }
+        Self { peak, penetration: penetration.into(), displacement: displacement.into(), final_slope: 1.0 }
+    }
+
     /// S(y); for y <= 0 the gap y itself (no contact).
     pub fn displacement_at(&self, y: f64) -> f64 {
         if y <= 0.0 {
             return y;
         }
-        let above = self.penetration.partition_point(|&breakpoint| breakpoint <= y);
+        let (s0, y0, slope) = self.segment(self.segment_index(y));
+        s0 + slope * (y - y0)
+    }
+
+    /// The normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y < 0.
+    pub fn stiffness_at(&self, y: f64) -> f64 {
+        if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }
+    }
+
+    /// Number of the linear piece that holds `y`: the number of breakpoints at or below it.
+    fn segment_index(&self, y: f64) -> usize {
+        self.penetration.partition_point(|&breakpoint| breakpoint <= y)
+    }
+
+    /// Start value, start and slope of the piece before breakpoint `above`.
+    fn segment(&self, above: usize) -> (f64, f64, f64) {
         let (y0, s0) = match above {
             0 => (0.0, 0.0),
             k => (self.penetration[k - 1], self.displacement[k - 1]),
@@ -35,6 +80,31 @@ impl StiffnessCurve {
             (Some(&y1), Some(&s1)) => (s1 - s0) / (y1 - y0),
             _ => self.final_slope,
         };
-        s0 + slope * (y - y0)
+        (s0, y0, slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_add_up_to_the_curve_they_describe() {
+        let events = [(0.0, 0.25), (0.0, 0.25), (1e-3, 0.25), (3e-3, 0.125), (3e-3, 0.125)];
+        let curve = StiffnessCurve::from_events(0.01, events.into_iter());
+        assert_eq!(curve.penetration.len(), 2, "ties share a breakpoint and those at 0 need none");
+        for y in [0.0, 1e-4, 1e-3, 2e-3, 3e-3, 0.1] {
+            let direct: f64 = events.iter().map(|&(event, weight)| weight * (y - event).max(0.0)).sum();
+            assert!((curve.displacement_at(y) - direct).abs() <= 1e-16, "S({y})");
+        }
+        assert!((curve.stiffness_at(5e-4) - 0.5).abs() < 1e-14);
+        assert!((curve.stiffness_at(1e-3) - 0.75).abs() < 1e-12, "right-hand slope at a breakpoint");
+        assert!((curve.displacement_at(-2e-3) + 2e-3).abs() <= 0.0);
+    }
+
+    #[test]
+    fn a_flat_slice_follows_the_penetration() {
+        let curve = StiffnessCurve::from_events(0.0, std::iter::repeat_n((0.0, 0.125), 8));
+        assert_eq!(curve, StiffnessCurve::flat(0.0));
     }
 }

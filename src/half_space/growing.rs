@@ -1,0 +1,344 @@
+//! A rigid profile pushed into a row of cells: the whole load curve by one growing Cholesky factor.
+//!
+//! Cells in contact carry G_AA p = y 1 - d_A (penetration y, depth d_i of cell i below the highest point). While the
+//! contact set A only grows ([`LineInfluence::only_grows`]) the curve is followed from one new cell to the next. The
+//! order in which cells touch is taken as the pivot order of a Cholesky factorisation G = L L^T; of the triangular
+//! solves only the forward ones are needed, and these come with the factor:
+//!
+//! 1. For cells not in contact keep a_i = 1 - G_iA G_AA^-1 1 and b_i = d_i - G_iA G_AA^-1 d_A: the gap is b_i - y a_i,
+//!    so cell i touches at y_i = b_i/a_i. At first a = 1, b = d.
+//! 2. The next cell k is the one of least y_k. Its column of the Schur complement, s_i = G_ik - sum_j L_ij L_kj over the
+//!    cells in contact, for the cells not yet in contact, is one left-looking Cholesky column.
+//! 3. a_i -= s_i a_k/s_k and b_i -= s_i b_k/s_k; the force grows by w_k max(0, y - y_k) with w_k = a_k^2/s_k.
+//!
+//! So F(y) = sum_k w_k max(0, y - y_k) exactly, w_k > 0, sum w_k = 1^T G^-1 1. Step 2 costs n^3/6 multiply-adds for
+//! the whole curve, one factorisation; the rest is O(n^2). The lower triangle is packed by columns and rows change place
+//! with their pivots, so that the inner loop runs over contiguous cells with sums kept in registers.
+
+use pulp::Arch;
+
+use super::LineInfluence;
+
+/// Cells whose sums are kept in registers together, and the narrower step for what is left over.
+const WIDE: usize = 32;
+const NARROW: usize = 8;
+
+/// The curve of one profile after [`Self::follow`], and the work arrays of the next; sized on first use.
+#[derive(Clone, Debug)]
+pub struct GrowingContact {
+    arch: Arch,
+    /// Column j of L: rows j.. in pivot order, from `offset(j)`; slack at the end so that wide reads may pass it.
+    factor: Vec<f64>,
+    /// Cells in pivot order.
+    cells: Vec<usize>,
+    a: Vec<f64>,
+    b: Vec<f64>,
+    /// Row of the pivot in L.
+    pivot: Vec<f64>,
+    column: Vec<f64>,
+    /// Forward solutions L^-1 1 and L^-1 d.
+    forward: Vec<(f64, f64)>,
+    events: Vec<(f64, f64)>,
+    multiply_adds: u64,
+}
+
+impl Default for GrowingContact {
+    fn default() -> Self {
+        Self {
+            arch: Arch::new(),
+            factor: Vec::new(),
+            cells: Vec::new(),
+            a: Vec::new(),
+            b: Vec::new(),
+            pivot: Vec::new(),
+            column: Vec::new(),
+            forward: Vec::new(),
+            events: Vec::new(),
+            multiply_adds: 0,
+        }
+    }
+}
+
+impl GrowingContact {
+    /// Follows a profile up to the penetration `limit` (infinity: until every cell is in contact).
+    ///
+    /// `depths`: depth >= 0 of each cell below the highest \[m\], one per cell of `line`; finite. Meaningful where
+    /// [`LineInfluence::only_grows`] holds.
+    pub fn follow(&mut self, line: &LineInfluence, depths: &[f64], limit: f64) {
+        debug_assert_eq!(depths.len(), line.cells());
+        let n = depths.len();
+        self.prepare(n, depths);
+        let mut last = 0.0;
+        for k in 0..n {
+            let Some((next, y)) = self.next_touch(k) else { break };
+            // Ties may come out of order by rounding.
+            let y = f64::max(y, last);
+            if y > limit {
+                break;
+            }
+            last = y;
+            self.exchange(n, k, next);
+            self.schur_column(line.row(), n, k);
+            let s = self.column[0];
+            let (a, b) = (self.a[k], self.b[k]);
+            self.events.push((y, a * a / s));
+            let root = s.sqrt();
+            self.forward.push((a / root, b / root));
+            let start = offset(n, k);
+            let (ratio_a, ratio_b, scale) = (a / s, b / s, 1.0 / root);
+            let (factor, column) = (&mut self.factor[start..start + n - k], &self.column[..n - k]);
+            for (((factor, &s), a), b) in factor.iter_mut().zip(column).zip(&mut self.a[k..]).zip(&mut self.b[k..]) {
+                *factor = s * scale;
+                *a -= ratio_a * s;
+                *b -= ratio_b * s;
+            }
+        }
+    }
+
+    /// (y_k, w_k) of each cell in the order of touching: penetration \[m\] and stiffness gained \[1/m\], force in
+    /// units of E* times the cell's area.
+    pub fn events(&self) -> &[(f64, f64)] {
+        &self.events
+    }
+
+    /// Multiply-adds of all factor columns since creation.
+    pub fn multiply_adds(&self) -> u64 {
+        self.multiply_adds
+    }
+
+    /// Pressure/E* of every cell at penetration `y` >= 0, of the profile followed last (up to its limit).
+    ///
+    /// `pressure`: one per cell, overwritten. Cost: half a square of the cells in contact.
+    pub fn pressure_at(&self, y: f64, pressure: &mut [f64]) {
+        let n = self.cells.len();
+        pressure.fill(0.0);
+        let touched = self.events.partition_point(|&(touch, _)| touch <= y);
+        // L^T p = y L^-1 1 - L^-1 d, from the last touched cell up.
+        for j in (0..touched).rev() {
+            let column = &self.factor[offset(n, j)..];
+            let below: f64 = (j + 1..touched).map(|i| column[i - j] * pressure[self.cells[i]]).sum();
+            let (one, depth) = self.forward[j];
+            pressure[self.cells[j]] = ((y * one - depth - below) / column[0]).max(0.0);
+        }
+    }
+
+    fn prepare(&mut self, n: usize, depths: &[f64]) {
+        let size = offset(n, n) + WIDE;
+        if self.factor.len() < size {
+            self.factor.resize(size, 0.0);
+        }
+        self.cells.clear();
+        self.cells.extend(0..n);
+        self.a.clear();
+        self.a.resize(n, 1.0);
+        self.b.clear();
+        self.b.extend_from_slice(depths);
+        self.pivot.resize(n, 0.0);
+        self.column.resize(n + WIDE, 0.0);
+        self.forward.clear();
+        self.events.clear();
+    }
+
+    /// Place and penetration of the next cell to touch among those from `k` on.
+    fn next_touch(&self, k: usize) -> Option<(usize, f64)> {
+        let mut best: Option<(usize, f64, f64)> = None;
+        for (i, (&a, &b)) in self.a[k..].iter().zip(&self.b[k..]).enumerate() {
+            // Compared crosswise: a division per cell would cost as much as the factor itself.
+            if a > 0.0 && best.is_none_or(|(_, best_a, best_b)| b * best_a < best_b * a) {
+                best = Some((k + i, a, b));
+            }
+        }
+        best.map(|(place, a, b)| (place, b / a))
+    }
+
+    /// Swaps two cells in everything that is kept in pivot order.
+    fn exchange(&mut self, n: usize, k: usize, other: usize) {
+        for j in 0..k {
+            let start = offset(n, j);
+            self.pivot[j] = self.factor[start + other - j];
+            self.factor[start + other - j] = self.factor[start + k - j];
+            self.factor[start + k - j] = self.pivot[j];
+        }
+        self.cells.swap(k, other);
+        self.a.swap(k, other);
+        self.b.swap(k, other);
+    }
+
+    /// s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
+    fn schur_column(&mut self, row: &[f64], n: usize, k: usize) {
+        let cell = self.cells[k];
+        for (s, &other) in self.column.iter_mut().zip(&self.cells[k..]) {
+            *s = row[cell.abs_diff(other)];
+        }
+        self.multiply_adds += (k * (n - k)) as u64;
+        let (factor, pivot, column) = (&self.factor[..], &self.pivot[..k], &mut self.column[..]);
+        self.arch.dispatch(
+            #[inline(always)]
+            || {
+                let mut i = k;
+                while i + NARROW < n {
+                    subtract::<WIDE>(factor, pivot, &mut column[i - k..], n, i);
+                    i += WIDE;
+                }
+                while i < n {
+                    subtract::<NARROW>(factor, pivot, &mut column[i - k..], n, i);
+                    i += NARROW;
+                }
+            },
+        );
+    }
+}
+
+/// Where column `j` of the packed lower triangle of order `n` starts.
+fn offset(n: usize, j: usize) -> usize {
+    j * n - j * j.saturating_sub(1) / 2
+}
+
+/// column\[..W\] -= sum over j of L_(i.. i+W) j pivot_j; lanes past the last row hold what follows in memory and are not used.
+#[inline(always)]
+fn subtract<const W: usize>(factor: &[f64], pivot: &[f64], column: &mut [f64], n: usize, i: usize) {
+    let mut sums = [0.0; W];
+    let mut start = i;
+    for (j, &pivot) in pivot.iter().enumerate() {
+        if let Some(lanes) = factor.get(start..start + W) {
+            for (sum, &value) in sums.iter_mut().zip(lanes) {
+                *sum += value * pivot;
+            }
+        }
+        // From (i, j) to (i, j + 1): column j holds n - j rows.
+        start += n - j - 1;
+    }
+    for (s, sum) in column.iter_mut().zip(sums) {
+        *s -= sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::super::active_set;
+    use super::*;
+
+    /// Random depths of a rough profile: half of them white, half of them correlated; some with ties.
+    fn profile(rng: &mut ChaCha8Rng, cells: usize, case: usize) -> Vec<f64> {
+        let mut z = 0.0;
+        let heights: Vec<f64> = (0..cells)
+            .map(|_| {
+                let random = rng.random::<f64>() - 0.5;
+                z = if case.is_multiple_of(2) { 2e-3 * random } else { z + 3e-4 * random };
+                if case.is_multiple_of(5) { (z * 1e4).round() * 1e-4 } else { z }
+            })
+            .collect();
+        let peak = heights.iter().copied().fold(f64::MIN, f64::max);
+        heights.iter().map(|z| peak - z).collect()
+    }
+
+    #[test]
+    fn agrees_with_the_general_search_at_a_hundred_levels_of_two_hundred_slices() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let mut growing = GrowingContact::default();
+        let mut worst = 0.0f64;
+        for case in 0..200 {
+            let cells = 2 + case / 5;
+            let line = LineInfluence::love(cells, 10f64.powf(rng.random_range(-4.0..-2.0)), 2e-3);
+            let depths = profile(&mut rng, cells, case);
+            growing.follow(&line, &depths, f64::INFINITY);
+            let deepest = growing.events().last().unwrap().0;
+            let mut pressure = vec![0.0; cells];
+            for _ in 0..100 {
+                let y = deepest * 1.1 * rng.random::<f64>();
+                let reference = active_set::solve(&line, &depths, y, None).unwrap();
+                let expected: f64 = reference.pressure.iter().sum();
+                let force: f64 = growing.events().iter().map(|&(touch, w)| w * (y - touch).max(0.0)).sum();
+                growing.pressure_at(y, &mut pressure);
+                let summed: f64 = pressure.iter().sum();
+                let scale = y * line.flat_stiffness();
+                worst = worst.max((force - expected).abs() / scale).max((summed - expected).abs() / scale);
+                for (p, expected) in pressure.iter().zip(&reference.pressure) {
+                    worst = worst.max((p - expected).abs() / scale);
+                }
+            }
+        }
+        // Rounding times the condition number (some hundreds).
+        assert!(worst < 1e-12, "largest difference {worst:.1e}");
+    }
+
+    /// A cylinder: the load per length of a line contact has no finite penetration, so the half-width is compared,
+    /// a^2 = 4 f R/(pi E*) (Johnson 1985, eq. 4.43), on a strip much longer than the contact is wide.
+    #[test]
+    fn a_cylinder_converges_to_hertz() {
+        let (radius, width): (f64, f64) = (0.02, 4e-3);
+        let mut errors = Vec::new();
+        for cells in [101usize, 201, 401, 801] {
+            let pitch = width / cells as f64;
+            let line = LineInfluence::love(cells, 2.0, pitch);
+            let y: Vec<f64> = (0..cells).map(|i| (i as f64 - 0.5 * (cells as f64 - 1.0)) * pitch).collect();
+            let depths: Vec<f64> = y.iter().map(|y| y * y / (2.0 * radius)).collect();
+            let mut growing = GrowingContact::default();
+            growing.follow(&line, &depths, f64::INFINITY);
+            // Penetration at which the pressure has Hertz's half-width a = 1 mm: load per length f = pi a^2 E*/(4 R).
+            let half_width = 1e-3;
+            let force = std::f64::consts::PI * half_width * half_width / (4.0 * radius);
+            let events = growing.events();
+            let load = |level: f64| pitch * events.iter().map(|&(touch, w)| w * (level - touch).max(0.0)).sum::<f64>();
+            let (mut low, mut high) = (0.0, events[cells - 1].0);
+            for _ in 0..200 {
+                let middle = 0.5 * (low + high);
+                if load(middle) < force { low = middle } else { high = middle }
+            }
+            let mut pressure = vec![0.0; cells];
+            growing.pressure_at(low, &mut pressure);
+            let exact = |y: f64| (half_width * half_width - y * y).max(0.0).sqrt() / (2.0 * radius);
+            let error: f64 = pressure.iter().zip(&y).map(|(p, &y)| (p - exact(y)).abs() * pitch).sum();
+            errors.push(error / force);
+        }
+        let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+        println!("L1 errors {errors:?}, orders {orders:?}");
+        assert!(errors[3] < 1e-4, "{errors:?}");
+        // A kink of the pressure at the edge of contact limits the order to 1.5.
+        assert!(orders.iter().sum::<f64>() / 3.0 > 1.2, "{orders:?}");
+    }
+
+    #[test]
+    fn a_curve_costs_one_factorisation() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let cells = 80;
+        let line = LineInfluence::love(cells, 4e-3, 2e-3);
+        let (mut followed, mut searched) = (0, 0);
+        for case in 0..20 {
+            let depths = profile(&mut rng, cells, case);
+            let mut growing = GrowingContact::default();
+            growing.follow(&line, &depths, f64::INFINITY);
+            followed += growing.multiply_adds();
+            let deepest = growing.events()[cells - 1].0;
+            let mut guess: Option<Vec<bool>> = None;
+            for level in 1..=64 {
+                let y = deepest * f64::from(level) / 64.0;
+                let contact = active_set::solve(&line, &depths, y, guess.as_deref()).unwrap();
+                searched += contact.multiply_adds;
+                guess = Some(contact.touching);
+            }
+        }
+        assert!(followed <= 20 * (cells as u64).pow(3) / 6, "{followed}");
+        let ratio = searched as f64 / followed as f64;
+        println!("multiply-adds, search at 64 levels over one curve: {ratio:.1}");
+        assert!(ratio >= 20.0, "{ratio}");
+    }
+
+    #[test]
+    fn a_spike_stands_alone_until_its_neighbours_touch() {
+        let line = LineInfluence::love(50, 4e-3, 2e-3);
+        let mut depths = vec![5e-3; 50];
+        depths[20] = 0.0;
+        let mut growing = GrowingContact::default();
+        growing.follow(&line, &depths, f64::INFINITY);
+        let events = growing.events();
+        assert!((events[0].1 * line.row()[0] - 1.0).abs() < 1e-14);
+        // The spike's dent holds its neighbours off longer than the far cells.
+        assert!(events[1].0 > 5e-3);
+        let total: f64 = events.iter().map(|(_, w)| w).sum();
+        assert!((total / line.flat_stiffness() - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,179 @@
+//! One interface for both slice laws: heights in, stiffness curves out.
+//!
+//! Plan: [`SliceBuilder`] holds what depends on the grid only. Prepare: [`SliceScratch`], one per thread. Run:
+//! [`SliceBuilder::build`] for one slice, [`SliceBuilder::build_rows`] for a chunk of road. A long road is made in
+//! chunks ahead of the tyre, so its length costs no memory.
+
+use rayon::prelude::*;
+
+use super::reduce::reduce;
+use super::{SliceError, StiffnessCurve, half_space, winkler};
+use crate::half_space::{GrowingContact, LineInfluence};
+
+/// How a slice deforms the tread across the width.
+#[derive(Clone, Debug)]
+enum Law {
+    /// Highest point only, flat across.
+    Flat,
+    /// Independent springs.
+    Winkler,
+    /// Elastic half-space.
+    HalfSpace(LineInfluence),
+}
+
+/// Makes the stiffness curves of slices of one grid by one law.
+#[derive(Clone, Debug)]
+pub struct SliceBuilder {
+    law: Law,
+    columns: usize,
+    tolerance: f64,
+}
+
+/// Work arrays of one thread; sized on first use, then reused without allocation.
+#[derive(Clone, Debug, Default)]
+pub struct SliceScratch {
+    depths: Vec<f64>,
+    contact: GrowingContact,
+}
+
+impl SliceBuilder {
+    /// The slice's highest point counts, flat across: S(y) = y.
+    ///
+    /// # Errors
+    /// [`SliceError::Empty`] for no columns.
+    pub fn flat(columns: usize) -> Result<Self, SliceError> {
+        Self::new(Law::Flat, columns)
+    }
+
+    /// Independent springs over `columns` cells of equal width.
+    ///
+    /// # Errors
+    /// [`SliceError::Empty`] for no columns.
+    pub fn winkler(columns: usize) -> Result<Self, SliceError> {
+        Self::new(Law::Winkler, columns)
+    }
+
+    /// An elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
+    ///
+    /// # Errors
+    /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size.
+    pub fn half_space(columns: usize, length: f64, pitch: f64) -> Result<Self, SliceError> {
+        for (what, value) in [("the length of a slice's cells", length), ("the width of a slice's cells", pitch)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(SliceError::Length { what, value });
+            }
+        }
+        Self::new(Law::HalfSpace(LineInfluence::love(columns, length, pitch)), columns)
+    }
+
+    fn new(law: Law, columns: usize) -> Result<Self, SliceError> {
+        if columns == 0 {
+            return Err(SliceError::Empty);
+        }
+        Ok(Self { law, columns, tolerance: 0.0 })
+    }
+
+    /// Drops breakpoints as long as every S(y) stays within `tolerance` \[m\]; 0, the default, keeps the curve exact.
+    ///
+    /// # Errors
+    /// [`SliceError::Length`] unless the tolerance is finite and not negative.
+    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self, SliceError> {
+        if !(tolerance >= 0.0 && tolerance.is_finite()) {
+            return Err(SliceError::Length { what: "the tolerance of the slices' curves", value: tolerance });
+        }
+        self.tolerance = tolerance;
+        Ok(self)
+    }
+
+    /// Points across one slice.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// The curve of one slice.
+    ///
+    /// `heights`: one height \[m\] per column, cell-centred.
+    ///
+    /// # Errors
+    /// [`SliceError::Columns`] for another number of heights, [`SliceError::Hole`] (row 0) for a height that is not
+    /// finite.
+    pub fn build(&self, heights: &[f64], scratch: &mut SliceScratch) -> Result<StiffnessCurve, SliceError> {
+        if heights.len() != self.columns {
+            return Err(SliceError::Columns { columns: self.columns, found: heights.len() });
+        }
+        if let Some(column) = heights.iter().position(|height| !height.is_finite()) {
+            return Err(SliceError::Hole { row: 0, column, value: heights[column] });
+        }
+        let exact = match self.law {
+            Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+            Law::Winkler => winkler::curve(heights, &mut scratch.depths),
+            Law::HalfSpace(line) => half_space::curve(line, heights, &mut scratch.depths, &mut scratch.contact),
+        };
+        Ok(if self.tolerance > 0.0 { reduce(&exact, self.tolerance).curve } else { exact })
+    }
+
+    /// The curves of many slices, in parallel on the current rayon pool; the same bits for any number of threads.
+    ///
+    /// `heights`: rows x columns, row-major, one row per slice \[m\].
+    ///
+    /// # Errors
+    /// [`SliceError::Columns`] if the heights do not fill whole rows; [`SliceError::Hole`] for the first height that
+    /// is not finite.
+    pub fn build_rows(&self, heights: &[f64]) -> Result<Vec<StiffnessCurve>, SliceError> {
+        if !heights.len().is_multiple_of(self.columns) {
+            return Err(SliceError::Columns { columns: self.columns, found: heights.len() });
+        }
+        // Looked for beforehand, so that the first hole is named whichever thread meets one first.
+        if let Some(place) = heights.iter().position(|height| !height.is_finite()) {
+            let (row, column) = (place / self.columns, place % self.columns);
+            return Err(SliceError::Hole { row, column, value: heights[place] });
+        }
+        heights
+            .par_chunks_exact(self.columns)
+            .map_init(SliceScratch::default, |scratch, row| self.build(row, scratch))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    fn random_heights(count: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        (0..count).map(|_| 4e-3 * rng.random::<f64>()).collect()
+    }
+
+    #[test]
+    fn the_number_of_threads_changes_no_bit() {
+        let heights = random_heights(1000 * 40);
+        let builder = SliceBuilder::winkler(40).unwrap().with_tolerance(1e-6).unwrap();
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| builder.build_rows(&heights).unwrap())
+        };
+        let one = on(1);
+        assert_eq!(one, on(2));
+        assert_eq!(one, on(5));
+    }
+
+    #[test]
+    fn a_hole_is_refused_with_its_place() {
+        let mut heights = random_heights(30);
+        heights[17] = f64::NAN;
+        let error = SliceBuilder::winkler(10).unwrap().build_rows(&heights).unwrap_err();
+        assert!(matches!(error, SliceError::Hole { row: 1, column: 7, .. }), "{error}");
+        assert!(SliceBuilder::winkler(7).unwrap().build_rows(&heights).is_err());
+        assert_eq!(SliceBuilder::winkler(0).unwrap_err(), SliceError::Empty);
+    }
+
+    #[test]
+    fn the_flat_law_keeps_the_peak_only() {
+        let curves = SliceBuilder::flat(3).unwrap().build_rows(&[0.0, 2.0, 1.0, -1.0, -3.0, -2.0]).unwrap();
+        assert_eq!(curves, vec![StiffnessCurve::flat(2.0), StiffnessCurve::flat(-1.0)]);
+    }
+}

@@ -1,0 +1,147 @@
+//! Fewer breakpoints within a tolerance.
+//!
+//! The curve f is convex, so a line that stays within f +- tolerance as long as possible starts on the lower edge of
+//! that corridor, touches the upper edge from below and leaves through the lower edge again. Following such lines from
+//! the origin gives the fewest linear pieces that any curve through the origin within the corridor can have
+//! (greedy is optimal for a monotone corridor: Imai and Iri, J. Inf. Process. 9 (1986) 159-162).
+//!
+//! 1. From the current start (y0, v0), the steepest admissible line has slope min over breakpoints of
+//!    (f(y_k) + tolerance - v0)/(y_k - y0): it touches the upper edge.
+//! 2. If that is not less than the final slope, the rest is one line of the final slope; done.
+//! 3. Otherwise it leaves through the lower edge at the first y with line = f(y) - tolerance: the next breakpoint.
+//!
+//! Each line supports the convex upper edge, so slopes increase from one to the next and lie between the curve's own
+//! least and greatest slope: the result is convex and non-decreasing like the original. Cost: linear in breakpoints.
+
+use super::StiffnessCurve;
+
+/// A reduced curve and how far it is from the original.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reduced {
+    /// The curve with fewer breakpoints.
+    pub curve: StiffnessCurve,
+    /// Largest |S_reduced - S| over all y >= 0 \[m\], found at the breakpoints of both.
+    pub error: f64,
+}
+
+/// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`; `tolerance` <= 0 leaves it as it is.
+pub fn reduce(curve: &StiffnessCurve, tolerance: f64) -> Reduced {
+    if tolerance <= 0.0 || curve.penetration.is_empty() {
+        return Reduced { curve: curve.clone(), error: 0.0 };
+    }
+    let (y, f) = (&curve.penetration, &curve.displacement);
+    let count = y.len();
+    let (mut penetration, mut displacement) = (Vec::new(), Vec::new());
+    let (mut y0, mut v0) = (0.0, 0.0);
+    let mut next = 0; // first breakpoint past y0
+    loop {
+        let mut slope = curve.final_slope;
+        let mut touch = count;
+        for k in next..count {
+            let to_upper_edge = (f[k] + tolerance - v0) / (y[k] - y0);
+            if to_upper_edge < slope {
+                (slope, touch) = (to_upper_edge, k);
+            } else if touch < k {
+                // Seen from a point below it, a convex edge is unimodal in slope.
+                break;
+            }
+        }
+        if touch == count {
+            break;
+        }
+        let mut leave = touch + 1;
+        while leave < count && v0 + slope * (y[leave] - y0) >= f[leave] - tolerance {
+            leave += 1;
+        }
+        // The line leaves on the piece that starts at breakpoint leave - 1 (>= touch).
+        let (y1, f1) = (y[leave - 1], f[leave - 1]);
+        let piece = if leave < count { (f[leave] - f1) / (y[leave] - y1) } else { curve.final_slope };
+        let above = v0 + slope * (y1 - y0) - (f1 - tolerance);
+        let step = above / (piece - slope);
+        y0 = y1 + step;
+        v0 = f1 + piece * step - tolerance;
+        penetration.push(y0);
+        displacement.push(v0);
+        next = leave;
+        while next < count && y[next] <= y0 {
+            next += 1;
+        }
+    }
+    if penetration.len() >= count {
+        return Reduced { curve: curve.clone(), error: 0.0 };
+    }
+    let reduced = StiffnessCurve {
+        peak: curve.peak,
+        penetration: penetration.into(),
+        displacement: displacement.into(),
+        final_slope: curve.final_slope,
+    };
+    let error = largest_difference(curve, &reduced);
+    Reduced { curve: reduced, error }
+}
+
+/// Largest difference of two curves of equal final slope: it is attained at a breakpoint of either.
+pub fn largest_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
+    let at = |y: &f64| (a.displacement_at(*y) - b.displacement_at(*y)).abs();
+    a.penetration.iter().chain(b.penetration.iter()).map(at).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::winkler;
+    use super::*;
+
+    fn slopes(curve: &StiffnessCurve) -> Vec<f64> {
+        let mut slopes = Vec::new();
+        let (mut y0, mut s0) = (0.0, 0.0);
+        for (&y, &s) in curve.penetration.iter().zip(curve.displacement.iter()) {
+            slopes.push((s - s0) / (y - y0));
+            (y0, s0) = (y, s);
+        }
+        slopes.push(curve.final_slope);
+        slopes
+    }
+
+    proptest! {
+        #[test]
+        fn stays_within_the_tolerance_convex_and_monotone(
+            heights in prop::collection::vec(-5e-3..5e-3f64, 2..150),
+            exponent in -9.0..-3.0f64,
+        ) {
+            let tolerance = 10f64.powf(exponent);
+            let curve = winkler::curve(&heights, &mut Vec::new());
+            let reduced = reduce(&curve, tolerance);
+            prop_assert!(reduced.error <= tolerance * (1.0 + 1e-6), "{} > {tolerance}", reduced.error);
+            prop_assert!(reduced.curve.penetration.len() <= curve.penetration.len());
+            for y in (0..500).map(|i| f64::from(i) * 3e-5) {
+                let difference = (reduced.curve.displacement_at(y) - curve.displacement_at(y)).abs();
+                prop_assert!(difference <= tolerance * (1.0 + 1e-6) + 1e-17);
+            }
+            let slopes = slopes(&reduced.curve);
+            prop_assert!(slopes[0] >= 0.0);
+            prop_assert!(slopes.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9));
+        }
+    }
+
+    /// A parabola over 0..1 of curvature 1: each line spans 4 sqrt(tolerance) of it, the first one (through the
+    /// origin instead of the lower edge) a little less.
+    #[test]
+    fn needs_the_optimal_number_of_breakpoints() {
+        let heights: Vec<f64> = (0..4000).map(|i| -f64::from(i) / 4000.0).collect();
+        let curve = winkler::curve(&heights, &mut Vec::new());
+        let tolerance = 1e-4;
+        let pieces = reduce(&curve, tolerance).curve.penetration.len();
+        let optimal = (1.0 / (4.0 * tolerance.sqrt())).ceil();
+        assert!((pieces as f64) <= optimal + 1.0, "{pieces} pieces, optimum {optimal}");
+    }
+
+    #[test]
+    fn a_curve_within_the_tolerance_of_a_flat_slice_becomes_flat() {
+        let curve = winkler::curve(&[0.0, 1e-7, 2e-7], &mut Vec::new());
+        let reduced = reduce(&curve, 1e-6);
+        assert!(reduced.curve.penetration.is_empty());
+        assert!(reduced.error <= 1e-6);
+    }
+}

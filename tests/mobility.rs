@@ -1,27 +1,11 @@
 //! Driving-point mobility of the default tyre against an independent calculation.
 
+use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::tyre::mobility::driving_point;
 
 #[test]
 fn default_tyre_has_the_mobility_of_the_independent_calculation() {
-    let tyre = toml::from_str(
-        r#"
-        circumference = 1.95
-        width = 0.2
-        contact_width = 0.12
-        foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }
-        [[layers]]
-        name = "belt"
-        thickness = 0.006
-        tension = [6e4, 2e4]
-        material = { law = "power-law", modulus = 5e8, poisson = 0.3, density = 1300, loss_factor = 0.08 }
-        [[layers]]
-        name = "tread"
-        thickness = 0.013
-        material = { law = "power-law", modulus = 8e6, poisson = 0.49, density = 1150, loss_factor = 0.25 }
-        "#,
-    )
-    .unwrap();
+    let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     // MODEL section 10, dB re 1 m/(N s); bound 0.5 dB.
     let frequencies = [100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
     let table = [

@@ -108,8 +108,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
         // Room for the corrections on a rough road.
         Axle::Load { .. } => 1.25 * at_rest.indentation,
     };
-    let chord = Geometry::half_chord(radius, deepest + surface.highest());
-    let reach = 1.05 * chord + 2.0 * plan.element;
+    let reach = 1.05 * Geometry::half_chord(radius, deepest + surface.highest()) + 2.0 * plan.element;
+    // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
+    let chord = Geometry::half_chord(radius, deepest);
     let travel = plan.speed * plan.time_step * plan.steps as f64;
     let start = match (scene.rolling.start, surface.extent()) {
         (Some(start), _) => start,
@@ -203,8 +204,25 @@ fn static_row(sum: &InfluenceSum, field: Field) -> Vec<f64> {
     row
 }
 
-/// A road's complaint, placed in the scene where the scene is what must change.
+/// A road's complaint, placed in the scene at the key that it is about.
 fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
-    let Some((key, right)) = error.key() else { return error.into() };
-    SceneError::from(loaded.complain(key, error.to_string(), right)).into()
+    let (key, right) = match &error {
+        RoadError::Short { .. } => ("rolling.duration", "a road that is long enough, a shorter run, or another at_end"),
+        RoadError::NotPositive { key, .. } => (*key, "a positive number"),
+        RoadError::Range { .. } => ("road.range", "a part of what the file covers"),
+        RoadError::LateralPosition { .. } => ("road.lateral_position", "a strip inside the measured columns"),
+        RoadError::NotThirdOctave { .. } | RoadError::BandTwice { .. } | RoadError::LevelCount { .. } => {
+            ("road.wavelengths", "each third-octave mid-wavelength once, with its level")
+        }
+        RoadError::Level { .. } => ("road.levels", "a level in dB re 1e-6 m"),
+        RoadError::Spacing { .. } | RoadError::TextureTooLarge { .. } => {
+            ("road.spacing", "a spacing that suits the wavelengths")
+        }
+        RoadError::PowerLaw { .. } | RoadError::TwoSpectra => ("road.power_law", "one valid spectrum"),
+        RoadError::MissingUnit { key, .. } => (*key, "\"m\", \"mm\" or \"um\""),
+        RoadError::Narrow { .. } => ("road.file", "a road at least as wide as tyre.contact_width"),
+        _ => ("road.file", "a complete file of the kind that road.kind names"),
+    };
+    let key = if key.contains('.') { key.to_owned() } else { format!("road.{key}") };
+    SceneError::from(loaded.complain(&key, error.to_string(), right)).into()
 }

@@ -51,6 +51,11 @@ impl Resampled {
         (self.at_end == AtEnd::Refuse).then(|| (0.0, (self.count() - 1) as f64 * self.dx))
     }
 
+    /// Highest stored height, at least 0 \[m\].
+    pub fn highest(&self) -> f64 {
+        self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
+    }
+
     /// First and last element on the road; `None` when it goes on for ever.
     pub fn elements(&self) -> Option<(i64, i64)> {
         let (_, end) = self.extent()?;

@@ -9,7 +9,7 @@ use super::made::{TargetSpectrum, Texture};
 use super::opencrg::strip;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
-use super::texture::{ProfileSpectrum, TextureLevel, bands_between};
+use super::texture::{self, ProfileSpectrum, TextureLevel, bands_between};
 use super::{grid, profile};
 use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
 
@@ -95,6 +95,19 @@ impl RoadSurface {
         match &self.source {
             Source::Measured(road) => road.extent(),
             _ => None,
+        }
+    }
+
+    /// Highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of a made one five times the
+    /// root-mean-square height.
+    pub fn highest(&self) -> f64 {
+        match &self.source {
+            Source::Smooth => 0.0,
+            Source::Measured(road) => road.highest(),
+            Source::Made { .. } => {
+                let mean_square: f64 = self.report.bands.iter().map(|band| texture::mean_square(band.fitted)).sum();
+                5.0 * mean_square.sqrt()
+            }
         }
     }
 

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::compliance::{Matrix3, Stack};
-use crate::scene::{Foundation, Layer, Material};
+use crate::scene::{Foundation, Law, Layer, Material};
 
 /// What can be wrong with a file of cases.
 #[derive(Debug, Error)]
@@ -40,14 +40,54 @@ pub enum CasesError {
 struct TyreEntry {
     name: String,
     layers: Vec<LayerEntry>,
-    foundation: Foundation,
+    foundation: FoundationEntry,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FoundationEntry {
+    normal: f64,
+    tangential: f64,
+    #[serde(default)]
+    loss_factor: f64,
+    #[serde(default = "reference_frequency")]
+    reference_frequency: f64,
+    #[serde(default = "corner_frequency")]
+    corner_frequency: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialEntry {
+    law: Law,
+    modulus: f64,
+    #[serde(default)]
+    loss_factor: f64,
+    poisson: f64,
+    density: f64,
+    #[serde(default = "reference_frequency")]
+    reference_frequency: f64,
+    #[serde(default = "corner_frequency")]
+    corner_frequency: f64,
+    #[serde(default)]
+    weights: Vec<f64>,
+    #[serde(default)]
+    times: Vec<f64>,
+}
+
+fn reference_frequency() -> f64 {
+    Material::REFERENCE_FREQUENCY
+}
+
+fn corner_frequency() -> f64 {
+    Material::CORNER_FREQUENCY
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LayerEntry {
     thickness: f64,
-    material: Material,
+    material: MaterialEntry,
     #[serde(default)]
     tension_x: f64,
     #[serde(default)]
@@ -113,12 +153,33 @@ fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
     let layers = tyre
         .layers
         .into_iter()
-        .map(|LayerEntry { thickness, material, tension_x, tension_y }| Layer {
-            name: String::new(),
-            thickness,
-            tension: [tension_x, tension_y],
-            material,
+        .map(|LayerEntry { thickness, material, tension_x, tension_y }| {
+            let MaterialEntry {
+                law,
+                modulus,
+                loss_factor,
+                poisson,
+                density,
+                reference_frequency,
+                corner_frequency,
+                weights,
+                times,
+            } = material;
+            let material = Material {
+                law,
+                modulus,
+                loss_factor,
+                poisson,
+                density,
+                reference_frequency,
+                corner_frequency,
+                weights,
+                times,
+            };
+            Layer { name: String::new(), thickness, tension: [tension_x, tension_y], material }
         })
         .collect();
-    Ok((tyre.name, Stack::of(layers, tyre.foundation)))
+    let FoundationEntry { normal, tangential, loss_factor, reference_frequency, corner_frequency } = tyre.foundation;
+    let foundation = Foundation { normal, tangential, loss_factor, reference_frequency, corner_frequency };
+    Ok((tyre.name, Stack::of(layers, foundation)))
 }

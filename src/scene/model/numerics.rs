@@ -27,6 +27,8 @@ pub struct Numerics {
     pub cached_factors: usize,
     /// Memory that the run may plan to use \[GB\].
     pub memory_limit: f64,
+    /// Computing time on one core that the run may plan to use \[h\].
+    pub time_limit: f64,
 }
 
 impl Default for Numerics {
@@ -42,6 +44,7 @@ impl Default for Numerics {
             wavenumber_aliases: None,
             cached_factors: 4096,
             memory_limit: 8.0,
+            time_limit: 24.0,
         }
     }
 }

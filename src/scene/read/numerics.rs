@@ -51,6 +51,7 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
     let wavenumber_aliases = table.optional("wavenumber_aliases", &Count(0));
     let cached_factors = table.or("cached_factors", &Count(1), default.cached_factors);
     let memory_limit = table.or("memory_limit", &Bounds::positive("GB"), default.memory_limit);
+    let time_limit = table.or("time_limit", &Bounds::positive("h"), default.time_limit);
     Some(Numerics {
         elements: elements?,
         substeps: substeps?,
@@ -62,6 +63,7 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
         wavenumber_aliases: wavenumber_aliases?,
         cached_factors: cached_factors?,
         memory_limit: memory_limit?,
+        time_limit: time_limit?,
     })
 }
 

@@ -15,13 +15,12 @@
 //! the whole curve, one factorisation; the rest is O(n^2). The lower triangle is packed by columns and rows change place
 //! with their pivots, so that the inner loop runs over contiguous cells with sums kept in registers.
 
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
 use super::LineInfluence;
 
-/// Cells whose sums are kept in registers together, and the narrower step for what is left over.
-const WIDE: usize = 32;
-const NARROW: usize = 8;
+/// Most cells whose sums are kept in registers together: eight registers of eight lanes.
+const WIDE: usize = 64;
 
 /// The curve of one profile after [`Self::follow`], and the work arrays of the next; sized on first use.
 #[derive(Clone, Debug)]
@@ -33,6 +32,8 @@ pub struct GrowingContact {
     cells: Vec<usize>,
     a: Vec<f64>,
     b: Vec<f64>,
+    /// Penetration y_i = b_i/a_i at which cell i touches.
+    touch: Vec<f64>,
     /// Row of the pivot in L.
     pivot: Vec<f64>,
     column: Vec<f64>,
@@ -50,6 +51,7 @@ impl Default for GrowingContact {
             cells: Vec::new(),
             a: Vec::new(),
             b: Vec::new(),
+            touch: Vec::new(),
             pivot: Vec::new(),
             column: Vec::new(),
             forward: Vec::new(),
@@ -69,15 +71,15 @@ impl GrowingContact {
         let n = depths.len();
         self.prepare(n, depths);
         let mut last = 0.0;
+        let (mut next, mut touch) = first_least(&self.touch);
         for k in 0..n {
-            let Some((next, y)) = self.next_touch(k) else { break };
             // Ties may come out of order by rounding.
-            let y = f64::max(y, last);
-            if y > limit {
+            let y = f64::max(touch, last);
+            if y > limit || touch.is_infinite() {
                 break;
             }
             last = y;
-            self.exchange(n, k, next);
+            self.exchange(n, k, k + next);
             self.schur_column(line.row(), n, k);
             let s = self.column[0];
             let (a, b) = (self.a[k], self.b[k]);
@@ -85,13 +87,17 @@ impl GrowingContact {
             let root = s.sqrt();
             self.forward.push((a / root, b / root));
             let start = offset(n, k);
-            let (ratio_a, ratio_b, scale) = (a / s, b / s, 1.0 / root);
-            let (factor, column) = (&mut self.factor[start..start + n - k], &self.column[..n - k]);
-            for (((factor, &s), a), b) in factor.iter_mut().zip(column).zip(&mut self.a[k..]).zip(&mut self.b[k..]) {
-                *factor = s * scale;
-                *a -= ratio_a * s;
-                *b -= ratio_b * s;
-            }
+            let update = Update {
+                column: &self.column[1..n - k],
+                factor: &mut self.factor[start + 1..start + n - k],
+                a: &mut self.a[k + 1..],
+                b: &mut self.b[k + 1..],
+                touch: &mut self.touch[k + 1..],
+                steps: [1.0 / root, a / s, b / s],
+            };
+            self.arch.dispatch(update);
+            self.factor[start] = root;
+            (next, touch) = first_least(&self.touch[k + 1..]);
         }
     }
 
@@ -133,35 +139,28 @@ impl GrowingContact {
         self.a.resize(n, 1.0);
         self.b.clear();
         self.b.extend_from_slice(depths);
+        self.touch.clear();
+        self.touch.extend_from_slice(depths);
         self.pivot.resize(n, 0.0);
         self.column.resize(n + WIDE, 0.0);
         self.forward.clear();
         self.events.clear();
     }
 
-    /// Place and penetration of the next cell to touch among those from `k` on.
-    fn next_touch(&self, k: usize) -> Option<(usize, f64)> {
-        let mut best: Option<(usize, f64, f64)> = None;
-        for (i, (&a, &b)) in self.a[k..].iter().zip(&self.b[k..]).enumerate() {
-            // Compared crosswise: a division per cell would cost as much as the factor itself.
-            if a > 0.0 && best.is_none_or(|(_, best_a, best_b)| b * best_a < best_b * a) {
-                best = Some((k + i, a, b));
-            }
-        }
-        best.map(|(place, a, b)| (place, b / a))
-    }
-
-    /// Swaps two cells in everything that is kept in pivot order.
+    /// Swaps two cells in everything that is kept in pivot order; leaves the other's row of L in `pivot`.
     fn exchange(&mut self, n: usize, k: usize, other: usize) {
-        for j in 0..k {
-            let start = offset(n, j);
-            self.pivot[j] = self.factor[start + other - j];
-            self.factor[start + other - j] = self.factor[start + k - j];
-            self.factor[start + k - j] = self.pivot[j];
+        let mut rest = &mut self.factor[..];
+        for (j, pivot) in self.pivot[..k].iter_mut().enumerate() {
+            let (column, following) = rest.split_at_mut(n - j);
+            *pivot = column[other - j];
+            column[other - j] = column[k - j];
+            column[k - j] = *pivot;
+            rest = following;
         }
         self.cells.swap(k, other);
         self.a.swap(k, other);
         self.b.swap(k, other);
+        self.touch.swap(k, other);
     }
 
     /// s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
@@ -172,21 +171,22 @@ impl GrowingContact {
         }
         self.multiply_adds += (k * (n - k)) as u64;
         let (factor, pivot, column) = (&self.factor[..], &self.pivot[..k], &mut self.column[..]);
-        self.arch.dispatch(
-            #[inline(always)]
-            || {
-                let mut i = k;
-                while i + NARROW < n {
-                    subtract::<WIDE>(factor, pivot, &mut column[i - k..], n, i);
-                    i += WIDE;
-                }
-                while i < n {
-                    subtract::<NARROW>(factor, pivot, &mut column[i - k..], n, i);
-                    i += NARROW;
-                }
-            },
-        );
+        self.arch.dispatch(SchurColumn { factor, pivot, column, n });
     }
+}
+
+/// Place and value of the first least number; (0, infinity) if there is none.
+fn first_least(values: &[f64]) -> (usize, f64) {
+    // In lanes: a running place would make the loop scalar.
+    let mut lanes = [f64::INFINITY; 8];
+    let (chunks, rest) = values.as_chunks::<8>();
+    for chunk in chunks {
+        for (lane, &value) in lanes.iter_mut().zip(chunk) {
+            *lane = if value < *lane { value } else { *lane };
+        }
+    }
+    let least = lanes.iter().chain(rest).copied().fold(f64::INFINITY, f64::min);
+    (values.iter().position(|&value| value <= least).unwrap_or(0), least)
 }
 
 /// Where column `j` of the packed lower triangle of order `n` starts.
@@ -194,22 +194,92 @@ fn offset(n: usize, j: usize) -> usize {
     j * n - j * j.saturating_sub(1) / 2
 }
 
-/// column\[..W\] -= sum over j of L_(i.. i+W) j pivot_j; lanes past the last row hold what follows in memory and are not used.
-#[inline(always)]
-fn subtract<const W: usize>(factor: &[f64], pivot: &[f64], column: &mut [f64], n: usize, i: usize) {
-    let mut sums = [0.0; W];
-    let mut start = i;
-    for (j, &pivot) in pivot.iter().enumerate() {
-        if let Some(lanes) = factor.get(start..start + W) {
-            for (sum, &value) in sums.iter_mut().zip(lanes) {
-                *sum += value * pivot;
-            }
+/// Step 2: column_i -= sum over j of L_ij pivot_j, rows from `pivot.len()` on.
+struct SchurColumn<'a> {
+    factor: &'a [f64],
+    pivot: &'a [f64],
+    column: &'a mut [f64],
+    n: usize,
+}
+
+impl WithSimd for SchurColumn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let k = self.pivot.len();
+        let mut registers = (self.n - k).div_ceil(S::F64_LANES);
+        let mut i = k;
+        while registers > 8 {
+            self.rows::<S, 8>(simd, i);
+            i += 8 * S::F64_LANES;
+            registers -= 8;
         }
-        // From (i, j) to (i, j + 1): column j holds n - j rows.
-        start += n - j - 1;
+        match registers {
+            8 => self.rows::<S, 8>(simd, i),
+            7 => self.rows::<S, 7>(simd, i),
+            6 => self.rows::<S, 6>(simd, i),
+            5 => self.rows::<S, 5>(simd, i),
+            4 => self.rows::<S, 4>(simd, i),
+            3 => self.rows::<S, 3>(simd, i),
+            2 => self.rows::<S, 2>(simd, i),
+            _ => self.rows::<S, 1>(simd, i),
+        }
     }
-    for (s, sum) in column.iter_mut().zip(sums) {
-        *s -= sum;
+}
+
+impl SchurColumn<'_> {
+    /// The rows from `i` on that fill `R` registers; lanes past the last row hold what follows in memory and are not used.
+    #[inline(always)]
+    fn rows<S: Simd, const R: usize>(&mut self, simd: S, i: usize) {
+        let width = R * S::F64_LANES;
+        let mut sums = [simd.splat_f64s(0.0); R];
+        let mut start = i;
+        for (j, &pivot) in self.pivot.iter().enumerate() {
+            let Some(rows) = self.factor.get(start..start + width) else { break };
+            let Ok(rows) = <&[S::f64s; R]>::try_from(S::as_simd_f64s(rows).0) else { break };
+            let pivot = simd.splat_f64s(pivot);
+            for r in 0..R {
+                sums[r] = simd.mul_add_e_f64s(rows[r], pivot, sums[r]);
+            }
+            // From (i, j) to (i, j + 1): column j holds n - j rows.
+            start += self.n - j - 1;
+        }
+        let first = i - self.pivot.len();
+        let Some(column) = self.column.get_mut(first..first + width) else { return };
+        for (value, sum) in S::as_mut_simd_f64s(column).0.iter_mut().zip(sums) {
+            *value = simd.sub_f64s(*value, sum);
+        }
+    }
+}
+
+/// Step 3 for the cells not in contact, and their next touch.
+struct Update<'a> {
+    column: &'a [f64],
+    factor: &'a mut [f64],
+    a: &'a mut [f64],
+    b: &'a mut [f64],
+    touch: &'a mut [f64],
+    /// 1/sqrt(s_k), a_k/s_k, b_k/s_k.
+    steps: [f64; 3],
+}
+
+impl NullaryFnOnce for Update<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { column, factor, a, b, touch, steps: [scale, step_a, step_b] } = self;
+        let count = column.len();
+        // Equal lengths known beforehand let the loop run in lanes.
+        let (factor, a, b, touch) = (&mut factor[..count], &mut a[..count], &mut b[..count], &mut touch[..count]);
+        for i in 0..count {
+            let s = column[i];
+            factor[i] = s * scale;
+            a[i] -= step_a * s;
+            b[i] -= step_b * s;
+            touch[i] = if a[i] > 0.0 { b[i] / a[i] } else { f64::INFINITY };
+        }
     }
 }
 

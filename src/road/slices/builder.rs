@@ -104,7 +104,7 @@ impl SliceBuilder {
         if let Some(column) = heights.iter().position(|height| !height.is_finite()) {
             return Err(SliceError::Hole { row: 0, column, value: heights[column] });
         }
-        let exact = match self.law {
+        let exact = match &self.law {
             Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             Law::Winkler => winkler::curve(heights, &mut scratch.depths),
             Law::HalfSpace(line) => half_space::curve(line, heights, &mut scratch.depths, &mut scratch.contact),
@@ -175,5 +175,19 @@ mod tests {
     fn the_flat_law_keeps_the_peak_only() {
         let curves = SliceBuilder::flat(3).unwrap().build_rows(&[0.0, 2.0, 1.0, -1.0, -3.0, -2.0]).unwrap();
         assert_eq!(curves, vec![StiffnessCurve::flat(2.0), StiffnessCurve::flat(-1.0)]);
+    }
+
+    #[test]
+    #[ignore = "timing"]
+    fn timing() {
+        let heights = random_heights(100_000 * 80);
+        for builder in [SliceBuilder::winkler(80).unwrap(), SliceBuilder::half_space(80, 4e-3, 2e-3).unwrap()] {
+            for threads in [1, 2] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let begin = std::time::Instant::now();
+                let n = pool.install(|| builder.build_rows(&heights).unwrap().len());
+                println!("{threads} threads: {n} slices {:?}", begin.elapsed());
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! A white sheet with a frame, axes and labels, drawn with plotters into SVG.
 //!
-//! The SVG backend has whole-number coordinates: the sheet is drawn [`FINE`] times larger than it is shown, so lines are smooth.
-//! Colour maps go beneath, as one path per colour (see [`super::heat_map`]): the backend would write a rectangle per cell.
+//! The SVG backend has whole-number coordinates: the sheet is drawn `FINE` times larger than it is shown, so lines are smooth.
+//! Colour maps go beneath, as one path per colour (see `heat_map`): the backend would write a rectangle per cell.
 
 use std::ops::Range;
 
@@ -74,9 +74,15 @@ impl Frame {
     }
 }
 
+/// Width in shown pixels that a legend with these names needs; about 7.5 a letter.
+pub(super) fn legend_width<'a>(names: impl Iterator<Item = &'a str>) -> i32 {
+    let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
+    if letters == 0 { 0 } else { 45 + (letters as i32 * 15).min(600) / 2 }
+}
+
 /// Where text is anchored at its point.
 #[derive(Clone, Copy)]
-pub(super) enum Anchor {
+enum Anchor {
     /// Centred below.
     Below,
     /// Vertically centred, to the left.
@@ -85,6 +91,17 @@ pub(super) enum Anchor {
     Right,
     /// Centred, turned by 90 degrees anticlockwise, above the point as seen along the text.
     Upwards,
+}
+
+/// Which grid lines an axis pair gets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Grid {
+    /// None: a colour map fills the frame.
+    None,
+    /// Across only: bars stand for themselves.
+    Horizontal,
+    /// Both ways.
+    Both,
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -148,11 +165,7 @@ impl Sheet<'_> {
         self.keep(result);
     }
 
-    /// One line of text.
-    pub(super) fn text(&mut self, text: &str, at: (i32, i32), anchor: Anchor) {
-        self.sized_text(text, at, anchor, TEXT);
-    }
-
+    /// One line of text, `size` in shown pixels.
     fn sized_text(&mut self, text: &str, at: (i32, i32), anchor: Anchor, size: i32) {
         let font = FontDesc::new(FontFamily::SansSerif, f64::from(size * FINE) * BACKEND_FONT_SCALE, FontStyle::Normal);
         let (font, position) = match anchor {
@@ -167,19 +180,23 @@ impl Sheet<'_> {
     }
 
     /// Title over the frame, grid lines (`grid`), frame, ticks and axis titles.
-    pub(super) fn axes(&mut self, title: &str, frame: &Frame, x: &Axis, y: &Axis, grid: bool) {
-        if grid {
-            for place in x.minor_ticks() {
-                self.vertical(frame, place, FAINT_GRID);
+    pub(super) fn axes(&mut self, title: &str, frame: &Frame, x: &Axis, y: &Axis, grid: Grid) {
+        if grid == Grid::Both {
+            for (colour, places) in
+                [(FAINT_GRID, x.minor_ticks().collect::<Vec<_>>()), (GRID, x.ticks().map(|tick| tick.0).collect())]
+            {
+                for place in places {
+                    self.vertical(frame, place, colour);
+                }
             }
-            for place in y.minor_ticks() {
-                self.horizontal(frame, place, FAINT_GRID);
-            }
-            for (place, _) in x.ticks() {
-                self.vertical(frame, place, GRID);
-            }
-            for (place, _) in y.ticks() {
-                self.horizontal(frame, place, GRID);
+        }
+        if grid != Grid::None {
+            for (colour, places) in
+                [(FAINT_GRID, y.minor_ticks().collect::<Vec<_>>()), (GRID, y.ticks().map(|tick| tick.0).collect())]
+            {
+                for place in places {
+                    self.horizontal(frame, place, colour);
+                }
             }
         }
         let middle = frame.across(0.5);
@@ -192,6 +209,22 @@ impl Sheet<'_> {
             self.sized_text(label, (at, frame.y.end + 9 * FINE), Anchor::Below, TICK_LABEL);
         }
         self.ticks_beside(frame, y, frame.x.start, -1);
+    }
+
+    /// Entry `row` of the legend right of the frame, where it hides nothing.
+    pub(super) fn legend_entry(&mut self, frame: &Frame, row: usize, name: &str, colour: RGBColor) {
+        let y = frame.y.start + (12 + 22 * row as i32) * FINE;
+        let x = frame.x.end + 14 * FINE;
+        self.line(vec![(x, y), (x + 22 * FINE, y)], colour, 2.5);
+        self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
+    }
+
+    /// Small ticks without labels below the frame.
+    pub(super) fn small_ticks_below(&mut self, frame: &Frame, places: impl Iterator<Item = f64>) {
+        for place in places {
+            let at = frame.across(place);
+            self.line(vec![(at, frame.y.end), (at, frame.y.end + 3 * FINE)], INK, 0.75);
+        }
     }
 
     /// Frame round the picture; drawn last, so that nothing lies over it.
@@ -230,11 +263,6 @@ impl Sheet<'_> {
     fn horizontal(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
         let at = frame.up(place);
         self.line(vec![(frame.x.start, at), (frame.x.end, at)], colour, 1.0);
-    }
-
-    /// Shown pixels in drawn units.
-    pub(super) fn pixels(count: i32) -> i32 {
-        count * FINE
     }
 }
 

@@ -1,6 +1,6 @@
 //! Colour maps: a field over two axes, with a colour bar.
 //!
-//! Written small: at most [`MOST_COLUMNS`] x [`MOST_ROWS`] cells (larger fields are averaged), [`LEVELS`] colours, and for each
+//! Written small: at most [`MOST_COLUMNS`] x [`MOST_ROWS`] cells (larger fields are averaged), 64 colours, and for each
 //! colour one path whose strokes are the runs of equal cells: some bytes per run instead of a rectangle per cell.
 
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use ndarray::{Array2, ArrayView2};
 use plotters::style::RGBColor;
 
 use super::axis::{Axis, extent};
-use super::canvas::{Frame, PlotError, Sheet, draw};
+use super::canvas::{Frame, Grid, PlotError, Sheet, draw};
 use super::colour::viridis;
 
 /// Most cells along x that are drawn.
@@ -62,7 +62,7 @@ impl HeatMap<'_> {
         let bar_frame = Frame::of(frame_right(width) + 22..frame_right(width) + 42, 50..50 + height);
         let beneath = cells_as_paths(&cells, &frame, |value| bar.place(value));
         draw(picture, (frame_right(width) + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
-            sheet.axes(self.title, &frame, &self.x, &self.y, false);
+            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
             sheet.frame(&frame);
             sheet.colour_bar(&bar_frame, &bar, viridis, LEVELS);
         })

@@ -1,7 +1,7 @@
 //! Several curves over common axes, with a legend.
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Frame, PlotError, Sheet, draw};
+use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
 use super::colour;
 
 /// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the same.
@@ -37,12 +37,10 @@ impl LinePlot<'_> {
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
-        // The legend stands beside the picture, where it hides nothing; about 7.5 pixels a letter.
-        let letters = listed.iter().map(|(_, name)| name.chars().count()).max().unwrap_or(0);
-        let legend = if letters == 0 { 0 } else { 45 + (letters as i32 * 15).min(600) / 2 };
+        let legend = legend_width(listed.iter().map(|(_, name)| *name));
         let frame = Frame::of(85..765, 50..490);
         draw("a line plot", (790 + legend, 550), "", |sheet| {
-            sheet.axes(self.title, &frame, &self.x, &self.y, true);
+            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
             for (index, series) in self.series.iter().enumerate() {
                 for stretch in self.stretches(series, &frame) {
                     sheet.line(stretch, colour::line(index), 1.75);
@@ -50,10 +48,7 @@ impl LinePlot<'_> {
             }
             sheet.frame(&frame);
             for (row, (index, name)) in listed.into_iter().enumerate() {
-                let y = frame.y.start + Sheet::pixels(12 + 22 * row as i32);
-                let x = frame.x.end + Sheet::pixels(14);
-                sheet.line(vec![(x, y), (x + Sheet::pixels(22), y)], colour::line(index), 2.5);
-                sheet.text(name, (x + Sheet::pixels(28), y), Anchor::Right);
+                sheet.legend_entry(&frame, row, name, colour::line(index));
             }
         })
     }

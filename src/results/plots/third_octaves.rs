@@ -1,7 +1,7 @@
 //! Third-octave spectra as steps over a logarithmic axis with the nominal frequencies (Larsson's figure 6).
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Frame, PlotError, Sheet, draw};
+use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
 use super::colour;
 use crate::response::BandLevel;
 use crate::response::third_octave::ThirdOctaveBand;
@@ -33,18 +33,11 @@ impl ThirdOctavePlot<'_> {
         };
         let x = frequency_axis(first, last);
         let y = self.level_axis();
-        let named = self.spectra.iter().any(|(name, _)| !name.is_empty());
+        let legend = legend_width(self.spectra.iter().map(|(name, _)| *name));
         let frame = Frame::of(85..765, 50..470);
-        draw(picture, (790 + if named { 160 } else { 0 }, 535), "", |sheet| {
-            sheet.axes(self.title, &frame, &x, &y, false);
-            for (place, _) in y.ticks() {
-                let at = frame.up(place);
-                sheet.line(vec![(frame.x.start, at), (frame.x.end, at)], plotters::style::RGBColor(222, 222, 222), 1.0);
-            }
-            for band in first..=last {
-                let at = frame.across(x.place(f64::from(band)));
-                sheet.line(vec![(at, frame.y.end), (at, frame.y.end + Sheet::pixels(3))], plotters::style::BLACK, 0.75);
-            }
+        draw(picture, (790 + legend, 535), "", |sheet| {
+            sheet.axes(self.title, &frame, &x, &y, Grid::Horizontal);
+            sheet.small_ticks_below(&frame, (first..=last).map(|band| x.place(f64::from(band))));
             for (index, (name, levels)) in self.spectra.iter().enumerate() {
                 let top = |level: &BandLevel| frame.up(y.place(level.level.max(y.range().start)).clamp(0.0, 1.0));
                 if self.spectra.len() == 1 {
@@ -62,10 +55,7 @@ impl ThirdOctavePlot<'_> {
                     sheet.line(steps.collect(), colour::line(index), 2.0);
                 }
                 if !name.is_empty() {
-                    let at = frame.y.start + Sheet::pixels(12 + 22 * index as i32);
-                    let from = frame.x.end + Sheet::pixels(14);
-                    sheet.line(vec![(from, at), (from + Sheet::pixels(22), at)], colour::line(index), 2.5);
-                    sheet.text(name, (from + Sheet::pixels(28), at), Anchor::Right);
+                    sheet.legend_entry(&frame, index, name, colour::line(index));
                 }
             }
             sheet.frame(&frame);

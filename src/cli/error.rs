@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::response::SpectrumError;
+use crate::pipeline::RunError;
 use crate::results::{PlotError, ResultsError};
+use crate::scene::SceneError;
+use crate::tyre::cases::CasesError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;
@@ -25,9 +27,31 @@ pub enum CliError {
     /// A picture could not be drawn.
     #[error(transparent)]
     Plot(#[from] PlotError),
-    /// A spectrum could not be computed.
+    /// The scene cannot be used.
     #[error(transparent)]
-    Spectrum(#[from] SpectrumError),
+    Scene(#[from] SceneError),
+    /// The run did not reach its end.
+    #[error(transparent)]
+    Run(RunError),
+    /// A file that was named on the command line cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file of compliance cases makes no sense.
+    #[error("{}: {source}", path.display())]
+    Cases {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: CasesError,
+    },
+    /// Standard output does not take the answer.
+    #[error("cannot write to standard output: {0}")]
+    Print(#[source] std::io::Error),
     /// The user stopped the run.
     #[error("interrupted{}", kept.as_ref().map_or_else(String::new, |path| format!("; partial results are in {}", path.display())))]
     Interrupted {
@@ -51,9 +75,33 @@ impl CliError {
     /// The exit code that this error ends the program with.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Results(_) => NOT_WRITABLE,
+            Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
             Self::Interrupted { .. } => INTERRUPTED,
-            Self::Plot(_) | Self::Spectrum(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
+            Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } => USAGE,
+            Self::Run(error) => match error {
+                RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) => USAGE,
+                RunError::Results(_) => NOT_WRITABLE,
+                RunError::Interrupted { .. } => INTERRUPTED,
+                RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
+            },
+            Self::Plot(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
+        }
+    }
+
+    /// The message for people; a mistake in a scene is shown in its place.
+    pub fn render(&self, colour: bool) -> String {
+        match self {
+            Self::Scene(error) | Self::Run(RunError::Scene(error)) => error.render(colour),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl From<RunError> for CliError {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Interrupted { kept } => Self::Interrupted { kept },
+            other => Self::Run(other),
         }
     }
 }
@@ -63,6 +111,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::contact::ContactError;
 
     #[test]
     fn codes_and_messages() {
@@ -76,6 +125,7 @@ mod tests {
             CliError::from(ResultsError::writing(Path::new("r/time.npy"))(std::io::ErrorKind::StorageFull.into()));
         assert_eq!(full.exit_code(), 3);
         assert!(full.to_string().starts_with("cannot write r/time.npy"), "{full}");
-        assert_eq!(CliError::from(SpectrumError::TooShort { samples: 1, needed: 8 }).exit_code(), 1);
+        let contact = RunError::from(ContactError::NotFinite { step: 1, time: 0.1 });
+        assert_eq!(CliError::from(contact).exit_code(), 1);
     }
 }

@@ -3,6 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde_json::json;
+
+use super::{CliError, Context, print, side_folder};
+use crate::meter::{Counter, Meter, Stage};
+use crate::pipeline::Progress;
+use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::summary::Cost;
+use crate::results::{ResultsFolder, Summary};
+use crate::scene::Scene;
+use crate::tyre::mobility::{Mobility, driving_point};
 
 const EXAMPLES: &str = "\
 The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over it. The smaller the patch the \
@@ -42,7 +52,73 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Level re 1 m/(N s) \[dB\].
+fn level(value: num_complex::Complex64) -> f64 {
+    20.0 * value.norm().log10()
+}
+
+/// One row per frequency; real part, imaginary part and level for each patch.
+fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
+    let mut text = String::from("frequency_hz");
+    for patch in patches {
+        text.push_str(&format!(",re_{patch}mm,im_{patch}mm,level_db_{patch}mm"));
+    }
+    text.push('\n');
+    for (frequency, row) in mobility.frequencies.iter().zip(&mobility.values) {
+        text.push_str(&frequency.to_string());
+        for &value in row {
+            text.push_str(&format!(",{},{},{}", value.re, value.im, level(value)));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn to_svg(mobility: &Mobility, title: &str, patches: &[f64]) -> Result<String, CliError> {
+    let names: Vec<String> = patches.iter().map(|patch| format!("{patch} mm")).collect();
+    let curves = names.iter().enumerate().map(|(column, name)| Series {
+        name,
+        points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, level(row[column]))).collect(),
+    });
+    let levels = mobility.values.iter().flatten().map(|&value| level(value));
+    let plot = LinePlot {
+        title,
+        x: Axis::logarithmic(
+            "Frequency [Hz]",
+            mobility.frequencies[0]..mobility.frequencies[mobility.frequencies.len() - 1],
+        ),
+        y: Axis::linear_around("Driving-point mobility [dB re 1 m/(N s)]", levels),
+        series: curves.collect(),
+    };
+    Ok(plot.to_svg()?)
+}
+
 impl MobilityArguments {
+    /// Computes, writes `mobility.csv` and `mobility.svg`.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let loaded = Scene::load(&self.scene)?;
+        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "mobility"));
+        let folder = ResultsFolder::create(&target)?;
+        let begin = std::time::Instant::now();
+        let mut meter = Meter::default();
+        let mut progress = context.progress();
+        progress.stage(Stage::Influence);
+        let sides: Vec<f64> = self.patch.iter().map(|side| side * 1e-3).collect();
+        let mobility = meter.time(Stage::Influence, || driving_point(&loaded.scene.tyre, &sides, &self.frequencies()));
+        meter.count(Counter::ComplianceEvaluations, mobility.evaluations);
+        drop(progress);
+        let title = if loaded.scene.title.is_empty() { loaded.name() } else { loaded.scene.title.clone() };
+        folder.write_text("mobility.csv", &to_csv(&mobility, &self.patch))?;
+        folder.write_text("mobility.svg", &to_svg(&mobility, &title, &self.patch)?)?;
+        let settings = json!({ "scene": loaded.settings()?, "patch_mm": self.patch, "from": self.from, "to": self.to, "points": self.points });
+        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
+        let place = folder.finish(Summary::begun(&title, settings, cost))?;
+        if context.options.quiet { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
+    }
+
     /// The frequencies \[Hz\], lowest first; both ends exact.
     pub fn frequencies(&self) -> Vec<f64> {
         let last = self.points - 1;

@@ -12,6 +12,9 @@ pub mod progress;
 pub mod road;
 pub mod run;
 
+use std::ffi::OsStr;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -63,8 +66,21 @@ pub enum Command {
     Compliance(compliance::ComplianceArguments),
 }
 
+/// Writes to standard output; a closed pipe is no panic.
+fn print(text: &str) -> Result<(), CliError> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::Print)
+}
+
+/// Default results folder of a command other than `run`: results/NAME-command.
+fn side_folder(scene: &Path, command: &str) -> PathBuf {
+    let mut name = scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
+    name.push("-");
+    name.push(command);
+    Path::new("results").join(name)
+}
+
 /// Carries a command out.
-pub type Execute = fn(Command, &Context) -> Result<(), CliError>;
+type Execute = fn(Command, &Context) -> Result<(), CliError>;
 
 /// What a command needs to know beside its own arguments.
 #[derive(Debug)]
@@ -86,14 +102,25 @@ impl Context {
     }
 }
 
-/// The program: what `main` returns. `execute` carries the command out, on threads of its own pool.
-pub fn start(execute: Execute) -> ExitCode {
+impl Command {
+    fn execute(self, context: &Context) -> Result<(), CliError> {
+        match self {
+            Self::Run(arguments) => arguments.execute(context),
+            Self::Mobility(arguments) => arguments.execute(context),
+            Self::Road(arguments) => arguments.execute(context),
+            Self::Compliance(arguments) => arguments.execute(),
+        }
+    }
+}
+
+/// The program: what `main` returns. The command is carried out on threads of its own pool.
+pub fn start() -> ExitCode {
     let line = CommandLine::parse();
     let colour = line.options.color.allows_colour();
-    match carry_out(line, colour, execute) {
+    match carry_out(line, colour, Command::execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}", options::error_line(&error.to_string(), colour));
+            eprintln!("{}", options::error_line(&error.render(colour), colour));
             ExitCode::from(error.exit_code())
         }
     }

@@ -56,7 +56,8 @@ impl Plan {
         let contour = 2.0 * lags;
         let wavenumbers = elements / 2.0 + 1.0;
         let tread = &tyre.layers[tyre.layers.len() - 1];
-        let shear_speed = (tread.material.modulus / (2.0 * (1.0 + tread.material.poisson) * tread.material.density)).sqrt();
+        let shear_speed =
+            (tread.material.modulus / (2.0 * (1.0 + tread.material.poisson) * tread.material.density)).sqrt();
         let cut_off = thickness_limit(tread.thickness, numerics.influence_tolerance)
             .max(2.0 / (time_step * shear_speed * LARGEST_ARGUMENT.sqrt()));
         let lateral = numerics.lateral_terms.map_or(cut_off * tyre.width / (2.0 * PI), |terms| terms as f64);
@@ -67,9 +68,13 @@ impl Plan {
         };
         let evaluations = wavenumbers * contour / 2.0 * lateral.max(1.0) * aliases;
         let multiply_adds = steps * lags * columns * columns / 2.0;
-        let memory =
-            8.0 * (wavenumbers * lags + lags * (2.0 * columns + 9.0) + lags * columns + 3.0 * steps + wavenumbers * 24.0 * 14.0)
-                + contour / 2.0 * 600.0;
+        let memory = 8.0
+            * (wavenumbers * lags
+                + lags * (2.0 * columns + 9.0)
+                + lags * columns
+                + 3.0 * steps
+                + wavenumbers * 24.0 * 14.0)
+            + contour / 2.0 * 600.0;
         Self {
             speed,
             element,

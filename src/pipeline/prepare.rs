@@ -139,8 +139,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let road = RoadAhead { surface, builder, queue, elements, heights: Vec::new() };
 
-    let weights = meter
-        .time(Stage::Influence, || Weights::new(&sum, field, numerics.time_rule, plan.time_step, plan.lags));
+    let weights =
+        meter.time(Stage::Influence, || Weights::new(&sum, field, numerics.time_rule, plan.time_step, plan.lags));
     meter.count(Counter::ComplianceEvaluations, weights.evaluations);
     let truncated = weights.truncated();
     if truncated > 0.01 && plan.lags as u64 <= plan.steps {
@@ -205,7 +205,7 @@ fn static_row(sum: &InfluenceSum, field: Field) -> Vec<f64> {
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.
-fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
+pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
     let (key, right) = match &error {
         RoadError::Short { .. } => ("rolling.duration", "a road that is long enough, a shorter run, or another at_end"),
         RoadError::NotPositive { key, .. } => (*key, "a positive number"),

@@ -123,7 +123,10 @@ impl Record {
     /// Completes the arrays.
     pub fn finish(&mut self, meter: &mut Meter) -> Result<(), RunError> {
         let Some(arrays) = self.arrays.take() else { return Ok(()) };
-        let written = arrays.time.bytes() + arrays.total_force.bytes() + arrays.patch_force.bytes() + arrays.patch_element.bytes();
+        let written = arrays.time.bytes()
+            + arrays.total_force.bytes()
+            + arrays.patch_force.bytes()
+            + arrays.patch_element.bytes();
         meter.time(Stage::Output, || {
             arrays.time.finish()?;
             arrays.total_force.finish()?;

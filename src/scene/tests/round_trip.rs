@@ -145,8 +145,8 @@ fn numerics() -> impl Strategy<Value = Numerics> {
     let sizes = (8..1_000_000_000_usize, 1..9_usize, 1..9999_usize);
     let tolerances = (1e-14..0.1_f64, 1e-15..1e-3_f64);
     let fixed = (prop::option::of(1..999_usize), prop::option::of(0..999_usize));
-    (sizes, rule, tolerances, fixed, positive(), positive()).prop_map(
-        |((half, substeps, cached_factors), time_rule, tolerances, fixed, memory, memory_limit)| Numerics {
+    (sizes, rule, tolerances, fixed, positive(), (positive(), positive())).prop_map(
+        |((half, substeps, cached_factors), time_rule, tolerances, fixed, memory, (memory_limit, time_limit))| Numerics {
             elements: 2 * half,
             substeps,
             time_rule,
@@ -157,6 +157,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             wavenumber_aliases: fixed.1,
             cached_factors,
             memory_limit,
+            time_limit,
         },
     )
 }

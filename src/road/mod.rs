@@ -24,3 +24,6 @@ pub use error::RoadError;
 pub use lattice::Lattice;
 pub use report::{RoadNote, RoadReport};
 pub use surface::{Limits, RoadSurface};
+
+#[cfg(test)]
+mod tests;

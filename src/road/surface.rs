@@ -20,6 +20,9 @@ const ISOTROPIC_SPACING: f64 = 0.001;
 /// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
 const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
 
+/// Deviation of a made road's level from the one asked for that is worth a note \[dB\]; all deviations are in the report.
+const WORTH_TELLING: f64 = 1.0;
+
 /// What opening a road may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -199,7 +202,7 @@ fn made_source(
     report.bands = texture.spectrum().band_fit().to_vec();
     report.shortest_wavelength = Some(target.shortest().max(2.0 * lattice.dx));
     let worst = report.bands.iter().max_by(|a, b| (a.fitted - a.target).abs().total_cmp(&(b.fitted - b.target).abs()));
-    if let Some(band) = worst.filter(|band| (band.fitted - band.target).abs() > 0.5) {
+    if let Some(band) = worst.filter(|band| (band.fitted - band.target).abs() > WORTH_TELLING) {
         let note =
             RoadNote::NotRealisable { deviation: (band.fitted - band.target).abs(), wavelength: band.wavelength };
         report.notes.push(note);

@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn numbers_are_read_like_strtod() {
-        for (text, value) in [("2.000000000+e00", 2.0), ("1.5D+01", 15.0), ("-3 rest", -3.0), ("1e", 1.0)] {
+        for (text, value) in [("2.000000000+e00", 2.0_f64), ("1.5D+01", 15.0), ("-3 rest", -3.0), ("1e", 1.0)] {
             assert_eq!(leading_number(text).map(f64::to_bits), Some(value.to_bits()), "{text}");
         }
         assert!(leading_number("ten").is_none() && leading_number("").is_none() && leading_number("inf").is_none());

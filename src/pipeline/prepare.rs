@@ -43,8 +43,10 @@ impl RoadAhead {
         let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
         while self.queue.end() < end {
             let begin = self.queue.end();
-            let last = self.elements.map_or(i64::MAX, |(_, last)| last);
-            let rows = CHUNK_ROWS.min(usize::try_from(last - begin + 1).unwrap_or(CHUNK_ROWS));
+            let rows = match self.elements {
+                Some((_, last)) => CHUNK_ROWS.min((last + 1 - begin) as usize),
+                None => CHUNK_ROWS,
+            };
             let columns = self.surface.lattice().columns;
             self.heights.resize(rows * columns, 0.0);
             meter.time(Stage::Road, || self.surface.heights(begin, rows, &mut self.heights))?;

@@ -146,18 +146,20 @@ fn numerics() -> impl Strategy<Value = Numerics> {
     let tolerances = (1e-14..0.1_f64, 1e-15..1e-3_f64);
     let fixed = (prop::option::of(1..999_usize), prop::option::of(0..999_usize));
     (sizes, rule, tolerances, fixed, positive(), (positive(), positive())).prop_map(
-        |((half, substeps, cached_factors), time_rule, tolerances, fixed, memory, (memory_limit, time_limit))| Numerics {
-            elements: 2 * half,
-            substeps,
-            time_rule,
-            memory,
-            influence_tolerance: tolerances.0,
-            contact_tolerance: tolerances.1,
-            lateral_terms: fixed.0,
-            wavenumber_aliases: fixed.1,
-            cached_factors,
-            memory_limit,
-            time_limit,
+        |((half, substeps, cached_factors), time_rule, tolerances, fixed, memory, (memory_limit, time_limit))| {
+            Numerics {
+                elements: 2 * half,
+                substeps,
+                time_rule,
+                memory,
+                influence_tolerance: tolerances.0,
+                contact_tolerance: tolerances.1,
+                lateral_terms: fixed.0,
+                wavenumber_aliases: fixed.1,
+                cached_factors,
+                memory_limit,
+                time_limit,
+            }
         },
     )
 }

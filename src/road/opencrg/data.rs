@@ -132,10 +132,8 @@ fn decode_text(
     let filled = !format.aligned
         && values.len() as u64 > expected * channels as u64
         && values.len() as u64 - expected * (channels as u64) < per_record as u64;
-    if found != expected || (values.len() % channels != 0 && !filled) {
-        if !filled {
-            return Err(CrgError::Rows { expected: expected.max(found + u64::from(found == expected)), found });
-        }
+    if !filled && (found != expected || values.len() % channels != 0) {
+        return Err(CrgError::Rows { expected: expected.max(found + u64::from(found == expected)), found });
     }
     values.truncate(expected as usize * channels);
     Ok(values)

@@ -163,8 +163,8 @@ pub fn fill_line(line: &mut [f64], hold: bool) {
             Some(before) if before + 1 < index => {
                 let (from, to) = (line[before], line[index]);
                 let steps = (index - before) as f64;
-                for between in before + 1..index {
-                    line[between] = from + (to - from) * (between - before) as f64 / steps;
+                for (step, hole) in line[before + 1..index].iter_mut().enumerate() {
+                    *hole = from + (to - from) * (step + 1) as f64 / steps;
                 }
             }
             None if hold => {
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn plane_is_removed_exactly_and_texture_kept() {
-        let texture = |r: usize, c: usize| if (r / 2 + c / 2) % 2 == 0 { 1e-3 } else { -1e-3 };
+        let texture = |r: usize, c: usize| if (r / 2 + c / 2).is_multiple_of(2) { 1e-3 } else { -1e-3 };
         let build = |tilt: f64| HeightMap {
             path: PathBuf::new(),
             dx: 0.1,

@@ -86,7 +86,7 @@ pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<H
     if missing > 0 {
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
-    let (dx, mut heights) = uniform(&points, &mut report.notes);
+    let (dx, mut heights) = uniform(path, &points, &mut report.notes)?;
     remove_line(&mut heights);
     report.notes.push(RoadNote::Levelled);
     let map = HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights };
@@ -314,7 +314,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
 }
 
 /// Spacing and heights on a uniform lattice from the first point to the last: linear interpolation between valid points.
-fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> (f64, Vec<f64>) {
+/// Refuses a profile most of which would be invented, in particular one with a far outlying distance.
+fn uniform(path: &Path, points: &[Point], notes: &mut Vec<RoadNote>) -> Result<(f64, Vec<f64>), RoadError> {
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;
     let mut gaps: Vec<f64> = points.windows(2).map(|pair| pair[1].distance - pair[0].distance).collect();
@@ -325,6 +326,16 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> (f64, Vec<f64>) {
     let (sum, count) =
         gaps.iter().filter(|&&gap| gap < 1.5 * typical).fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
     let intervals = (span / (sum / count)).round().max(1.0);
+    let total = intervals + 1.0;
+    if total.is_nan() || total > points.len() as f64 / (1.0 - MISSING_ALLOWED) + 1.0 {
+        let missing = (total - points.len() as f64) as usize;
+        return Err(RoadError::TooManyMissing {
+            path: path.to_owned(),
+            missing,
+            total: total as usize,
+            allowed: MISSING_ALLOWED,
+        });
+    }
     let dx = span / intervals;
     if largest - smallest > 1e-6 * dx {
         notes.push(RoadNote::Resampled { smallest, largest, spacing: dx });
@@ -344,5 +355,5 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> (f64, Vec<f64>) {
             (None, None) => f64::NAN,
         }
     });
-    (dx, heights.collect())
+    Ok((dx, heights.collect()))
 }

@@ -132,11 +132,54 @@ fn decode_text(
     let filled = !format.aligned
         && values.len() as u64 > expected * channels as u64
         && values.len() as u64 - expected * (channels as u64) < per_record as u64;
-    if found != expected || (values.len() % channels != 0 && !filled) {
-        if !filled {
-            return Err(CrgError::Rows { expected: expected.max(found + u64::from(found == expected)), found });
-        }
+    if !filled && (found != expected || values.len() % channels != 0) {
+        return Err(CrgError::Rows { expected: expected.max(found + u64::from(found == expected)), found });
     }
     values.truncate(expected as usize * channels);
     Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NUMBERS: [f64; 6] = [1.0, 2.5, -3.0, 0.25, 5.0, -6.5];
+
+    #[test]
+    fn aligned_binary_rows_start_at_records() {
+        let format = Format { aligned: true, double: true, text: false };
+        let mut bytes = Vec::new();
+        for row in NUMBERS.chunks(3) {
+            row.iter().for_each(|value| bytes.extend(value.to_be_bytes()));
+            bytes.resize(bytes.len().next_multiple_of(RECORD), 0xff);
+        }
+        assert_eq!(decode(&bytes, format, 3, Some(2), 1).unwrap(), NUMBERS);
+        assert!(matches!(decode(&bytes[1..], format, 3, Some(2), 1), Err(CrgError::Payload { found: 159, .. })));
+    }
+
+    #[test]
+    fn kernel_text_rows_follow_each_other() {
+        let format = Format { aligned: false, double: true, text: true };
+        let text: String = NUMBERS
+            .chunks(4)
+            .map(|record| record.iter().map(|value| format!("{value:20.10}")).collect::<String>() + "\n")
+            .collect();
+        assert_eq!(decode(text.as_bytes(), format, 3, Some(2), 1).unwrap(), NUMBERS);
+        assert_eq!(decode(text.as_bytes(), format, 3, None, 1).unwrap(), NUMBERS);
+        assert!(matches!(
+            decode(text.as_bytes(), format, 3, Some(3), 1),
+            Err(CrgError::Rows { expected: 3, found: 2 })
+        ));
+    }
+
+    #[test]
+    fn padding_of_narrow_binary_rows_is_no_row() {
+        let format = Format { aligned: false, double: false, text: false };
+        let mut bytes: Vec<u8> = NUMBERS.iter().flat_map(|&value| (value as f32).to_be_bytes()).collect();
+        while bytes.len() < RECORD {
+            bytes.extend(f32::NAN.to_be_bytes());
+        }
+        assert_eq!(decode(&bytes, format, 2, None, 1).unwrap(), NUMBERS);
+        assert_eq!(decode(&bytes, format, 2, Some(3), 1).unwrap(), NUMBERS);
+    }
 }

@@ -11,7 +11,6 @@ use super::data::decode;
 use super::error::CrgError;
 use super::header::{Channel, Format, Header};
 use crate::road::error::RoadError;
-use crate::road::height_map::fill_line;
 use crate::road::read::read_file;
 use crate::road::report::RoadNote;
 
@@ -258,13 +257,11 @@ fn fill_nearest(row: &mut [f64]) {
         row.fill(0.0);
     }
     for column in 0..row.len() {
-        if row[column].is_nan() {
-            if let Some(&nearest) = valid.iter().min_by_key(|&&other| other.abs_diff(column)) {
-                row[column] = row[nearest];
-            }
+        let nearest = valid.iter().min_by_key(|&&other| other.abs_diff(column));
+        if let (true, Some(&nearest)) = (row[column].is_nan(), nearest) {
+            row[column] = row[nearest];
         }
     }
-    fill_line(row, true);
 }
 
 /// Increment of u and, where the end is given, the number of rows.
@@ -276,7 +273,7 @@ fn rows(key: impl Fn(&str) -> Option<f64>, start: f64) -> Result<(f64, Option<u6
     let Some(end) = key("reference_line_end_u") else { return Ok((increment, None)) };
     let intervals = (end - start) / increment;
     let whole = intervals.round();
-    if !(whole >= 1.0 && whole < 1e12 && (intervals - whole).abs() < 0.01) {
+    if !(1.0..1e12).contains(&whole) || (intervals - whole).abs() >= 0.01 {
         return Err(CrgError::RowCount { start, end, increment });
     }
     Ok((increment, Some(whole as u64 + 1)))

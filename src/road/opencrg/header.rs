@@ -109,7 +109,7 @@ impl Header {
                 break;
             }
             if line.starts_with('$') {
-                section = header.open_section(line, section);
+                section = header.open_section(line);
             } else if !line.starts_with('*') {
                 let line = line.split('!').next().unwrap_or_default().trim();
                 if !line.is_empty() {
@@ -120,7 +120,7 @@ impl Header {
         Ok(header)
     }
 
-    fn open_section(&mut self, line: &str, current: Section) -> Section {
+    fn open_section(&mut self, line: &str) -> Section {
         let token = line.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
         match token.split('!').next().unwrap_or_default() {
             "$CT" => Section::Text,
@@ -135,10 +135,9 @@ impl Header {
             }
             "$ROAD_CRG_FILE" => Section::File,
             "$KD_DEFINITION" => Section::Definition,
-            // $ROAD_CRG_MPRO (map projection) and sections of other programs hold nothing about elevations.
-            "$ROAD_CRG_MPRO" => Section::Text,
             "$" | "$$" | "$$$" => Section::None,
-            _ if current == Section::Text => Section::Text,
+            // $ROAD_CRG_MPRO (map projection) and sections of other programs hold nothing about elevations; in free
+            // text a word with a dollar sign is text.
             _ => Section::Text,
         }
     }

@@ -325,3 +325,35 @@ fn repeated_and_mirrored_cobbles_go_on() {
         assert!(rows(&mut road, 100_000, 50).iter().all(|z| z.abs() < 0.2));
     }
 }
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(300))]
+
+    /// Whatever happens to a file, reading it ends with a road or an error.
+    #[test]
+    fn mangled_files_never_panic(
+        format in 0..4_usize,
+        changes in proptest::collection::vec((0..100_000_usize, proptest::prelude::any::<u8>()), 0..12),
+        cut in 0..100_000_usize,
+        keep_whole in proptest::prelude::any::<bool>(),
+        position in -0.5..0.5_f64,
+    ) {
+        let mut bytes = make(["LRFI", "LDFI", "KRBI", "KDBI"][format], "$ROAD_CRG_MODS\nscale_width = 1\n$\n", Some((4, 0)));
+        let length = bytes.len();
+        for (place, value) in changes {
+            bytes[place % length] = value;
+        }
+        if !keep_whole {
+            bytes.truncate(cut % length);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let scene = OpenCrgRoad { lateral_position: Some(position), longest_wavelength: Some(1.0), ..spec(write(&folder, "m.crg", &bytes)) };
+        let lattice = Lattice { dx: 0.05, dy: 0.01, columns: 10 };
+        if let Ok(mut road) = RoadSurface::open(&Road::OpenCrg(scene), lattice, Limits { bytes: 1 << 24 }) {
+            let mut out = [f64::NAN; 30];
+            if road.heights(0, 3, &mut out).is_ok() {
+                proptest::prop_assert!(out.iter().all(|z| z.is_finite()));
+            }
+        }
+    }
+}

@@ -155,6 +155,11 @@ fn faulty_profiles_are_refused_with_the_place() {
     let holes: String =
         (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), if i % 2 == 0 { "" } else { "1" })).collect();
     assert!(matches!(fault(holes.as_bytes()), RoadError::TooManyMissing { missing: 50, .. }));
+    let outlier: String = (0..50).map(|i| format!("{},1\n", if i == 49 { 1e15 } else { f64::from(i) })).collect();
+    assert!(
+        matches!(fault(outlier.as_bytes()), RoadError::TooManyMissing { .. }),
+        "must not be filled with 1e15 points"
+    );
     let absent = Road::Profile(profile(folder.path().join("absent.csv")));
     assert!(refused(&absent, line()).to_string().contains("absent.csv"));
     let directory = Road::Profile(profile(folder.path().to_owned()));
@@ -277,4 +282,23 @@ fn grid_description_measures_what_was_put_in() {
     assert!(serde_json::to_string(&told).unwrap().contains("levels"));
     let smooth = describe(&Road::Smooth, line(), 20.0, Limits::default()).unwrap();
     assert!(smooth.levels.is_empty() && smooth.highest_frequency.is_none());
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(200))]
+
+    /// Whatever stands in a file, reading it ends with a finite road or an error.
+    #[test]
+    fn arbitrary_tables_never_panic(text in "([0-9.e+-]{0,6}[,;\t ]?(NaN|nan|inf|x)?[,\n]){0,60}", captif in proptest::prelude::any::<bool>()) {
+        let folder = tempfile::tempdir().unwrap();
+        let head = if captif { "*****DATA*****\nData Point No:\tDistance (mm)\tDepth (mm)\n" } else { "" };
+        let body = if captif { text.replace([',', ';'], "\t") } else { text };
+        let file = write(&folder, "t.csv", format!("{head}{body}").as_bytes());
+        if let Ok(mut road) = RoadSurface::open(&Road::Profile(profile(file)), line(), Limits { bytes: 1 << 24 }) {
+            let mut out = [f64::NAN; 1];
+            if road.heights(0, 1, &mut out).is_ok() {
+                proptest::prop_assert!(out[0].is_finite());
+            }
+        }
+    }
 }

@@ -9,4 +9,42 @@ pub enum HalfSpaceError {
         /// Order of the matrix.
         cells: usize,
     },
+    /// Heights that do not fill the grid.
+    #[error("a height map of {rows} x {columns} cells needs as many heights, at least one; {found} were given")]
+    Shape {
+        /// Rows announced.
+        rows: usize,
+        /// Columns announced.
+        columns: usize,
+        /// Heights given.
+        found: usize,
+    },
+    /// A quantity that must be positive and finite.
+    #[error("{what} is {value}: it must be positive and finite")]
+    NotPositive {
+        /// The quantity.
+        what: &'static str,
+        /// Its value \[SI\].
+        value: f64,
+    },
+    /// A hole in the height map.
+    #[error("height {value} in row {row}, column {column} (counted from 0): holes must be filled first")]
+    Hole {
+        /// Row counted from 0.
+        row: usize,
+        /// Column counted from 0.
+        column: usize,
+        /// What was found.
+        value: f64,
+    },
+    /// The iteration did not reach its tolerance.
+    #[error(
+        "no convergence in {iterations} iterations: the contact conditions are violated by {residual:.1e} of the penetration"
+    )]
+    NotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// Largest violation, relative to the penetration.
+        residual: f64,
+    },
 }

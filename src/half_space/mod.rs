@@ -3,12 +3,15 @@
 //! Knows no road and no tyre. Lengths in m, pressures in Pa; the modulus enters as E* = E/(1 - nu^2).
 
 pub mod active_set;
+pub mod convolution;
 pub mod error;
+mod gradients;
 pub mod growing;
 pub mod line;
 pub mod love;
 #[cfg(test)]
 pub(crate) mod reference;
+pub mod rough;
 
 pub use error::HalfSpaceError;
 pub use growing::GrowingContact;

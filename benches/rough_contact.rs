@@ -80,7 +80,8 @@ fn penetration(map: &HeightMap, sphere: bool) -> f64 {
 fn checked(map: &HeightMap, contact: &Indentation) {
     assert!(contact.residual <= 1e-8, "residual {:e}", contact.residual);
     let Extent { nx, ny } = map.extent;
-    let kernel = |i: usize, j: usize| love::displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy) / MODULUS;
+    let kernel =
+        |i: usize, j: usize| love::displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy) / MODULUS;
     let mut displacement = vec![0.0; nx * ny];
     Convolution::<f64>::from_kernel(map.extent, kernel).apply(&contact.pressure, &mut displacement, |_| true);
     let peak = map.heights.iter().copied().fold(f64::MIN, f64::max);
@@ -92,7 +93,9 @@ fn checked(map: &HeightMap, contact: &Indentation) {
 }
 
 fn table(sizes: &str) {
-    println!("| cells | surface | given | area | iterations | convolutions | residual | 1 thread, CPU s | 1 thread, s | 2 threads, s |");
+    println!(
+        "| cells | surface | given | area | iterations | convolutions | residual | 1 thread, CPU s | 1 thread, s | 2 threads, s |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
     let (one, two) = (pool(1), pool(2));

@@ -83,9 +83,6 @@ fn report_text(report: &RunReport) -> String {
         outcome.simulated_time / wall,
         outcome.steps
     ));
-    for warning in &report.summary.warnings {
-        lines.push(format!("note: {warning}"));
-    }
     lines.push(format!("results in {}", report.folder.display()));
     lines.join("\n") + "\n"
 }

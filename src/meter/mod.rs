@@ -31,8 +31,16 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 8] =
-        [Self::Influence, Self::Road, Self::Slices, Self::Axle, Self::History, Self::ActiveSet, Self::Output, Self::Response];
+    pub const ALL: [Self; 8] = [
+        Self::Influence,
+        Self::Road,
+        Self::Slices,
+        Self::Axle,
+        Self::History,
+        Self::ActiveSet,
+        Self::Output,
+        Self::Response,
+    ];
 
     /// The stage named as people read it in a table.
     pub const fn title(self) -> &'static str {

@@ -93,6 +93,9 @@ pub fn run(
     }
     let wall = begin.elapsed();
     let summary = context.summary(Cost::new(&meter, wall.as_secs_f64(), options.threads))?;
+    for warning in &summary.warnings[prepared.warnings.len()..] {
+        progress.note(warning);
+    }
     progress.finish();
     if interrupted {
         let kept = folder.finish_partial(summary)?;

@@ -1,1 +1,183 @@
 //! The command line: one file per command.
+//!
+//! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command executed on them, and
+//! turns its error into a message on standard error and an exit code.
+
+pub mod compliance;
+pub mod error;
+pub mod interrupt;
+pub mod mobility;
+pub mod options;
+pub mod progress;
+pub mod road;
+pub mod run;
+
+use std::ffi::OsStr;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub use error::CliError;
+pub use interrupt::Interrupt;
+pub use options::{GlobalOptions, When};
+pub use progress::TerminalProgress;
+
+/// What the whole program says under `--help` after the list of commands.
+const AFTER_HELP: &str = "\
+Exit codes:
+  0    done
+  1    the run failed
+  2    the command line or the scene makes no sense; nothing was written
+  3    the results could not be written; nothing stands under their name
+  130  interrupted with Ctrl-C; what there was is kept as <results>.partial
+
+Examples:
+  tyrewave run scenes/default.toml
+  tyrewave run scenes/default.toml --out /tmp/trial --threads 1 --profile
+  tyrewave help run";
+
+/// The sound of a tyre rolling on a rough road.
+///
+/// A scene (a TOML file) says what rolls on what and how fast. tyrewave computes the tyre's response, brings the road to the contact, and
+/// finds the contact forces in the time domain, step by step.
+#[derive(Debug, Parser)]
+#[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
+pub struct CommandLine {
+    /// Options of every command.
+    #[command(flatten)]
+    pub options: GlobalOptions,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What tyrewave can do.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// Roll a tyre: contact forces over time, and their spectrum.
+    Run(run::RunArguments),
+    /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
+    Mobility(mobility::MobilityArguments),
+    /// Describe and draw a scene's road.
+    Road(road::RoadArguments),
+    /// Compute the surface compliance and belt transfer of layered tyres, case by case.
+    Compliance(compliance::ComplianceArguments),
+}
+
+/// Writes to standard output; a closed pipe is no panic.
+fn print(text: &str) -> Result<(), CliError> {
+    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::Print)
+}
+
+/// Default results folder of a command other than `run`: results/NAME-command.
+fn side_folder(scene: &Path, command: &str) -> PathBuf {
+    let mut name = scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
+    name.push("-");
+    name.push(command);
+    Path::new("results").join(name)
+}
+
+/// Carries a command out.
+type Execute = fn(Command, &Context) -> Result<(), CliError>;
+
+/// What a command needs to know beside its own arguments.
+#[derive(Debug)]
+pub struct Context {
+    /// Options of every command.
+    pub options: GlobalOptions,
+    /// Threads that the command is executed on.
+    pub threads: usize,
+    /// Whether messages on standard error may be coloured.
+    pub colour: bool,
+    /// Whether the user has asked for the end.
+    pub interrupt: Interrupt,
+}
+
+impl Context {
+    /// Progress as the options want it.
+    pub fn progress(&self) -> TerminalProgress {
+        TerminalProgress::new(self.options.quiet)
+    }
+}
+
+impl Command {
+    fn execute(self, context: &Context) -> Result<(), CliError> {
+        match self {
+            Self::Run(arguments) => arguments.execute(context),
+            Self::Mobility(arguments) => arguments.execute(context),
+            Self::Road(arguments) => arguments.execute(context),
+            Self::Compliance(arguments) => arguments.execute(),
+        }
+    }
+}
+
+/// The program: what `main` returns. The command is carried out on threads of its own pool.
+pub fn start() -> ExitCode {
+    let line = CommandLine::parse();
+    let colour = line.options.color.allows_colour();
+    match carry_out(line, colour, Command::execute) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", options::error_line(&error.render(colour), colour));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn carry_out(line: CommandLine, colour: bool, execute: Execute) -> Result<(), CliError> {
+    let CommandLine { options, command } = line;
+    let wanted = options.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(wanted)
+        .build()
+        .map_err(|source| CliError::Threads { threads: wanted, source })?;
+    let context = Context { options, threads: pool.current_num_threads(), colour, interrupt: Interrupt::listen()? };
+    pool.install(|| execute(command, &context))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound_and_documents_its_exit_codes() {
+        CommandLine::command().debug_assert();
+        let help = CommandLine::command().render_long_help().to_string();
+        for code in [error::FAILED, error::USAGE, error::NOT_WRITABLE, error::INTERRUPTED] {
+            assert!(help.lines().any(|line| line.trim_start().starts_with(&format!("{code} "))), "{code}: {help}");
+        }
+    }
+
+    #[test]
+    fn every_command_teaches_by_example() {
+        let mut command = CommandLine::command();
+        for name in ["run", "mobility", "road", "compliance"] {
+            let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
+            assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
+        }
+    }
+
+    #[test]
+    fn a_command_runs_on_the_threads_asked_for_and_its_error_comes_back() {
+        let line = CommandLine::try_parse_from(["tyrewave", "run", "a.toml", "--threads", "2", "-q"]).unwrap();
+        let outcome = carry_out(line, false, |command, context| {
+            assert_eq!((context.threads, rayon::current_num_threads()), (2, 2));
+            assert!(context.options.quiet && matches!(command, Command::Run(_)));
+            Err(CliError::Interrupted { kept: None })
+        });
+        assert_eq!(outcome.unwrap_err().exit_code(), 130);
+    }
+
+    #[test]
+    fn mistakes_on_the_line_are_usage_errors() {
+        for line in [&["tyrewave", "walk"][..], &["tyrewave", "run"], &["tyrewave", "run", "a.toml", "--threads", "0"]]
+        {
+            let error = CommandLine::try_parse_from(line).unwrap_err();
+            assert_eq!(error.exit_code(), i32::from(error::USAGE), "{line:?}");
+        }
+    }
+}

@@ -1,1 +1,20 @@
 //! Rolling contact in the time domain.
+//!
+//! - [`geometry`]: where tyre elements stand over the road, step by step;
+//! - [`tread`]: influence functions brought to the contact: first weights G0 and kernels of the history;
+//! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
+//! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations;
+//! - [`march`]: one time step after the other;
+//! - [`axle`]: axle height, static solution.
+
+pub mod active_set;
+pub mod axle;
+pub mod error;
+pub mod factors;
+pub mod geometry;
+pub mod history;
+pub mod march;
+pub mod slice_queue;
+pub mod tread;
+
+pub use error::ContactError;

@@ -1,1 +1,10 @@
 //! Numerical building blocks that know no physics.
+
+pub mod complex_field;
+pub mod matrix2;
+pub mod scaled_series;
+
+pub use complex_field::ComplexField;
+pub use matrix2::Matrix2;
+pub mod nnls;
+pub mod windowed_sinc;

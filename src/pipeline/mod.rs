@@ -1,1 +1,17 @@
 //! Plan and run: the only place that knows the whole order.
+//!
+//! 1. [`plan`]: sizes, memory and work of a scene, checked before anything is allocated;
+//! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
+//! 3. [`run`]: steps, arrays, spectra, plots, summary.
+
+pub mod error;
+pub mod plan;
+pub mod prepare;
+pub mod progress;
+pub mod record;
+pub mod run;
+
+pub use error::RunError;
+pub use plan::Plan;
+pub use progress::{Progress, Unwatched};
+pub use run::{RunOptions, run};

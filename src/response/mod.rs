@@ -1,1 +1,7 @@
 //! What is heard of the forces: third-octave levels and spectra.
+
+pub mod spectrum;
+pub mod third_octave;
+
+pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
+pub use third_octave::ThirdOctaveBand;

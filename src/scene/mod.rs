@@ -1,5 +1,26 @@
 //! What the user writes: scene files, parsed and checked, with every complaint pointing into the file.
+//!
+//! [`Scene::load`] reads a file, [`Scene::from_str`] a text; both return a [`LoadedScene`], which later stages use to
+//! complain about a key ([`LoadedScene::complain`]). All mistakes of a file are collected in one [`SceneError`].
 
+mod diagnostic;
+mod document;
+mod error;
+mod kind;
+mod load;
 pub mod model;
+mod problem;
+mod read;
+mod table;
+#[cfg(test)]
+mod tests;
 
+pub use diagnostic::{Diagnostic, Source};
+pub use error::SceneError;
+pub use kind::Bounds;
+pub use load::LoadedScene;
 pub use model::*;
+pub use problem::Problem;
+
+/// The default scene, `scenes/default.toml`.
+pub const DEFAULT: &str = include_str!("../../scenes/default.toml");

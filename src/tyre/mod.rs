@@ -1,1 +1,15 @@
 //! The tyre: a layered elastic plate under tension, its compliance and its influence functions.
+//!
+//! - [`material`]: viscoelastic laws;
+//! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
+//! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
+
+pub mod cases;
+pub mod compliance;
+pub mod convolution_quadrature;
+pub mod influence;
+pub mod layer;
+pub mod material;
+pub mod mobility;
+pub mod moments;
+pub mod surface_asymptote;

@@ -1,0 +1,36 @@
+//! `tyrewave compliance`: the layered tyre's compliance for a file of cases.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{CliError, print};
+use crate::tyre::cases;
+
+const EXAMPLES: &str = "\
+The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. The same JSON is printed with the \
+computed 3x3 surface compliance C and belt transfer D in place of the file's.
+
+Examples:
+  tyrewave compliance cases.json > computed.json";
+
+/// Arguments of `tyrewave compliance`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ComplianceArguments {
+    /// The cases, a JSON file.
+    pub cases: PathBuf,
+}
+
+impl ComplianceArguments {
+    /// Prints the cases with their computed matrices.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self) -> Result<(), CliError> {
+        let path = self.cases;
+        let text = std::fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let answer = cases::evaluate(&text).map_err(|source| CliError::Cases { path, source })?;
+        print(&format!("{answer:#}\n"))
+    }
+}

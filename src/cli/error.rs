@@ -1,0 +1,131 @@
+//! How a command ends: its error and its exit code.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::pipeline::RunError;
+use crate::results::{PlotError, ResultsError};
+use crate::scene::SceneError;
+use crate::tyre::cases::CasesError;
+
+/// Exit code of a run that failed on its way.
+pub const FAILED: u8 = 1;
+/// Exit code of a command line or a scene that makes no sense.
+pub const USAGE: u8 = 2;
+/// Exit code of results that could not be written.
+pub const NOT_WRITABLE: u8 = 3;
+/// Exit code after Ctrl-C: 128 + SIGINT, as shells do.
+pub const INTERRUPTED: u8 = 130;
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug, Error)]
+pub enum CliError {
+    /// Results could not be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A picture could not be drawn.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// The scene cannot be used.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The run did not reach its end.
+    #[error(transparent)]
+    Run(RunError),
+    /// A file that was named on the command line cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file of compliance cases makes no sense.
+    #[error("{}: {source}", path.display())]
+    Cases {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: CasesError,
+    },
+    /// Standard output does not take the answer.
+    #[error("cannot write to standard output: {0}")]
+    Print(#[source] std::io::Error),
+    /// The user stopped the run.
+    #[error("interrupted{}", kept.as_ref().map_or_else(String::new, |path| format!("; partial results are in {}", path.display())))]
+    Interrupted {
+        /// Where the partial results are, if there are any.
+        kept: Option<PathBuf>,
+    },
+    /// The threads could not be started.
+    #[error("cannot start {threads} threads: {source}")]
+    Threads {
+        /// How many were wanted; 0: as many as there are processors.
+        threads: usize,
+        /// The pool's complaint.
+        source: rayon::ThreadPoolBuildError,
+    },
+    /// Ctrl-C cannot be caught.
+    #[error("cannot listen for Ctrl-C: {0}")]
+    Signals(#[source] ctrlc::Error),
+}
+
+impl CliError {
+    /// The exit code that this error ends the program with.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
+            Self::Interrupted { .. } => INTERRUPTED,
+            Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } => USAGE,
+            Self::Run(error) => match error {
+                RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) => USAGE,
+                RunError::Results(_) => NOT_WRITABLE,
+                RunError::Interrupted { .. } => INTERRUPTED,
+                RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
+            },
+            Self::Plot(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
+        }
+    }
+
+    /// The message for people; a mistake in a scene is shown in its place.
+    pub fn render(&self, colour: bool) -> String {
+        match self {
+            Self::Scene(error) | Self::Run(RunError::Scene(error)) => error.render(colour),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl From<RunError> for CliError {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Interrupted { kept } => Self::Interrupted { kept },
+            other => Self::Run(other),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::contact::ContactError;
+
+    #[test]
+    fn codes_and_messages() {
+        let stopped = CliError::Interrupted { kept: Some("results/a.partial".into()) };
+        assert_eq!(
+            (stopped.exit_code(), stopped.to_string().as_str()),
+            (130, "interrupted; partial results are in results/a.partial")
+        );
+        assert_eq!(CliError::Interrupted { kept: None }.to_string(), "interrupted");
+        let full =
+            CliError::from(ResultsError::writing(Path::new("r/time.npy"))(std::io::ErrorKind::StorageFull.into()));
+        assert_eq!(full.exit_code(), 3);
+        assert!(full.to_string().starts_with("cannot write r/time.npy"), "{full}");
+        let contact = RunError::from(ContactError::NotFinite { step: 1, time: 0.1 });
+        assert_eq!(CliError::from(contact).exit_code(), 1);
+    }
+}

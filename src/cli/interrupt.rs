@@ -1,0 +1,55 @@
+//! Ctrl-C: the first one asks the run to stop at the next step and keep what it has, the second one stops it at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::error::{CliError, INTERRUPTED};
+
+/// Whether the user has asked for the end. Clones share the answer.
+#[derive(Clone, Debug, Default)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Listens for Ctrl-C, and on Unix for SIGTERM and SIGHUP, from now on. Once per process.
+    ///
+    /// # Errors
+    /// [`CliError::Signals`] if the system does not let us, or somebody else listens already.
+    pub fn listen() -> Result<Self, CliError> {
+        let interrupt = Self::default();
+        let shared = interrupt.clone();
+        ctrlc::set_handler(move || {
+            if shared.request() {
+                // What is written has a name that says that it is not finished.
+                std::process::exit(i32::from(INTERRUPTED));
+            }
+            eprintln!("\nstopping after this step and keeping what there is (again: stop at once, keep nothing)");
+        })
+        .map_err(CliError::Signals)?;
+        Ok(interrupt)
+    }
+
+    /// Asks for the end; returns whether that had been asked for before.
+    pub fn request(&self) -> bool {
+        self.0.swap(true, Ordering::Relaxed)
+    }
+
+    /// What a run looks at between two steps.
+    pub fn flag(&self) -> &AtomicBool {
+        &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_request_knows_of_the_first() {
+        let interrupt = Interrupt::default();
+        let run = interrupt.clone();
+        assert!(!run.flag().load(Ordering::Relaxed));
+        assert!(!interrupt.request());
+        assert!(run.flag().load(Ordering::Relaxed));
+        assert!(interrupt.request());
+    }
+}

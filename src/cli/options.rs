@@ -1,0 +1,87 @@
+//! Options that every command takes.
+
+use std::io::IsTerminal;
+
+use clap::builder::styling::{AnsiColor, Style};
+use clap::{Args, ValueEnum};
+
+/// Options that every command takes, before or after its name.
+#[derive(Clone, Debug, Args)]
+pub struct GlobalOptions {
+    /// Number of threads; default: one per processor. The results do not depend on it, not even in the last bit.
+    #[arg(long, global = true, value_name = "N", value_parser = threads)]
+    pub threads: Option<usize>,
+    /// Say nothing but errors and what was asked for.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// When to colour messages.
+    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value_t = When::Auto)]
+    pub color: When,
+}
+
+/// Most threads that can be asked for; a slip of the finger must not start a million.
+const MOST_THREADS: usize = 1024;
+
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=MOST_THREADS) => Ok(count),
+        _ => Err(format!("a number from 1 to {MOST_THREADS} is needed")),
+    }
+}
+
+/// When to colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum When {
+    /// On a terminal, unless the environment variable NO_COLOR is set.
+    #[default]
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+impl When {
+    /// Whether standard error gets colours.
+    pub fn allows_colour(self) -> bool {
+        match self {
+            Self::Always => true,
+            Self::Never => false,
+            Self::Auto => {
+                let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+                !unwanted && std::io::stderr().is_terminal()
+            }
+        }
+    }
+}
+
+/// `error: message`, as clap and rustc write it. A message that brings its own heading (a report on a scene) stays as it is.
+pub(super) fn error_line(message: &str, colour: bool) -> String {
+    // A rendered report starts with its heading, possibly behind an escape sequence.
+    if message.starts_with("error") || message.starts_with('\u{1b}') {
+        return message.to_owned();
+    }
+    let style = if colour { AnsiColor::Red.on_default().bold() } else { Style::new() };
+    format!("{style}error:{style:#} {message}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thread_count_is_a_small_positive_number() {
+        assert_eq!(threads("2"), Ok(2));
+        for text in ["0", "-1", "two", "1000000", ""] {
+            assert!(threads(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn errors_are_headed_once() {
+        assert_eq!(error_line("it broke", false), "error: it broke");
+        assert_eq!(error_line("error: unknown key", false), "error: unknown key");
+        assert!(error_line("it broke", true).starts_with("\u{1b}[1m\u{1b}[31merror:\u{1b}[0m "));
+        assert!(When::Always.allows_colour() && !When::Never.allows_colour());
+    }
+}

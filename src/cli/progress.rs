@@ -1,0 +1,154 @@
+//! Progress on the terminal: simulated time, real-time factor, time to go.
+
+use std::fmt::Write;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use crate::meter::Stage;
+use crate::pipeline::Progress;
+
+/// How often the spinner turns while a stage says nothing.
+const TICK: Duration = Duration::from_millis(120);
+
+/// A line on standard error; silent where that is not a terminal, so that logs stay clean.
+#[derive(Debug)]
+pub struct TerminalProgress {
+    bar: ProgressBar,
+    quiet: bool,
+}
+
+impl TerminalProgress {
+    /// A line that draws nothing yet; `quiet`: ever.
+    pub fn new(quiet: bool) -> Self {
+        Self::with_target(quiet, ProgressDrawTarget::stderr())
+    }
+
+    fn with_target(quiet: bool, target: ProgressDrawTarget) -> Self {
+        let target = if quiet { ProgressDrawTarget::hidden() } else { target };
+        Self { bar: ProgressBar::with_draw_target(None, target), quiet }
+    }
+}
+
+impl Progress for TerminalProgress {
+    fn stage(&mut self, stage: Stage) {
+        self.bar.set_style(style("{spinner} {msg} ({elapsed})"));
+        self.bar.set_message(stage.title());
+        if !self.bar.is_hidden() {
+            self.bar.enable_steady_tick(TICK);
+        }
+    }
+
+    fn march(&mut self, steps: u64, time_step: f64) {
+        self.bar.disable_steady_tick();
+        self.bar.set_length(steps);
+        self.bar.reset();
+        self.bar.set_message("rolling");
+        let style = style("{msg} {bar:30} {percent:>3} %, {simulated}, {factor}, {eta} to go")
+            .with_key("simulated", move |state: &ProgressState, out: &mut dyn Write| {
+                let all = state.len().unwrap_or(0) as f64 * time_step;
+                // Nothing can be done about a line that cannot be drawn.
+                let _ = write!(out, "{:.2} of {all:.2} s", state.pos() as f64 * time_step);
+            })
+            .with_key("factor", move |state: &ProgressState, out: &mut dyn Write| {
+                let _ = write!(out, "{:.3} x real time", state.per_sec() * time_step);
+            });
+        self.bar.set_style(style);
+    }
+
+    fn step(&mut self, done: u64) {
+        self.bar.set_position(done);
+    }
+
+    fn note(&mut self, text: &str) {
+        if self.quiet {
+            return;
+        }
+        self.bar.suspend(|| eprintln!("note: {text}"));
+    }
+
+    fn finish(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Drop for TerminalProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A style from a template of ours; should indicatif ever dislike it, its own does.
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use indicatif::TermLike;
+
+    use super::*;
+
+    /// Remembers everything that was drawn.
+    #[derive(Clone, Debug, Default)]
+    struct Paper(Arc<Mutex<String>>);
+
+    impl TermLike for Paper {
+        fn width(&self) -> u16 {
+            120
+        }
+        fn move_cursor_up(&self, _: usize) -> std::io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_down(&self, _: usize) -> std::io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_right(&self, _: usize) -> std::io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_left(&self, _: usize) -> std::io::Result<()> {
+            Ok(())
+        }
+        fn write_line(&self, text: &str) -> std::io::Result<()> {
+            self.write_str(text)
+        }
+        fn write_str(&self, text: &str) -> std::io::Result<()> {
+            self.0.lock().unwrap().push_str(text);
+            Ok(())
+        }
+        fn clear_line(&self) -> std::io::Result<()> {
+            Ok(())
+        }
+        fn flush(&self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn watch(progress: &mut TerminalProgress) {
+        progress.stage(Stage::Influence);
+        progress.march(1000, 1e-3);
+        progress.step(250);
+        progress.bar.tick();
+        progress.finish();
+    }
+
+    #[test]
+    fn shows_simulated_time_and_speed() {
+        let paper = Paper::default();
+        let target = ProgressDrawTarget::term_like_with_hz(Box::new(paper.clone()), 255);
+        let mut progress = TerminalProgress::with_target(false, target);
+        watch(&mut progress);
+        let text = paper.0.lock().unwrap().clone();
+        assert!(text.contains("0.25 of 1.00 s") && text.contains(" 25 %") && text.contains("x real time"), "{text}");
+    }
+
+    #[test]
+    fn quiet_is_quiet() {
+        let paper = Paper::default();
+        let target = ProgressDrawTarget::term_like_with_hz(Box::new(paper.clone()), 255);
+        watch(&mut TerminalProgress::with_target(true, target));
+        assert_eq!(*paper.0.lock().unwrap(), "");
+    }
+}

@@ -1,0 +1,123 @@
+//! `tyrewave road`: what a scene's road is like.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
+use ndarray::ArrayView2;
+use serde_json::json;
+
+use super::{CliError, Context, print, side_folder};
+use crate::meter::{Meter, Stage};
+use crate::pipeline::prepare::in_scene;
+use crate::results::plots::RoadMap;
+use crate::results::summary::Cost;
+use crate::results::{ResultsFolder, Summary};
+use crate::road::{Lattice, Limits, RoadDescription, describe};
+use crate::scene::Scene;
+
+const EXAMPLES: &str = "\
+Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest frequency that the road can excite at \
+the scene's speed. Drawn: its heights, in colours.
+
+Examples:
+  tyrewave road scenes/default.toml
+  tyrewave road scenes/default.toml --out road";
+
+/// Arguments of `tyrewave road`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RoadArguments {
+    /// The scene; its road, contact width and speed count.
+    pub scene: PathBuf,
+    /// Folder for the picture; default: results/NAME-road, NAME being the scene's.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+impl RoadArguments {
+    /// Describes the road on the run's lattice; writes `road.json` and `road.svg`.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let loaded = Scene::load(&self.scene)?;
+        let scene = &loaded.scene;
+        let begin = std::time::Instant::now();
+        let mut meter = Meter::default();
+        let dx = scene.tyre.circumference / scene.numerics.elements as f64;
+        let limits = Limits { bytes: (scene.numerics.memory_limit * 1e9) as u64 };
+        let description = meter
+            .time(Stage::Road, || {
+                let lattice = Lattice::choose(&scene.road, dx, scene.tyre.contact_width, scene.contact.lateral_points)?;
+                describe(&scene.road, lattice, scene.rolling.speed(), limits)
+            })
+            .map_err(|error| in_scene(&loaded, error))?;
+        let title = if scene.title.is_empty() { loaded.name() } else { scene.title.clone() };
+        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "road"));
+        let folder = ResultsFolder::create(&target)?;
+        let sample = &description.sample;
+        if let Ok(heights) = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights) {
+            let map = RoadMap { title: &title, heights, start: 0.0, dx: sample.dx, dy: sample.dy };
+            folder.write_text("road.svg", &map.to_svg()?)?;
+        }
+        folder.write_text("road.json", &format!("{:#}\n", json!(description)))?;
+        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
+        let place = folder.finish(Summary::begun(&title, loaded.settings()?, cost))?;
+        if context.options.quiet {
+            return Ok(());
+        }
+        print(&format!("{}results in {}\n", description_text(&description), place.display()))
+    }
+}
+
+fn description_text(road: &RoadDescription) -> String {
+    let mut table = Table::new();
+    table.load_style(TableStyle::new());
+    let mut row = |name: &str, value: String| {
+        table.add_row(vec![Cell::new(name), Cell::new(value)]);
+    };
+    let millimetres = |length: f64| format!("{:.3} mm", 1e3 * length);
+    row("extent", road.extent.map_or("endless".into(), |(from, to)| format!("{from:.3} to {to:.3} m")));
+    row(
+        "run's lattice",
+        format!(
+            "dx {}, dy {}, {} columns",
+            millimetres(road.lattice.dx),
+            millimetres(road.lattice.dy),
+            road.lattice.columns
+        ),
+    );
+    if let Some(spacing) = road.report.spacing {
+        let across = road.report.lateral_spacing.map_or("level across".into(), |dy| format!("dy {}", millimetres(dy)));
+        row("road's own lattice", format!("dx {}, {across}", millimetres(spacing)));
+    }
+    if road.report.points > 0 {
+        let share = 100.0 * road.report.missing as f64 / road.report.points as f64;
+        row("points in the file", format!("{}, {} missing ({share:.1} %)", road.report.points, road.report.missing));
+    }
+    row("rms height", millimetres(road.rms));
+    row("highest to lowest", millimetres(road.span));
+    row("mean profile depth", road.mean_profile_depth.map_or("not defined".into(), millimetres));
+    let hertz = |frequency: Option<f64>| frequency.map_or("none".into(), |f| format!("{f:.0} Hz"));
+    row(
+        "highest frequency excited",
+        format!(
+            "{} in this run, {} by the road itself",
+            hertz(road.highest_frequency),
+            hertz(road.highest_frequency_of_road)
+        ),
+    );
+    let mut levels = Table::new();
+    levels.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
+    levels.set_header(vec!["wavelength [mm]", "level [dB re 1e-6 m]"]);
+    for level in &road.levels {
+        levels.add_row(vec![format!("{:.2}", 1e3 * level.wavelength), format!("{:.1}", level.level)]);
+    }
+    for column in levels.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let notes: String = road.report.notes.iter().map(|note| format!("note: {note}\n")).collect();
+    let levels = if road.levels.is_empty() { String::new() } else { format!("\n{levels}\n") };
+    format!("{table}\n{levels}\n{notes}")
+}

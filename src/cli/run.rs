@@ -1,0 +1,109 @@
+//! `tyrewave run`: from a scene to contact forces and their spectrum.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{CliError, Context, print};
+use crate::pipeline::run::RunReport;
+use crate::pipeline::{self, RunOptions};
+use crate::results::profile_table::profile_table;
+use crate::scene::Scene;
+
+const EXAMPLES: &str = "\
+Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, patch_element.npy (plain NumPy \
+arrays, warm-up included), spectra.csv (third-octave levels) and plots in SVG.
+
+An existing results folder is replaced when the run is complete, not before; a folder that holds anything else is left alone.
+
+Examples:
+  tyrewave run scenes/default.toml                    results in results/default
+  tyrewave run scenes/default.toml --out trial        results in trial
+  tyrewave run scenes/default.toml --profile          and a table of what took how long";
+
+/// Arguments of `tyrewave run`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RunArguments {
+    /// The scene, a TOML file.
+    pub scene: PathBuf,
+    /// Results folder; default: results/NAME, NAME being the scene's.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Print stage times and work counters at the end.
+    #[arg(long)]
+    pub profile: bool,
+}
+
+impl RunArguments {
+    /// Runs the scene and says where the results are.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let loaded = Scene::load(&self.scene)?;
+        let options = RunOptions { target: self.results_folder(), threads: context.threads };
+        let mut progress = context.progress();
+        let report = pipeline::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
+        drop(progress);
+        if context.options.quiet {
+            return Ok(());
+        }
+        let mut text = report_text(&report);
+        if self.profile {
+            text.push('\n');
+            text.push_str(&profile_table(&report.meter, report.wall));
+        }
+        print(&text)
+    }
+
+    /// Where the results go.
+    pub fn results_folder(&self) -> PathBuf {
+        self.out
+            .clone()
+            .unwrap_or_else(|| Path::new("results").join(self.scene.file_stem().unwrap_or(OsStr::new("scene"))))
+    }
+}
+
+/// The few lines that a run ends with.
+fn report_text(report: &RunReport) -> String {
+    let outcome = &report.summary.outcome;
+    let mut lines = Vec::new();
+    if let (Some(mean), Some(variation)) = (outcome.mean_force, outcome.rms_force_variation) {
+        lines.push(format!("mean force      {mean:.1} N, variation {variation:.3e} N rms"));
+    }
+    if let Some(length) = outcome.mean_contact_length {
+        lines.push(format!("contact length  {:.1} mm", 1e3 * length));
+    }
+    let wall = report.wall.as_secs_f64();
+    lines.push(format!(
+        "{:.2} s rolled in {wall:.1} s ({:.2} x real time), {} steps",
+        outcome.simulated_time,
+        outcome.simulated_time / wall,
+        outcome.steps
+    ));
+    lines.push(format!("results in {}", report.folder.display()));
+    lines.join("\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        run: RunArguments,
+    }
+
+    #[test]
+    fn results_are_named_after_the_scene() {
+        let folder = |line: &[&str]| Line::try_parse_from(line).map(|line| line.run.results_folder());
+        assert_eq!(folder(&["run", "scenes/default.toml"]).unwrap(), Path::new("results/default"));
+        assert_eq!(folder(&["run", "a.toml", "--out", "x/y"]).unwrap(), Path::new("x/y"));
+        assert!(folder(&["run"]).is_err());
+    }
+}

@@ -1,0 +1,45 @@
+//! What can go wrong in the contact.
+
+use thiserror::Error;
+
+/// An error of the contact stage.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ContactError {
+    /// The matrix of the points in contact could not be factorised.
+    #[error("the {points} x {points} influence matrix of the points in contact is singular at step {step}")]
+    SingularMatrix {
+        /// Points in contact.
+        points: usize,
+        /// Time step.
+        step: u64,
+    },
+    /// The first weight G0 is not positive: the time rule does not suit this tyre and time step.
+    #[error(
+        "the instantaneous influence function is not positive definite (smallest eigenvalue {smallest:.3e}, largest {largest:.3e} m/N): \
+         this time rule and time step cannot be stepped; choose bdf1 or bdf2, or another time step"
+    )]
+    NotPositive {
+        /// Smallest eigenvalue of the circulant G0 \[m/N\].
+        smallest: f64,
+        /// Largest eigenvalue \[m/N\].
+        largest: f64,
+    },
+    /// A force or displacement stopped being a number.
+    #[error("the solution stopped being finite at step {step} (t = {time:.6} s)")]
+    NotFinite {
+        /// Time step.
+        step: u64,
+        /// Time \[s\].
+        time: f64,
+    },
+    /// No axle height gives the load.
+    #[error("no axle height carries {load} N: even {indentation:.4} m of indentation gives {force:.1} N")]
+    LoadNotReached {
+        /// Load asked for \[N\].
+        load: f64,
+        /// Deepest indentation tried \[m\].
+        indentation: f64,
+        /// Its static force \[N\].
+        force: f64,
+    },
+}

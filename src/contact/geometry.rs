@@ -1,0 +1,104 @@
+//! Where the tyre's elements stand over the road.
+//!
+//! Element e meets the road slice at road coordinate e dx, always. The axle stands over `start` + V t; at step l that is `start` + l dx/q. The window
+//! is a run of elements round the axle that holds every point that can touch.
+
+use std::f64::consts::PI;
+
+/// Positions of the elements of the contact window, exact in integers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Geometry {
+    /// Element length dx \[m\].
+    pub element: f64,
+    /// Number of elements N round the tyre.
+    pub elements: usize,
+    /// Time steps q per element.
+    pub substeps: usize,
+    /// Radius R = L/(2 pi) \[m\].
+    pub radius: f64,
+    /// Road coordinate under the axle at t = 0 \[m\].
+    pub start: f64,
+    /// Columns of the window.
+    pub columns: usize,
+    /// Columns in front of (at smaller x than) the element under the axle.
+    half: i64,
+    /// floor(start/dx) and floor(q frac(start/dx)).
+    origin: (i64, i64),
+}
+
+impl Geometry {
+    /// A window of elements with |x| <= `reach` \[m\] (at most the whole tyre).
+    pub fn new(circumference: f64, elements: usize, substeps: usize, start: f64, reach: f64) -> Self {
+        let element = circumference / elements as f64;
+        let half = ((reach / element).ceil() as i64).clamp(1, (elements as i64 - 1) / 2);
+        let units = start / element;
+        // A start on an element, up to rounding, counts as on it.
+        let whole = (units + 1e-9).floor();
+        let part = ((units - whole).max(0.0) * substeps as f64 + 1e-9).floor();
+        // One more column than symmetry wants: between two elements the axle has one on either side.
+        let columns = (2 * half as usize + 2).min(elements);
+        Self {
+            element,
+            elements,
+            substeps,
+            radius: circumference / (2.0 * PI),
+            start,
+            columns,
+            half,
+            origin: (whole as i64, part as i64),
+        }
+    }
+
+    /// Element number e of the window's first column at a step.
+    pub fn first_element(&self, step: u64) -> i64 {
+        self.origin.0 + (self.origin.1 + step as i64).div_euclid(self.substeps as i64) - self.half
+    }
+
+    /// x of element e in the patch at a step \[m\].
+    pub fn position(&self, e: i64, step: u64) -> f64 {
+        e as f64 * self.element - (self.start + step as f64 * self.element / self.substeps as f64)
+    }
+
+    /// Height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without cancellation \[m\].
+    pub fn rise(&self, x: f64) -> f64 {
+        let ratio = x / self.radius;
+        let square = ratio * ratio;
+        if square >= 1.0 {
+            return self.radius;
+        }
+        x * ratio / (1.0 + (1.0 - square).sqrt())
+    }
+
+    /// Half the chord that a rigid tyre cuts from a plane at a depth \[m\].
+    pub fn half_chord(radius: f64, depth: f64) -> f64 {
+        let depth = depth.clamp(0.0, radius);
+        (depth * (2.0 * radius - depth)).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn window_moves_one_element_in_q_steps_and_keeps_the_axle_inside() {
+        for (substeps, start) in [(1, 0.0), (3, 0.1234), (4, -0.05)] {
+            let geometry = Geometry::new(1.95, 512, substeps, start, 0.05);
+            for step in 0..100 {
+                let first = geometry.first_element(step);
+                assert_eq!(geometry.first_element(step + substeps as u64), first + 1);
+                assert!(geometry.position(first, step) <= -0.05 + geometry.element);
+                assert!(geometry.position(first + geometry.columns as i64 - 1, step) >= 0.05 - geometry.element);
+            }
+        }
+    }
+
+    #[test]
+    fn rise_is_the_circle() {
+        let geometry = Geometry::new(1.95, 512, 1, 0.0, 0.05);
+        let x = 0.04_f64;
+        let direct = geometry.radius - (geometry.radius * geometry.radius - x * x).sqrt();
+        assert!((geometry.rise(x) - direct).abs() < 1e-15);
+        assert!((Geometry::half_chord(geometry.radius, geometry.rise(x)) - x).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,194 @@
+//! One time step after the other.
+//!
+//! At step l (t = l dt), with the axle's indentation given:
+//! 1. u_old of every element of the window from the history;
+//! 2. penetration y_i = indentation - rise(x_i) + peak_i - u_old_i and required displacement d_i = S_i(y_i), or the gap y_i itself where y_i <= 0;
+//! 3. forces: the active set (elastic, bedding), or F_i = max(0, d_i)/G0_ii (uncoupled);
+//! 4. the forces join the history.
+
+use std::time::{Duration, Instant};
+
+use super::active_set::{ActiveSet, Residuals, SearchCounts};
+use super::error::ContactError;
+use super::geometry::Geometry;
+use super::history::History;
+use super::slice_queue::SliceQueue;
+use super::tread::ContactKernel;
+use crate::scene::{Numerics, Tread};
+
+/// What one step gave.
+#[derive(Clone, Copy, Debug)]
+pub struct StepResult {
+    /// Element number of the window's first column.
+    pub first_element: i64,
+    /// Sum of the forces \[N\].
+    pub total_force: f64,
+    /// Points that carry force.
+    pub points: usize,
+    /// Columns from the first to the last point that carries force.
+    pub extent: usize,
+}
+
+/// Totals over all steps.
+#[derive(Clone, Debug, Default)]
+pub struct MarchTotals {
+    /// Worst residuals, absolute.
+    pub residuals: Residuals,
+    /// Largest force on a point \[N\].
+    pub largest_force: f64,
+    /// Largest required displacement \[m\].
+    pub largest_displacement: f64,
+    /// Steps in which an outermost column carried force.
+    pub edge_contacts: u64,
+    /// Multiply-adds of the history.
+    pub multiply_adds: u64,
+    /// Time in the history.
+    pub history_time: Duration,
+    /// Time in the search.
+    pub search_time: Duration,
+}
+
+impl MarchTotals {
+    /// Residuals relative to the largest force, the largest displacement and their product.
+    pub fn relative_residuals(&self) -> Residuals {
+        let relative = |value: f64, scale: f64| if value > 0.0 { value / scale } else { 0.0 };
+        Residuals {
+            tension: relative(self.residuals.tension, self.largest_force),
+            penetration: relative(self.residuals.penetration, self.largest_displacement),
+            complementarity: relative(self.residuals.complementarity, self.largest_force * self.largest_displacement),
+        }
+    }
+}
+
+/// The state of a rolling contact.
+pub struct March {
+    geometry: Geometry,
+    kernel: ContactKernel,
+    history: History,
+    search: ActiveSet,
+    old: Vec<f64>,
+    required: Vec<f64>,
+    forces: Vec<f64>,
+    step: u64,
+    totals: MarchTotals,
+}
+
+impl March {
+    /// Everything at rest, about to do step 0.
+    pub fn new(geometry: Geometry, kernel: ContactKernel, numerics: &Numerics) -> Self {
+        let columns = geometry.columns;
+        let mut influence = kernel.instant[..columns].to_vec();
+        influence[0] += kernel.spring;
+        Self {
+            history: History::new(columns, geometry.substeps, kernel.lags()),
+            search: ActiveSet::new(influence, columns, numerics.contact_tolerance, numerics.cached_factors),
+            old: vec![0.0; columns],
+            required: vec![0.0; columns],
+            forces: vec![0.0; columns],
+            step: 0,
+            totals: MarchTotals::default(),
+            geometry,
+            kernel,
+        }
+    }
+
+    /// Where the elements are.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Influence functions in use.
+    pub fn kernel(&self) -> &ContactKernel {
+        &self.kernel
+    }
+
+    /// Forces of the last step by column of the window \[N\].
+    pub fn forces(&self) -> &[f64] {
+        &self.forces
+    }
+
+    /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
+    pub fn required(&self) -> &[f64] {
+        &self.required
+    }
+
+    /// Totals so far.
+    pub fn totals(&self) -> &MarchTotals {
+        &self.totals
+    }
+
+    /// What the search did so far.
+    pub fn search_counts(&self) -> SearchCounts {
+        self.search.counts()
+    }
+
+    /// Number of the next step.
+    pub fn next_step(&self) -> u64 {
+        self.step
+    }
+
+    /// Does the next step at an axle indentation \[m\].
+    pub fn step(&mut self, indentation: f64, slices: &SliceQueue) -> Result<StepResult, ContactError> {
+        let step = self.step;
+        let first_element = self.geometry.first_element(step);
+        let begin = Instant::now();
+        self.totals.multiply_adds += self.history.displacement(&self.kernel, first_element, &mut self.old);
+        let after_history = Instant::now();
+        for (column, (required, &old)) in self.required.iter_mut().zip(&self.old).enumerate() {
+            let element = first_element + column as i64;
+            *required = match slices.get(element) {
+                Some(curve) => {
+                    let rise = self.geometry.rise(self.geometry.position(element, step));
+                    curve.displacement_at(indentation - rise + curve.peak - old)
+                }
+                None => f64::NEG_INFINITY,
+            };
+        }
+        if step > 0 {
+            self.search.advance((first_element - self.geometry.first_element(step - 1)) as usize);
+        }
+        let residuals = match self.kernel.law {
+            Tread::Elastic | Tread::Bedding => {
+                self.search.search(&self.required, &mut self.forces).map_err(|_| ContactError::SingularMatrix {
+                    points: self.search.active().iter().filter(|&&active| active).count(),
+                    step,
+                })?
+            }
+            Tread::Uncoupled => {
+                let own = self.kernel.instant[0] + self.kernel.spring;
+                for (force, &required) in self.forces.iter_mut().zip(&self.required) {
+                    *force = required.max(0.0) / own;
+                }
+                Residuals::default()
+            }
+        };
+        self.totals.search_time += after_history.elapsed();
+        self.totals.history_time += after_history - begin;
+        let total_force: f64 = self.forces.iter().sum();
+        if !total_force.is_finite() || self.required.iter().any(|required| required.is_nan()) {
+            let time = step as f64 * self.geometry.element / self.geometry.substeps as f64;
+            return Err(ContactError::NotFinite { step, time });
+        }
+        self.history.push(first_element, &self.forces);
+        self.record(residuals);
+        self.step += 1;
+        let from = self.forces.iter().position(|&force| force > 0.0);
+        let to = self.forces.iter().rposition(|&force| force > 0.0);
+        Ok(StepResult {
+            first_element,
+            total_force,
+            points: self.forces.iter().filter(|&&force| force > 0.0).count(),
+            extent: from.zip(to).map_or(0, |(from, to)| to - from + 1),
+        })
+    }
+
+    fn record(&mut self, residuals: Residuals) {
+        let totals = &mut self.totals;
+        totals.residuals = totals.residuals.worst(residuals);
+        totals.largest_force = self.forces.iter().fold(totals.largest_force, |a, &b| a.max(b));
+        totals.largest_displacement = self.required.iter().fold(totals.largest_displacement, |a, &b| a.max(b));
+        let columns = self.forces.len();
+        let edge = self.forces[0] > 0.0 || self.forces[columns - 1] > 0.0;
+        totals.edge_contacts += u64::from(edge && columns < self.geometry.elements);
+    }
+}

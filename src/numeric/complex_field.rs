@@ -1,0 +1,52 @@
+//! Complex arithmetic as the compliance kernel needs it, for one number or for several in lockstep.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use num_complex::Complex64;
+
+/// A complex number, or several processed in lockstep.
+///
+/// The compliance kernel is written once against this trait: with [`Complex64`] it is the readable reference, with
+/// lanes of numbers it is the fast path.
+pub trait ComplexField:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+    + Add<f64, Output = Self>
+    + Neg<Output = Self>
+{
+    /// A real constant.
+    fn real(value: f64) -> Self;
+    /// 1/z.
+    fn reciprocal(self) -> Self;
+    /// The square root with non-negative real part.
+    fn square_root(self) -> Self;
+    /// exp(z).
+    fn exponential(self) -> Self;
+    /// `small` where |self|^2 < `limit`, `large` elsewhere.
+    fn select_below(self, limit: f64, small: Self, large: Self) -> Self;
+}
+
+impl ComplexField for Complex64 {
+    fn real(value: f64) -> Self {
+        Self::new(value, 0.0)
+    }
+
+    fn reciprocal(self) -> Self {
+        self.inv()
+    }
+
+    fn square_root(self) -> Self {
+        self.sqrt()
+    }
+
+    fn exponential(self) -> Self {
+        self.exp()
+    }
+
+    fn select_below(self, limit: f64, small: Self, large: Self) -> Self {
+        if self.norm_sqr() < limit { small } else { large }
+    }
+}

@@ -1,0 +1,63 @@
+//! 2x2 matrices over a [`ComplexField`]: all the linear algebra that the P-SV system needs.
+
+use std::ops::{Add, Mul, Sub};
+
+use super::ComplexField;
+
+/// A 2x2 matrix, rows first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Matrix2<T>(pub [[T; 2]; 2]);
+
+impl<T: ComplexField> Matrix2<T> {
+    /// diag(a, b).
+    pub fn diagonal(a: T, b: T) -> Self {
+        let zero = T::real(0.0);
+        Self([[a, zero], [zero, b]])
+    }
+
+    /// a b^-1 by cofactors. A singular `b` gives non-finite entries.
+    pub fn over(self, b: Self) -> Self {
+        let [[p, q], [r, s]] = b.0;
+        let scale = (p * s - q * r).reciprocal();
+        self * Self([[s * scale, -(q * scale)], [-(r * scale), p * scale]])
+    }
+
+    /// a^-1 b by cofactors. A singular `a` gives non-finite entries.
+    pub fn solve(self, b: Self) -> Self {
+        let [[p, q], [r, s]] = self.0;
+        let scale = (p * s - q * r).reciprocal();
+        Self([[s * scale, -(q * scale)], [-(r * scale), p * scale]]) * b
+    }
+
+    /// All entries times a factor.
+    pub fn scaled(self, factor: T) -> Self {
+        Self(self.0.map(|row| row.map(|entry| entry * factor)))
+    }
+}
+
+impl<T: ComplexField> Add for Matrix2<T> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let ([[a, b], [c, d]], [[e, f], [g, h]]) = (self.0, other.0);
+        Self([[a + e, b + f], [c + g, d + h]])
+    }
+}
+
+impl<T: ComplexField> Sub for Matrix2<T> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        let ([[a, b], [c, d]], [[e, f], [g, h]]) = (self.0, other.0);
+        Self([[a - e, b - f], [c - g, d - h]])
+    }
+}
+
+impl<T: ComplexField> Mul for Matrix2<T> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let ([[a, b], [c, d]], [[e, f], [g, h]]) = (self.0, other.0);
+        Self([[a * e + b * g, a * f + b * h], [c * e + d * g, c * f + d * h]])
+    }
+}

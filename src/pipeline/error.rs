@@ -1,0 +1,44 @@
+//! Why a run did not reach its end.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::contact::ContactError;
+use crate::response::SpectrumError;
+use crate::results::{PlotError, ResultsError};
+use crate::road::RoadError;
+use crate::road::slices::SliceError;
+use crate::scene::SceneError;
+
+/// An error of a run, by the layer that it comes from.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The scene cannot be used, or asks for more than there is.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The road.
+    #[error(transparent)]
+    Road(#[from] RoadError),
+    /// The road's slices.
+    #[error(transparent)]
+    Slices(#[from] SliceError),
+    /// The contact.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
+    /// The results could not be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+    /// A plot could not be drawn.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+    /// The spectrum could not be computed.
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// The user stopped the run.
+    #[error("interrupted")]
+    Interrupted {
+        /// Where the partial results are, if there are any.
+        kept: Option<PathBuf>,
+    },
+}

@@ -1,0 +1,149 @@
+//! What a scene will take, before anything is allocated.
+
+use std::f64::consts::PI;
+
+use serde::Serialize;
+
+use crate::scene::{Axle, LoadedScene, Rolling, Scene, SceneError};
+use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
+
+/// Sizes, memory and work of a run. Estimates count the large arrays and the inner loops only.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Plan {
+    /// Speed V \[m/s\].
+    pub speed: f64,
+    /// Element length dx = L/N \[m\].
+    pub element: f64,
+    /// Time step dt = dx/(q V) \[s\].
+    pub time_step: f64,
+    /// Time steps before anything counts.
+    pub warm_up_steps: u64,
+    /// All time steps.
+    pub steps: u64,
+    /// Lags of the history, lag 0 included.
+    pub lags: usize,
+    /// Largest memory \[bytes\].
+    pub memory: f64,
+    /// Result arrays \[bytes\].
+    pub result_bytes: f64,
+    /// Evaluations of the compliance.
+    pub evaluations: f64,
+    /// Multiply-adds of the history.
+    pub multiply_adds: f64,
+    /// Rough computing time on one core \[s\]: 0.4 us an evaluation, 0.1 ns a multiply-add, 2 us a step.
+    pub core_seconds: f64,
+}
+
+/// Widest contact that is expected when nothing is known yet, as a share of the circumference.
+const EXPECTED_PATCH: f64 = 0.1;
+
+impl Plan {
+    /// The plan of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let Scene { tyre, rolling, numerics, .. } = scene;
+        let Rolling { duration, warm_up, speed_kmh, .. } = rolling;
+        let speed = speed_kmh / 3.6;
+        let elements = numerics.elements as f64;
+        let element = tyre.circumference / elements;
+        let time_step = element / (numerics.substeps as f64 * speed);
+        // Casts of huge values saturate; the memory estimate below works in f64 and refuses them.
+        let steps_of = |time: f64| (time / time_step).round();
+        let warm_up_steps = steps_of(*warm_up);
+        let steps = warm_up_steps + steps_of(*duration).max(1.0);
+        let lags = (steps_of(numerics.memory) + 1.0).min(steps + 1.0).max(2.0);
+
+        let columns = (EXPECTED_PATCH * elements).clamp(8.0, elements);
+        let contour = 2.0 * lags;
+        let wavenumbers = elements / 2.0 + 1.0;
+        let tread = &tyre.layers[tyre.layers.len() - 1];
+        let shear_speed =
+            (tread.material.modulus / (2.0 * (1.0 + tread.material.poisson) * tread.material.density)).sqrt();
+        let cut_off = thickness_limit(tread.thickness, numerics.influence_tolerance)
+            .max(2.0 / (time_step * shear_speed * LARGEST_ARGUMENT.sqrt()));
+        let lateral = numerics.lateral_terms.map_or(cut_off * tyre.width / (2.0 * PI), |terms| terms as f64);
+        let aliases = match (numerics.lateral_terms, numerics.wavenumber_aliases) {
+            (_, Some(aliases)) => 2.0 * aliases as f64 + 1.0,
+            (Some(_), None) => 100.0,
+            (None, None) => (2.0 * cut_off * element / (2.0 * PI)).max(1.0),
+        };
+        let evaluations = wavenumbers * contour / 2.0 * lateral.max(1.0) * aliases;
+        let multiply_adds = steps * lags * columns * columns / 2.0;
+        let memory = 8.0
+            * (wavenumbers * lags
+                + lags * (2.0 * columns + 9.0)
+                + lags * columns
+                + 3.0 * steps
+                + wavenumbers * 24.0 * 14.0)
+            + contour / 2.0 * 600.0;
+        Self {
+            speed,
+            element,
+            time_step,
+            warm_up_steps: warm_up_steps as u64,
+            steps: steps as u64,
+            lags: lags as usize,
+            memory,
+            result_bytes: if scene.outputs.arrays { 8.0 * steps * (columns + 3.0) } else { 0.0 },
+            evaluations,
+            multiply_adds,
+            core_seconds: 4e-7 * evaluations + 1e-10 * multiply_adds + 2e-6 * steps,
+        }
+    }
+
+    /// Refuses a plan that needs more memory or time than the scene allows, and what cannot be simulated at all.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] with a complaint that points into the scene.
+    pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        let numerics = &loaded.scene.numerics;
+        let gigabytes = self.memory / 1e9;
+        let complaint = if gigabytes > numerics.memory_limit {
+            loaded.complain(
+                "numerics.elements",
+                format!(
+                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} GB",
+                    numerics.elements,
+                    self.lags,
+                    self.steps,
+                    bytes(self.memory),
+                    numerics.memory_limit
+                ),
+                "fewer elements, a shorter memory, or a larger memory_limit",
+            )
+        } else if self.core_seconds / 3600.0 > numerics.time_limit {
+            loaded.complain(
+                "numerics.elements",
+                format!(
+                    "{} elements and {} steps need about {:.1e} core hours, more than numerics.time_limit = {} h",
+                    numerics.elements,
+                    self.steps,
+                    self.core_seconds / 3600.0,
+                    numerics.time_limit
+                ),
+                "fewer elements, a shorter run, or a larger time_limit",
+            )
+        } else {
+            return Ok(());
+        };
+        Err(complaint.into())
+    }
+
+    /// The ramp of an axle that is held by its height, in steps.
+    pub fn ramp_steps(&self, axle: &Axle) -> f64 {
+        match axle {
+            Axle::Indentation { ramp, .. } => ramp / self.time_step,
+            Axle::Load { .. } => 0.0,
+        }
+    }
+}
+
+/// A number of bytes for people.
+pub fn bytes(count: f64) -> String {
+    match count {
+        c if c < 1e3 => format!("{c:.0} B"),
+        c if c < 1e6 => format!("{:.1} kB", c / 1e3),
+        c if c < 1e9 => format!("{:.1} MB", c / 1e6),
+        c if c < 1e12 => format!("{:.1} GB", c / 1e9),
+        c => format!("{:.1e} GB", c / 1e9),
+    }
+}

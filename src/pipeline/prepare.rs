@@ -1,0 +1,230 @@
+//! From a planned scene to a contact that is ready for its first step.
+//!
+//! 1. static influence functions and static contact on a smooth road: axle height, size of the window;
+//! 2. the road is opened and must be long enough: everything that can be refused is refused before the long work;
+//! 3. convolution weights and the contact's kernels.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use realfft::RealFftPlanner;
+
+use super::error::RunError;
+use super::plan::Plan;
+use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, matching_spring};
+use crate::contact::geometry::Geometry;
+use crate::contact::march::March;
+use crate::contact::slice_queue::SliceQueue;
+use crate::contact::tread::ContactKernel;
+use crate::meter::{Counter, Meter, Stage};
+use crate::road::slices::SliceBuilder;
+use crate::road::{Lattice, Limits, RoadError, RoadSurface};
+use crate::scene::{Axle, LoadedScene, Scene, SceneError, Slices, Tread};
+use crate::tyre::convolution_quadrature::{Weights, resolved_symbol};
+use crate::tyre::influence::{Field, InfluenceSum};
+
+/// Rows of road that are made at a time.
+const CHUNK_ROWS: usize = 512;
+
+/// The road ahead of the tyre: heights and curves, made in chunks.
+pub struct RoadAhead {
+    surface: RoadSurface,
+    builder: SliceBuilder,
+    queue: SliceQueue,
+    /// First and last element with road under it, for a road that ends.
+    elements: Option<(i64, i64)>,
+    heights: Vec<f64>,
+}
+
+impl RoadAhead {
+    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road.
+    pub fn reach(&mut self, first: i64, end: i64, meter: &mut Meter) -> Result<(), RunError> {
+        self.queue.forget_before(first);
+        let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
+        while self.queue.end() < end {
+            let begin = self.queue.end();
+            let rows = match self.elements {
+                Some((_, last)) => CHUNK_ROWS.min((last + 1 - begin) as usize),
+                None => CHUNK_ROWS,
+            };
+            let columns = self.surface.lattice().columns;
+            self.heights.resize(rows * columns, 0.0);
+            meter.time(Stage::Road, || self.surface.heights(begin, rows, &mut self.heights))?;
+            let curves = meter.time(Stage::Slices, || self.builder.build_rows(&self.heights))?;
+            meter.count(Counter::Slices, rows as u64);
+            self.queue.extend(curves);
+        }
+        Ok(())
+    }
+
+    /// The slices.
+    pub fn slices(&self) -> &SliceQueue {
+        &self.queue
+    }
+}
+
+/// A run about to begin.
+pub struct Prepared {
+    /// The contact at rest.
+    pub march: March,
+    /// The road.
+    pub road: RoadAhead,
+    /// The axle.
+    pub axle: AxleHeight,
+    /// Static contact on a smooth road.
+    pub at_rest: StaticContact,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Prepares a run.
+pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<Prepared, RunError> {
+    let scene = &loaded.scene;
+    let (tyre, numerics) = (&scene.tyre, &scene.numerics);
+    let mut warnings = Vec::new();
+    let sum = meter.time(Stage::Influence, || {
+        InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
+    });
+    let field = match scene.contact.tread {
+        Tread::Elastic | Tread::Uncoupled => Field::Surface,
+        Tread::Bedding => Field::UnderTread,
+    };
+    let (at_rest, spring) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
+
+    let lattice = Lattice::choose(&scene.road, plan.element, tyre.contact_width, scene.contact.lateral_points)
+        .map_err(|error| in_scene(loaded, error))?;
+    let limits = Limits { bytes: (numerics.memory_limit * 1e9) as u64 };
+    let surface = meter
+        .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, limits))
+        .map_err(|error| in_scene(loaded, error))?;
+    warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
+    if surface.is_smooth() || scene.contact.slices == Slices::None {
+        // One column, or the highest point only: nothing across to be resolved.
+    } else if lattice.columns == 1 {
+        warnings.push("the road is level across the contact width: the slice law makes no difference".into());
+    }
+
+    let radius = tyre.circumference / (2.0 * PI);
+    let deepest = match scene.rolling.axle {
+        Axle::Indentation { indentation, .. } => indentation,
+        // Room for the corrections on a rough road.
+        Axle::Load { .. } => 1.25 * at_rest.indentation,
+    };
+    let reach = 1.05 * Geometry::half_chord(radius, deepest + surface.highest()) + 2.0 * plan.element;
+    // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
+    let chord = Geometry::half_chord(radius, deepest);
+    let travel = plan.speed * plan.time_step * plan.steps as f64;
+    let start = match (scene.rolling.start, surface.extent()) {
+        (Some(start), _) => start,
+        (None, None) => 0.0,
+        (None, Some((from, _))) => from + (chord / plan.element).ceil() * plan.element,
+    };
+    surface.check_covers(start - chord, start + travel + chord).map_err(|error| in_scene(loaded, error))?;
+    if let Some(highest) = surface.report().highest_frequency(plan.speed) {
+        let nyquist = 0.5 / plan.time_step;
+        if highest < 0.5 * nyquist.min(0.5 * plan.speed / plan.element) {
+            warnings.push(format!(
+                "the road's resolution excites nothing above {highest:.0} Hz at {:.0} km/h",
+                scene.rolling.speed_kmh
+            ));
+        }
+    }
+    let geometry = Geometry::new(tyre.circumference, numerics.elements, numerics.substeps, start, reach);
+    let elements = surface
+        .extent()
+        .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
+    let builder = match scene.contact.slices {
+        Slices::None => SliceBuilder::flat(lattice.columns)?,
+        Slices::Winkler => SliceBuilder::winkler(lattice.columns)?,
+    };
+    let first = geometry.first_element(0);
+    let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
+    let road = RoadAhead { surface, builder, queue, elements, heights: Vec::new() };
+
+    let weights =
+        meter.time(Stage::Influence, || Weights::new(&sum, field, numerics.time_rule, plan.time_step, plan.lags));
+    meter.count(Counter::ComplianceEvaluations, weights.evaluations);
+    let truncated = weights.truncated();
+    if truncated > 0.01 && plan.lags as u64 <= plan.steps {
+        warnings.push(format!(
+            "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more exact",
+            numerics.memory,
+            100.0 * truncated
+        ));
+    }
+    let kernel = meter.time(Stage::Influence, || {
+        ContactKernel::new(
+            scene.contact.tread,
+            &weights,
+            numerics.elements,
+            geometry.columns,
+            numerics.substeps,
+            spring,
+        )
+    })?;
+    let axle = match scene.rolling.axle {
+        Axle::Indentation { indentation, .. } => {
+            AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
+        }
+        Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
+    };
+    Ok(Prepared { march: March::new(geometry, kernel, numerics), road, axle, at_rest, warnings })
+}
+
+/// Static contact under the scene's axle, and the spring compliance per element \[m/N\] of a bedding.
+fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, f64), RunError> {
+    let circumference = scene.tyre.circumference;
+    let row = static_row(sum, Field::Surface);
+    let elastic = StaticTyre { influence: &row, circumference };
+    let on = |tyre: &StaticTyre<'_>| match scene.rolling.axle {
+        Axle::Load { load, .. } => tyre.under_load(load),
+        Axle::Indentation { indentation, .. } => tyre.at(indentation),
+    };
+    if field != Field::UnderTread {
+        return Ok((on(&elastic)?, 0.0));
+    }
+    let mut carcass = static_row(sum, field);
+    let spring = match scene.contact.bedding_stiffness {
+        Some(stiffness) => 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width),
+        None => matching_spring(&carcass, circumference, on(&elastic)?)?,
+    };
+    carcass[0] += spring;
+    Ok((on(&StaticTyre { influence: &carcass, circumference })?, spring))
+}
+
+/// Static influence of the element j further on, j = 0..N \[m/N\].
+fn static_row(sum: &InfluenceSum, field: Field) -> Vec<f64> {
+    let elements = sum.projection().elements;
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(elements);
+    let (mut spectrum, mut row) = (inverse.make_input_vec(), inverse.make_output_vec());
+    let at_rest = sum.at(Complex64::ZERO);
+    for (n, entry) in spectrum.iter_mut().enumerate() {
+        *entry = sum.value(n, &at_rest, field).value.re.into();
+    }
+    // Planned lengths and a real spectrum: nothing to refuse.
+    let _ = inverse.process(&mut spectrum, &mut row);
+    row
+}
+
+/// A road's complaint, placed in the scene at the key that it is about.
+pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
+    let (key, right) = match &error {
+        RoadError::Short { .. } => ("rolling.duration", "a road that is long enough, a shorter run, or another at_end"),
+        RoadError::NotPositive { key, .. } => (*key, "a positive number"),
+        RoadError::Range { .. } => ("road.range", "a part of what the file covers"),
+        RoadError::LateralPosition { .. } => ("road.lateral_position", "a strip inside the measured columns"),
+        RoadError::NotThirdOctave { .. } | RoadError::BandTwice { .. } | RoadError::LevelCount { .. } => {
+            ("road.wavelengths", "each third-octave mid-wavelength once, with its level")
+        }
+        RoadError::Level { .. } => ("road.levels", "a level in dB re 1e-6 m"),
+        RoadError::Spacing { .. } | RoadError::TextureTooLarge { .. } => {
+            ("road.spacing", "a spacing that suits the wavelengths")
+        }
+        RoadError::PowerLaw { .. } | RoadError::TwoSpectra => ("road.power_law", "one valid spectrum"),
+        RoadError::MissingUnit { key, .. } => (*key, "\"m\", \"mm\" or \"um\""),
+        RoadError::Narrow { .. } => ("road.file", "a road at least as wide as tyre.contact_width"),
+        _ => ("road.file", "a complete file of the kind that road.kind names"),
+    };
+    let key = if key.contains('.') { key.to_owned() } else { format!("road.{key}") };
+    SceneError::from(loaded.complain(&key, error.to_string(), right)).into()
+}

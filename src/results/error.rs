@@ -1,0 +1,90 @@
+//! What can go wrong while results are written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// Why results could not be written. Every variant says which path, so that the user knows which disk or right it is about.
+#[derive(Debug, Error)]
+pub enum ResultsError {
+    /// A folder or file could not be made.
+    #[error("cannot create {}: {source}", path.display())]
+    Create {
+        /// What was to be created.
+        path: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// Writing failed half-way: disk full, quota, file system gone.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file being written.
+        path: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// The finished folder could not be given its name.
+    #[error("cannot rename {} to {}: {source}", from.display(), to.display())]
+    Rename {
+        /// Present name.
+        from: PathBuf,
+        /// Wanted name.
+        to: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// The output path ends in `..`, `/` or nothing: there is no name that a folder could get.
+    #[error("{} does not name a folder to write results to", path.display())]
+    NoFolderName {
+        /// The path given.
+        path: PathBuf,
+    },
+    /// Something stands at the output path that is not a results folder.
+    #[error("{} exists and is not a tyrewave results folder; it is left alone (choose another --out)", path.display())]
+    NotOurs {
+        /// The output path.
+        path: PathBuf,
+    },
+    /// A results folder to which somebody has added something.
+    #[error(
+        "{} holds {entry}, which tyrewave did not write; the folder is left alone (move {entry} away or choose another --out)",
+        path.display()
+    )]
+    ForeignEntry {
+        /// The output path.
+        path: PathBuf,
+        /// Name of the file or folder that is not ours.
+        entry: String,
+    },
+    /// A row of another length than the array's.
+    #[error("{}: a row of {got} numbers in an array of {expected} columns", path.display())]
+    RowLength {
+        /// The array's file.
+        path: PathBuf,
+        /// Columns of the array.
+        expected: usize,
+        /// Length of the row.
+        got: usize,
+    },
+    /// A summary that cannot be written as JSON.
+    #[error("cannot write {} as JSON: {source}", path.display())]
+    Json {
+        /// The summary's path.
+        path: PathBuf,
+        /// The serialiser's complaint.
+        source: serde_json::Error,
+    },
+}
+
+impl ResultsError {
+    /// For `map_err`: writing to `path` failed.
+    pub fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+        move |source| Self::Write { path: path.to_owned(), source }
+    }
+
+    /// For `map_err`: creating `path` failed.
+    pub fn creating(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+        move |source| Self::Create { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,387 @@
+//! The life of a results folder: under its final name there is a complete set of results or nothing of this run.
+//!
+//! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever stands there
+//!    already may be replaced: an empty folder, or an earlier results folder to which nobody has added anything.
+//! 2. Files are written there.
+//! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), moves an older folder aside, gives the new one its
+//!    name and deletes the older one. If the last rename fails the older one gets its name back.
+//! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`.
+//! 5. Dropped without either (an error, a panic), the folder is deleted, and parents that were made for it, too.
+
+use std::ffi::{OsStr, OsString};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use super::error::ResultsError;
+use super::summary::{FORMAT, Marker, SUMMARY_FILE, Summary};
+
+/// A results folder being filled.
+#[derive(Debug)]
+pub struct ResultsFolder {
+    target: PathBuf,
+    working: PathBuf,
+    /// Parents that did not exist, innermost first.
+    made_parents: Vec<PathBuf>,
+    finished: bool,
+}
+
+impl ResultsFolder {
+    /// Begins results that will be found at `target`; missing parents are made.
+    ///
+    /// # Errors
+    /// [`ResultsError::NotOurs`], [`ResultsError::ForeignEntry`] if something stands there that must not be replaced,
+    /// [`ResultsError::NoFolderName`], [`ResultsError::Create`].
+    pub fn create(target: &Path) -> Result<Self, ResultsError> {
+        if target.file_name().is_none() {
+            return Err(ResultsError::NoFolderName { path: target.to_owned() });
+        }
+        check_replaceable(target)?;
+        let made_parents = missing_parents(target);
+        if let Some(parent) = made_parents.first() {
+            fs::create_dir_all(parent).map_err(ResultsError::creating(parent))?;
+        }
+        let working = create_fresh(target)?;
+        Ok(Self { target: target.to_owned(), working, made_parents, finished: false })
+    }
+
+    /// Where the results will be found.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Where a file of that name is to be written now.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.working.join(name)
+    }
+
+    /// Writes a whole text file.
+    ///
+    /// # Errors
+    /// [`ResultsError::Create`], [`ResultsError::Write`].
+    pub fn write_text(&self, name: &str, text: &str) -> Result<(), ResultsError> {
+        write_file(&self.path(name), text.as_bytes())
+    }
+
+    /// Completes the results and returns their place. All writers must be finished.
+    ///
+    /// # Errors
+    /// As [`ResultsFolder::create`], [`ResultsError::Write`], [`ResultsError::Rename`]; the folder is gone then, an older one is where it was.
+    pub fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
+        let target = self.target.clone();
+        self.seal(Summary { complete: true, ..summary }, target)
+    }
+
+    /// Keeps what an interrupted run has written, as `<final>.partial`, and returns that place. All writers must be finished.
+    ///
+    /// # Errors
+    /// As [`ResultsFolder::finish`].
+    pub fn finish_partial(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
+        let target = with_suffix(&self.target, ".partial");
+        self.seal(Summary { complete: false, ..summary }, target)
+    }
+
+    fn seal(&mut self, mut summary: Summary, target: PathBuf) -> Result<PathBuf, ResultsError> {
+        let mut files = entries(&self.working).map_err(ResultsError::writing(&self.working))?;
+        files.push(SUMMARY_FILE.to_owned());
+        files.sort();
+        files.dedup();
+        summary.files = files;
+        let summary_path = self.path(SUMMARY_FILE);
+        write_file(&summary_path, summary.to_json(&summary_path)?.as_bytes())?;
+        // Every writer has brought its own file to the disk; their names are left.
+        sync_folder(&self.working).map_err(ResultsError::writing(&self.working))?;
+
+        // The place may have changed hands during the run.
+        check_replaceable(&target)?;
+        replace(&self.working, &target)?;
+        self.finished = true;
+        Ok(target)
+    }
+}
+
+impl Drop for ResultsFolder {
+    fn drop(&mut self) {
+        if self.finished {
+            return;
+        }
+        // Nothing more can be done about a failure here; the name says that it is no result.
+        let _ = fs::remove_dir_all(&self.working);
+        for parent in &self.made_parents {
+            if fs::remove_dir(parent).is_err() {
+                break;
+            }
+        }
+    }
+}
+
+/// Writes a file and brings it to the disk.
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
+    let mut file = File::create(path).map_err(ResultsError::creating(path))?;
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(ResultsError::writing(path))
+}
+
+/// Ok if nothing, an empty folder, or an untouched results folder stands at `target`.
+fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
+    let present = match fs::symlink_metadata(target) {
+        Ok(metadata) if metadata.is_dir() => entries(target).map_err(ResultsError::creating(target))?,
+        Ok(_) => return Err(ResultsError::NotOurs { path: target.to_owned() }),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(source) => return Err(ResultsError::Create { path: target.to_owned(), source }),
+    };
+    if present.is_empty() {
+        return Ok(());
+    }
+    let marker = fs::read(target.join(SUMMARY_FILE))
+        .ok()
+        .and_then(|bytes| serde_json::from_slice::<Marker>(&bytes).ok())
+        .filter(|marker| marker.format == FORMAT)
+        .ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
+    match present.into_iter().find(|name| name != SUMMARY_FILE && !marker.files.contains(name)) {
+        Some(entry) => Err(ResultsError::ForeignEntry { path: target.to_owned(), entry }),
+        None => Ok(()),
+    }
+}
+
+/// Gives `working` the name `target`; what stood there is deleted after that, or gets its name back on failure.
+fn replace(working: &Path, target: &Path) -> Result<(), ResultsError> {
+    let rename = |from: &Path, to: &Path| {
+        fs::rename(from, to).map_err(|source| ResultsError::Rename { from: from.to_owned(), to: to.to_owned(), source })
+    };
+    let old = if fs::symlink_metadata(target).is_ok() {
+        let aside = with_suffix(working, "-old");
+        rename(target, &aside)?;
+        Some(aside)
+    } else {
+        None
+    };
+    if let Err(error) = rename(working, target) {
+        if let Some(aside) = old {
+            rename(&aside, target)?;
+        }
+        return Err(error);
+    }
+    // The new results are in place: trouble from here on is none of theirs.
+    if let Some(parent) = target.parent().filter(|parent| !parent.as_os_str().is_empty()) {
+        let _ = sync_folder(parent);
+    }
+    if let Some(aside) = old {
+        let _ = fs::remove_dir_all(aside);
+    }
+    Ok(())
+}
+
+/// Makes `<target>.partial-<pid>`, or with a number added if a dead process of the same id has left one.
+fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
+    let process = std::process::id();
+    let mut attempt = 0_u32;
+    loop {
+        let suffix = if attempt == 0 { format!(".partial-{process}") } else { format!(".partial-{process}-{attempt}") };
+        let path = with_suffix(target, &suffix);
+        match fs::create_dir(&path) {
+            Ok(()) => return Ok(path),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && attempt < 1000 => attempt += 1,
+            Err(source) => return Err(ResultsError::Create { path, source }),
+        }
+    }
+}
+
+/// Names of what is in a folder.
+fn entries(folder: &Path) -> io::Result<Vec<String>> {
+    fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+}
+
+/// Parents of `target` that do not exist, innermost first.
+fn missing_parents(target: &Path) -> Vec<PathBuf> {
+    target
+        .ancestors()
+        .skip(1)
+        .take_while(|parent| !parent.as_os_str().is_empty() && !parent.exists())
+        .map(Path::to_owned)
+        .collect()
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name: OsString = path.file_name().unwrap_or(OsStr::new("results")).to_owned();
+    name.push(suffix);
+    path.with_file_name(name)
+}
+
+/// Brings the names in a folder to the disk, where the system can do that.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::process::Command;
+
+    use super::super::npy::{NpyWriter, Row};
+    use super::super::summary::tests::example;
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names = entries(folder).unwrap();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn nothing_stands_under_the_final_name_before_the_end() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("deep/er/run");
+        let folder = ResultsFolder::create(&target).unwrap();
+        folder.write_text("spectra.csv", "a,b\n").unwrap();
+        assert!(!target.exists());
+        assert_eq!(folder.finish(example()).unwrap(), target);
+        assert_eq!(names(&target), ["spectra.csv", "summary.json"]);
+        assert_eq!(names(target.parent().unwrap()), ["run"], "nothing else is left");
+        let summary: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(target.join("summary.json")).unwrap()).unwrap();
+        assert_eq!(summary["complete"], serde_json::json!(true));
+        assert_eq!(summary["files"], serde_json::json!(["spectra.csv", "summary.json"]));
+    }
+
+    #[test]
+    fn a_failed_run_leaves_no_trace() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = ResultsFolder::create(&place.path().join("results/run")).unwrap();
+        folder.write_text("time.npy", "half").unwrap();
+        drop(folder);
+        assert!(names(place.path()).is_empty(), "parents that were made for it go, too");
+    }
+
+    #[test]
+    fn a_failed_run_leaves_the_older_results_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        let folder = ResultsFolder::create(&target).unwrap();
+        folder.write_text("old", "old").unwrap();
+        folder.finish(example()).unwrap();
+        drop(ResultsFolder::create(&target).unwrap());
+        assert_eq!(names(&target), ["old", "summary.json"]);
+    }
+
+    #[test]
+    fn older_results_are_replaced_and_an_empty_folder_is_taken() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        fs::create_dir(&target).unwrap();
+        for name in ["first", "second"] {
+            let folder = ResultsFolder::create(&target).unwrap();
+            folder.write_text(name, "").unwrap();
+            folder.finish(example()).unwrap();
+            assert_eq!(names(&target), [name, "summary.json"]);
+        }
+        assert_eq!(names(place.path()), ["run"]);
+    }
+
+    #[test]
+    fn what_is_not_ours_is_refused_and_untouched() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("thesis");
+        fs::create_dir(&target).unwrap();
+        for summary in
+            [None, Some("{}"), Some("not json"), Some(r#"{"format": "something else", "files": ["chapter.tex"]}"#)]
+        {
+            fs::write(target.join("chapter.tex"), "ten years of work").unwrap();
+            if let Some(text) = summary {
+                fs::write(target.join("summary.json"), text).unwrap();
+            }
+            assert!(matches!(ResultsFolder::create(&target), Err(ResultsError::NotOurs { .. })), "{summary:?}");
+        }
+        let file = place.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(matches!(ResultsFolder::create(&file), Err(ResultsError::NotOurs { .. })));
+        assert_eq!(names(place.path()), ["file", "thesis"]);
+        assert!(matches!(ResultsFolder::create(Path::new("/")), Err(ResultsError::NoFolderName { .. })));
+    }
+
+    #[test]
+    fn a_results_folder_with_somebodys_notes_is_refused_at_the_start_and_at_the_end() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        ResultsFolder::create(&target).unwrap().finish(example()).unwrap();
+        let second = ResultsFolder::create(&target).unwrap();
+        fs::write(target.join("notes.txt"), "precious").unwrap();
+        let error = second.finish(example()).unwrap_err();
+        assert!(matches!(&error, ResultsError::ForeignEntry { entry, .. } if entry == "notes.txt"), "{error}");
+        assert!(ResultsFolder::create(&target).is_err());
+        assert_eq!(names(&target), ["notes.txt", "summary.json"]);
+        assert_eq!(names(place.path()), ["run"], "the refused results are gone");
+    }
+
+    #[test]
+    fn an_interrupted_run_is_named_as_such() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        for rows in [3_u32, 2] {
+            let folder = ResultsFolder::create(&target).unwrap();
+            let mut time = NpyWriter::<f64>::create(&folder.path("time.npy"), Row::Scalar).unwrap();
+            for row in 0..rows {
+                time.push(&[f64::from(row)]).unwrap();
+            }
+            time.finish().unwrap();
+            let kept = folder.finish_partial(example()).unwrap();
+            assert_eq!(kept, place.path().join("run.partial"));
+            assert_eq!(names(place.path()), ["run.partial"]);
+            let summary = fs::read_to_string(kept.join("summary.json")).unwrap();
+            assert!(summary.contains("\"complete\": false"), "{summary}");
+            let npy = npyz::NpyFile::new(File::open(kept.join("time.npy")).unwrap()).unwrap();
+            assert_eq!(npy.shape(), [u64::from(rows)]);
+        }
+    }
+
+    #[test]
+    fn two_runs_at_once_do_not_share_a_folder() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        let (one, two) = (ResultsFolder::create(&target).unwrap(), ResultsFolder::create(&target).unwrap());
+        assert_ne!(one.path("x"), two.path("x"));
+        one.finish(example()).unwrap();
+        two.finish(example()).unwrap();
+        assert_eq!(names(place.path()), ["run"]);
+    }
+
+    #[test]
+    fn an_unwritable_place_is_named() {
+        let error = ResultsFolder::create(Path::new("/proc/tyrewave/run")).unwrap_err();
+        assert!(matches!(error, ResultsError::Create { .. }), "{error}");
+        assert!(error.to_string().contains("/proc/tyrewave"), "{error}");
+        let place = tempfile::tempdir().unwrap();
+        fs::write(place.path().join("file"), "").unwrap();
+        assert!(ResultsFolder::create(&place.path().join("file/run")).is_err());
+        assert_eq!(names(place.path()), ["file"]);
+    }
+
+    #[test]
+    fn a_full_disk_leaves_nothing() {
+        let place = tempfile::tempdir().unwrap();
+        let disk = place.path().join("disk");
+        fs::create_dir(&disk).unwrap();
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=64k", "tmpfs"]).arg(&disk).output();
+        if !mount.is_ok_and(|output| output.status.success()) {
+            println!("skipped: may not mount a small file system here");
+            return;
+        }
+        let outcome = (|| {
+            let folder = ResultsFolder::create(&disk.join("run"))?;
+            let mut force = NpyWriter::<f64>::create(&folder.path("patch_force.npy"), Row::Columns(72))?;
+            for _ in 0..1000 {
+                force.push(&[1.0; 72])?;
+            }
+            force.finish()?;
+            folder.finish(example())
+        })();
+        let left = names(&disk);
+        assert!(Command::new("umount").arg(&disk).status().unwrap().success());
+        let error = outcome.unwrap_err();
+        assert!(
+            matches!(&error, ResultsError::Write { source, .. } if source.kind() == ErrorKind::StorageFull),
+            "{error}"
+        );
+        assert!(error.to_string().contains("patch_force.npy"), "{error}");
+        assert!(left.is_empty(), "{left:?}");
+    }
+}

@@ -1,0 +1,18 @@
+//! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
+//!
+//! [`folder`] decides when and under which name the rest appears; [`npy`] streams arrays while the run goes on; [`summary`],
+//! [`spectra`] and [`plots`] are written at its end; [`profile_table`] is for the terminal.
+
+pub mod error;
+pub mod folder;
+pub mod npy;
+pub mod plots;
+pub mod profile_table;
+pub mod spectra;
+pub mod summary;
+
+pub use error::ResultsError;
+pub use folder::ResultsFolder;
+pub use npy::{NpyWriter, Row};
+pub use plots::PlotError;
+pub use summary::Summary;

@@ -1,0 +1,263 @@
+//! Arrays in NumPy's `.npy` format, appended row by row while a run goes on.
+//!
+//! The number of rows is known only at the end (a run may be interrupted), so the header is written first with room to spare and
+//! patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format asks. A header on disk is
+//! valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`].
+//! The crate npyz reads these files (see the tests) but patches one-dimensional shapes only.
+
+use std::fs::File;
+use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use super::error::ResultsError;
+
+/// Bytes before the data: a multiple of 64, as NumPy aligns, and long enough for any shape of two 20-digit numbers.
+const HEADER_BYTES: usize = 128;
+/// Buffer between us and the system: some hundred rows of a patch.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// A number that an array may hold.
+pub trait NpyNumber: Copy {
+    /// NumPy's type descriptor, little-endian.
+    const DESCRIPTOR: &'static str;
+    /// The eight bytes, little-endian.
+    fn bytes(self) -> [u8; 8];
+}
+
+impl NpyNumber for f64 {
+    const DESCRIPTOR: &'static str = "<f8";
+    fn bytes(self) -> [u8; 8] {
+        self.to_le_bytes()
+    }
+}
+
+impl NpyNumber for i64 {
+    const DESCRIPTOR: &'static str = "<i8";
+    fn bytes(self) -> [u8; 8] {
+        self.to_le_bytes()
+    }
+}
+
+/// Shape of one row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// One number: the array is one-dimensional, \[rows\].
+    Scalar,
+    /// That many numbers: the array is two-dimensional, \[rows, columns\].
+    Columns(usize),
+}
+
+impl Row {
+    fn length(self) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Columns(columns) => columns,
+        }
+    }
+}
+
+/// Appends rows to one `.npy` file.
+#[derive(Debug)]
+pub struct NpyWriter<T> {
+    path: PathBuf,
+    file: BufWriter<File>,
+    row: Row,
+    rows: u64,
+    number: PhantomData<T>,
+}
+
+impl<T: NpyNumber> NpyWriter<T> {
+    /// Creates the file with a header that says zero rows.
+    ///
+    /// # Errors
+    /// [`ResultsError::Create`], [`ResultsError::Write`].
+    pub fn create(path: &Path, row: Row) -> Result<Self, ResultsError> {
+        let file = File::create(path).map_err(ResultsError::creating(path))?;
+        let mut writer = Self {
+            path: path.to_owned(),
+            file: BufWriter::with_capacity(BUFFER_BYTES, file),
+            row,
+            rows: 0,
+            number: PhantomData,
+        };
+        let header = header(T::DESCRIPTOR, row, 0);
+        writer.file.write_all(&header).map_err(ResultsError::writing(path))?;
+        Ok(writer)
+    }
+
+    /// Appends one row.
+    ///
+    /// # Errors
+    /// [`ResultsError::RowLength`], and [`ResultsError::Write`] for this or any earlier row (writes are buffered).
+    pub fn push(&mut self, row: &[T]) -> Result<(), ResultsError> {
+        let expected = self.row.length();
+        if row.len() != expected {
+            return Err(ResultsError::RowLength { path: self.path.clone(), expected, got: row.len() });
+        }
+        for &number in row {
+            self.file.write_all(&number.bytes()).map_err(ResultsError::writing(&self.path))?;
+        }
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// Rows so far.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Bytes so far, header included.
+    pub fn bytes(&self) -> u64 {
+        HEADER_BYTES as u64 + 8 * self.rows * self.row.length() as u64
+    }
+
+    /// Flushes and patches the header: the file is now a complete array of the rows so far.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn checkpoint(&mut self) -> Result<(), ResultsError> {
+        let header = header(T::DESCRIPTOR, self.row, self.rows);
+        self.file
+            .seek(SeekFrom::Start(0))
+            .and_then(|_| self.file.write_all(&header))
+            .and_then(|()| self.file.seek(SeekFrom::End(0)).map(|_| ()))
+            .and_then(|()| self.file.flush())
+            .map_err(ResultsError::writing(&self.path))
+    }
+
+    /// Patches the header a last time and brings the data to the disk; returns the number of rows.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn finish(mut self) -> Result<u64, ResultsError> {
+        self.checkpoint()?;
+        self.file.get_ref().sync_all().map_err(ResultsError::writing(&self.path))?;
+        Ok(self.rows)
+    }
+}
+
+/// Magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
+fn header(descriptor: &str, row: Row, rows: u64) -> [u8; HEADER_BYTES] {
+    let shape = match row {
+        Row::Scalar => format!("({rows},)"),
+        Row::Columns(columns) => format!("({rows}, {columns})"),
+    };
+    let dictionary = format!("{{'descr': '{descriptor}', 'fortran_order': False, 'shape': {shape}, }}");
+    let mut header = [b' '; HEADER_BYTES];
+    header[..8].copy_from_slice(b"\x93NUMPY\x01\x00");
+    header[8..10].copy_from_slice(&((HEADER_BYTES - 10) as u16).to_le_bytes());
+    header[10..10 + dictionary.len()].copy_from_slice(dictionary.as_bytes());
+    header[HEADER_BYTES - 1] = b'\n';
+    header
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn read<T: npyz::Deserialize>(path: &Path) -> (Vec<u64>, Vec<T>) {
+        let npy = npyz::NpyFile::new(std::fs::File::open(path).unwrap()).unwrap();
+        (npy.shape().to_vec(), npy.into_vec::<T>().unwrap())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+        #[test]
+        fn npyz_reads_what_we_write(rows in 0usize..40, columns in 0usize..9, numbers: [f64; 8]) {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("a.npy");
+            let mut writer = NpyWriter::<f64>::create(&path, Row::Columns(columns)).unwrap();
+            let row: Vec<f64> = numbers[..columns.min(8)].iter().copied().cycle().take(columns).collect();
+            for _ in 0..rows {
+                writer.push(&row).unwrap();
+            }
+            let bytes = writer.bytes();
+            prop_assert_eq!(writer.finish().unwrap(), rows as u64);
+            prop_assert_eq!(std::fs::metadata(&path).unwrap().len(), bytes);
+            let (shape, data) = read::<f64>(&path);
+            prop_assert_eq!(shape, vec![rows as u64, columns as u64]);
+            let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            prop_assert_eq!(bits(&data), bits(&row.repeat(rows)));
+        }
+    }
+
+    #[test]
+    fn the_file_is_a_valid_array_at_every_checkpoint() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("e.npy");
+        let mut writer = NpyWriter::<i64>::create(&path, Row::Scalar).unwrap();
+        writer.checkpoint().unwrap();
+        assert_eq!(read::<i64>(&path), (vec![0], vec![]));
+        for number in 0..1000 {
+            writer.push(&[number - 500]).unwrap();
+            if number == 9 {
+                writer.checkpoint().unwrap();
+                assert_eq!(read::<i64>(&path), (vec![10], (-500..-490).collect()));
+            }
+        }
+        assert_eq!(writer.finish().unwrap(), 1000);
+        assert_eq!(read::<i64>(&path), (vec![1000], (-500..500).collect()));
+    }
+
+    #[test]
+    fn the_longest_shape_fits_the_header() {
+        let bytes = header("<f8", Row::Columns(usize::MAX), u64::MAX);
+        let text = String::from_utf8_lossy(&bytes[10..]);
+        assert!(text.trim_end().ends_with("'shape': (18446744073709551615, 18446744073709551615), }"), "{text}");
+        assert_eq!(bytes[HEADER_BYTES - 1], b'\n');
+    }
+
+    #[test]
+    fn plain_numpy_reads_it() {
+        if !Command::new("python3").args(["-c", "import numpy"]).status().is_ok_and(|status| status.success()) {
+            println!("skipped: no python3 with numpy here");
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let (real, whole) = (folder.path().join("real.npy"), folder.path().join("whole.npy"));
+        let mut writer = NpyWriter::<f64>::create(&real, Row::Columns(2)).unwrap();
+        writer.push(&[0.1, -2.5]).unwrap();
+        writer.push(&[f64::NAN, 1e300]).unwrap();
+        writer.push(&[3.0, 4.0]).unwrap();
+        writer.finish().unwrap();
+        let mut writer = NpyWriter::<i64>::create(&whole, Row::Scalar).unwrap();
+        writer.push(&[i64::MIN]).unwrap();
+        writer.push(&[7]).unwrap();
+        writer.finish().unwrap();
+        let check = "import sys, numpy as np\n\
+                     a, b = np.load(sys.argv[1]), np.load(sys.argv[2])\n\
+                     assert a.shape == (3, 2) and a.dtype == np.float64 and a.flags.c_contiguous, (a.shape, a.dtype)\n\
+                     assert a[0, 0] == 0.1 and a[0, 1] == -2.5 and np.isnan(a[1, 0]) and a[1, 1] == 1e300 and a[2, 1] == 4\n\
+                     assert b.shape == (2,) and b.dtype == np.int64 and b[0] == -2**63 and b[1] == 7";
+        let status = Command::new("python3").arg("-c").arg(check).args([&real, &whole]).status().unwrap();
+        assert!(status.success());
+    }
+
+    #[test]
+    fn a_wrong_row_and_a_full_disk_name_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut writer = NpyWriter::<f64>::create(&folder.path().join("p.npy"), Row::Columns(3)).unwrap();
+        let error = writer.push(&[1.0]).unwrap_err();
+        assert!(matches!(error, ResultsError::RowLength { expected: 3, got: 1, .. }), "{error}");
+
+        let missing = folder.path().join("no/such/folder.npy");
+        assert!(matches!(NpyWriter::<f64>::create(&missing, Row::Scalar), Err(ResultsError::Create { .. })));
+
+        let full = Path::new("/dev/full");
+        if !full.exists() {
+            println!("skipped: no /dev/full here");
+            return;
+        }
+        let mut writer = NpyWriter::<f64>::create(full, Row::Scalar).unwrap();
+        let error = (0..BUFFER_BYTES).find_map(|_| writer.push(&[0.0]).err()).unwrap();
+        assert!(
+            matches!(&error, ResultsError::Write { source, .. } if source.kind() == std::io::ErrorKind::StorageFull)
+        );
+        assert!(error.to_string().contains("/dev/full"), "{error}");
+    }
+}

@@ -1,0 +1,209 @@
+//! Axes: range, scale, ticks and their labels.
+
+use std::ops::Range;
+
+/// One axis of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    title: String,
+    scale: Scale,
+    range: Range<f64>,
+    ticks: Vec<(f64, String)>,
+    minor: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scale {
+    Linear,
+    Logarithmic,
+}
+
+/// About how many labelled ticks an axis gets.
+const TICKS: f64 = 8.0;
+
+impl Axis {
+    /// A linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes 0 to 1.
+    pub fn linear(title: impl Into<String>, range: Range<f64>) -> Self {
+        let range = sound(range, 0.0..1.0);
+        let step = round_step((range.end - range.start) / TICKS);
+        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        let decimals =
+            if (step * 10.0_f64.powi(decimals as i32)).fract().abs() > 0.01 { decimals + 1 } else { decimals };
+        let ticks =
+            multiples(&range, step).map(|value| (value, with_minus(format!("{:.decimals$}", value + 0.0)))).collect();
+        Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
+    }
+
+    /// A linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a constant up to noise.
+    pub fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = extent(values);
+        let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
+        let step = round_step((high - low + 2.0 * margin) / TICKS);
+        let range = ((low - margin) / step).floor() * step..((high + margin) / step).ceil() * step;
+        Self::linear(title, range)
+    }
+
+    /// A logarithmic axis over exactly `range`; both ends positive, else 1 to 10.
+    pub fn logarithmic(title: impl Into<String>, range: Range<f64>) -> Self {
+        let range = sound(range, 1.0..10.0);
+        let range = if range.start > 0.0 { range } else { 1.0..10.0 };
+        let decades = range.end.log10().floor() as i32 - range.start.log10().floor() as i32;
+        let labelled: &[f64] = if decades <= 1 {
+            &[1.0, 2.0, 3.0, 5.0]
+        } else if decades <= 3 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0]
+        };
+        let mut ticks = Vec::new();
+        let mut minor = Vec::new();
+        for exponent in range.start.log10().floor() as i32..=range.end.log10().floor() as i32 {
+            for digit in 1..10 {
+                let value = f64::from(digit) * 10.0_f64.powi(exponent);
+                if value < range.start * (1.0 - 1e-12) || value > range.end * (1.0 + 1e-12) {
+                    continue;
+                }
+                if labelled.iter().any(|label| (label - f64::from(digit)).abs() < 0.1) {
+                    ticks.push((value, power_label(value)));
+                } else {
+                    minor.push(value);
+                }
+            }
+        }
+        Self { title: title.into(), scale: Scale::Logarithmic, range, ticks, minor }
+    }
+
+    /// An axis with ticks of one's own.
+    pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
+        Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
+    }
+
+    /// The axis' title, unit included.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Its two ends.
+    pub fn range(&self) -> Range<f64> {
+        self.range.clone()
+    }
+
+    /// Where a value lies, as a part of the axis' length; outside \[0, 1\]: beside it. NaN where a logarithm has no value.
+    pub(super) fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),
+            Scale::Logarithmic if value > 0.0 => {
+                (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
+            }
+            Scale::Logarithmic => f64::NAN,
+        }
+    }
+
+    /// Places and labels of the labelled ticks.
+    pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, &str)> {
+        self.ticks.iter().map(|(value, label)| (self.place(*value), label.as_str()))
+    }
+
+    /// Places of ticks without a label.
+    pub(super) fn minor_ticks(&self) -> impl Iterator<Item = f64> + '_ {
+        self.minor.iter().map(|value| self.place(*value))
+    }
+}
+
+/// Smallest and largest finite value; 0 and 1 if there is none.
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values
+        .into_iter()
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low <= high { (low, high) } else { (0.0, 1.0) }
+}
+
+fn sound(range: Range<f64>, otherwise: Range<f64>) -> Range<f64> {
+    let usable = range.start.is_finite() && range.end.is_finite() && range.start < range.end;
+    if usable { range } else { otherwise }
+}
+
+/// The smallest of 1, 2, 2.5, 5 times a power of ten that is not below `step`.
+fn round_step(step: f64) -> f64 {
+    let power = 10.0_f64.powf(step.log10().floor());
+    [1.0, 2.0, 2.5, 5.0, 10.0]
+        .into_iter()
+        .map(|digit| digit * power)
+        .find(|&round| round >= step * (1.0 - 1e-9))
+        .unwrap_or(step)
+}
+
+fn multiples(range: &Range<f64>, step: f64) -> impl Iterator<Item = f64> + use<> {
+    let first = (range.start / step - 1e-6).ceil() as i64;
+    let last = (range.end / step + 1e-6).floor() as i64;
+    (first..=last).map(move |count| count as f64 * step)
+}
+
+fn power_label(value: f64) -> String {
+    if (0.009..20_000.0).contains(&value) {
+        // Enough digits for 0.01, none for whole numbers.
+        let text = format!("{value:.2}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        with_minus(format!("{value:.0e}"))
+    }
+}
+
+/// A hyphen is no minus sign.
+fn with_minus(text: String) -> String {
+    text.replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn labels(axis: &Axis) -> Vec<&str> {
+        axis.ticks().map(|(_, label)| label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(labels(&Axis::linear("", 0.0..3.0)), ["0.0", "0.5", "1.0", "1.5", "2.0", "2.5", "3.0"]);
+        assert_eq!(labels(&Axis::linear("", -60.0..-10.0)), ["−60", "−50", "−40", "−30", "−20", "−10"]);
+        assert_eq!(
+            labels(&Axis::linear("", -0.2..0.2)),
+            ["−0.20", "−0.15", "−0.10", "−0.05", "0.00", "0.05", "0.10", "0.15", "0.20"]
+        );
+        assert_eq!(
+            labels(&Axis::linear("", 0.0..0.17)),
+            ["0.000", "0.025", "0.050", "0.075", "0.100", "0.125", "0.150"]
+        );
+        assert_eq!(
+            labels(&Axis::logarithmic("", 20.0..5000.0)),
+            ["20", "50", "100", "200", "500", "1000", "2000", "5000"]
+        );
+        assert_eq!(labels(&Axis::logarithmic("", 1e-9..1e-2)).first(), Some(&"1e−9"));
+    }
+
+    #[test]
+    fn nonsense_ranges_become_some_axis() {
+        for range in [0.0..0.0, 1.0..0.0, f64::NAN..1.0, 0.0..f64::INFINITY] {
+            assert_eq!(Axis::linear("", range.clone()).range(), 0.0..1.0);
+            assert_eq!(Axis::logarithmic("", range).range(), 1.0..10.0);
+        }
+        assert_eq!(Axis::logarithmic("", -1.0..1.0).range(), 1.0..10.0);
+        assert_eq!(extent([f64::NAN]), (0.0, 1.0));
+        assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), (3.0, 3.0));
+    }
+
+    proptest! {
+        #[test]
+        fn an_axis_around_values_holds_them_with_a_sensible_number_of_ticks(a in -1e9f64..1e9, b in -1e9f64..1e9) {
+            let axis = Axis::linear_around("", [a, b]);
+            for value in [a, b] {
+                prop_assert!((0.0..=1.0).contains(&axis.place(value)));
+            }
+            let ticks = axis.ticks().count();
+            prop_assert!((3..=12).contains(&ticks), "{} ticks over {:?}", ticks, axis.range());
+        }
+    }
+}

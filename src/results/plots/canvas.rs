@@ -1,0 +1,271 @@
+//! A white sheet with a frame, axes and labels, drawn with plotters into SVG.
+//!
+//! The SVG backend has whole-number coordinates: the sheet is drawn `FINE` times larger than it is shown, so lines are smooth.
+//! Colour maps go beneath, as one path per colour (see `heat_map`): the backend would write a rectangle per cell.
+
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use thiserror::Error;
+
+use super::axis::Axis;
+
+/// Drawn units per shown pixel.
+const FINE: i32 = 4;
+/// Text sizes in shown pixels.
+const TITLE: i32 = 17;
+const TEXT: i32 = 14;
+const TICK_LABEL: i32 = 13;
+/// The backend divides font sizes by this.
+const BACKEND_FONT_SCALE: f64 = 1.24;
+
+const INK: RGBColor = RGBColor(30, 30, 30);
+const GRID: RGBColor = RGBColor(222, 222, 222);
+const FAINT_GRID: RGBColor = RGBColor(240, 240, 240);
+
+/// Why there is no picture.
+#[derive(Debug, Error)]
+pub enum PlotError {
+    /// The drawing library gave up.
+    #[error("cannot draw {picture}: {message}")]
+    Draw {
+        /// Which picture.
+        picture: &'static str,
+        /// What the library said (its error has a type per backend).
+        message: String,
+    },
+    /// Data of lengths that do not belong together.
+    #[error("cannot draw {picture}: {got} values of {quantity} where {expected} are needed")]
+    Shape {
+        /// Which picture.
+        picture: &'static str,
+        /// Which data.
+        quantity: &'static str,
+        /// Length needed.
+        expected: usize,
+        /// Length given.
+        got: usize,
+    },
+}
+
+/// A rectangle on the sheet in drawn units.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Frame {
+    pub(super) x: Range<i32>,
+    pub(super) y: Range<i32>,
+}
+
+impl Frame {
+    /// A frame in shown pixels: left, right, top, bottom.
+    pub(super) fn of(x: Range<i32>, y: Range<i32>) -> Self {
+        Self { x: x.start * FINE..x.end * FINE, y: y.start * FINE..y.end * FINE }
+    }
+
+    /// Horizontal position of a part of the width.
+    pub(super) fn across(&self, part: f64) -> i32 {
+        self.x.start + (part * f64::from(self.x.end - self.x.start)).round() as i32
+    }
+
+    /// Vertical position of a part of the height, from the bottom.
+    pub(super) fn up(&self, part: f64) -> i32 {
+        self.y.end - (part * f64::from(self.y.end - self.y.start)).round() as i32
+    }
+}
+
+/// Width in shown pixels that a legend with these names needs; about 7.5 a letter.
+pub(super) fn legend_width<'a>(names: impl Iterator<Item = &'a str>) -> i32 {
+    let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
+    if letters == 0 { 0 } else { 45 + (letters as i32 * 15).min(600) / 2 }
+}
+
+/// Where text is anchored at its point.
+#[derive(Clone, Copy)]
+enum Anchor {
+    /// Centred below.
+    Below,
+    /// Vertically centred, to the left.
+    Left,
+    /// Vertically centred, to the right.
+    Right,
+    /// Centred, turned by 90 degrees anticlockwise, above the point as seen along the text.
+    Upwards,
+}
+
+/// Which grid lines an axis pair gets.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Grid {
+    /// None: a colour map fills the frame.
+    None,
+    /// Across only: bars stand for themselves.
+    Horizontal,
+    /// Both ways.
+    Both,
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// What the pictures draw on. Errors of the backend are kept until the end: it writes to memory and has none of its own.
+pub(super) struct Sheet<'a> {
+    area: Area<'a>,
+    failure: Option<String>,
+}
+
+/// Draws a sheet of `size` shown pixels; `beneath` is SVG that comes first.
+pub(super) fn draw(
+    picture: &'static str,
+    size: (i32, i32),
+    beneath: &str,
+    content: impl FnOnce(&mut Sheet<'_>),
+) -> Result<String, PlotError> {
+    let mut body = String::new();
+    let drawn_size = ((size.0 * FINE).unsigned_abs(), (size.1 * FINE).unsigned_abs());
+    let failure = {
+        let area = SVGBackend::with_string(&mut body, drawn_size).into_drawing_area();
+        let mut sheet = Sheet { area, failure: None };
+        content(&mut sheet);
+        if let Err(error) = sheet.area.present() {
+            sheet.failure.get_or_insert(error.to_string());
+        }
+        sheet.failure
+    };
+    if let Some(message) = failure {
+        return Err(PlotError::Draw { picture, message });
+    }
+    // The backend's own head gives drawn units as the size; ours shows them smaller and puts the background first.
+    let inside = body.split_once('\n').map_or("", |(_, inside)| inside);
+    Ok(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {} {}\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n{beneath}{inside}",
+        size.0, size.1, drawn_size.0, drawn_size.1
+    ))
+}
+
+impl Sheet<'_> {
+    fn keep<T>(&mut self, result: Result<(), DrawingAreaErrorKind<T>>)
+    where
+        T: std::error::Error + Send + Sync,
+    {
+        if let Err(error) = result {
+            self.failure.get_or_insert(error.to_string());
+        }
+    }
+
+    /// A line through points in drawn units, `width` in shown pixels.
+    pub(super) fn line(&mut self, points: Vec<(i32, i32)>, colour: RGBColor, width: f64) {
+        let style = ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: stroke(width) };
+        let result = self.area.draw(&PathElement::new(points, style));
+        self.keep(result);
+    }
+
+    /// A filled rectangle.
+    pub(super) fn fill(&mut self, x: Range<i32>, y: Range<i32>, colour: RGBColor) {
+        let result = self.area.draw(&Rectangle::new([(x.start, y.start), (x.end, y.end)], colour.filled()));
+        self.keep(result);
+    }
+
+    /// One line of text, `size` in shown pixels.
+    fn sized_text(&mut self, text: &str, at: (i32, i32), anchor: Anchor, size: i32) {
+        let font = FontDesc::new(FontFamily::SansSerif, f64::from(size * FINE) * BACKEND_FONT_SCALE, FontStyle::Normal);
+        let (font, position) = match anchor {
+            Anchor::Below => (font, Pos::new(HPos::Center, VPos::Top)),
+            Anchor::Left => (font, Pos::new(HPos::Right, VPos::Center)),
+            Anchor::Right => (font, Pos::new(HPos::Left, VPos::Center)),
+            Anchor::Upwards => (font.transform(FontTransform::Rotate270), Pos::new(HPos::Center, VPos::Center)),
+        };
+        let style = TextStyle::from(font).pos(position).color(&INK);
+        let result = self.area.draw(&Text::new(text.to_owned(), at, style));
+        self.keep(result);
+    }
+
+    /// Title over the frame, grid lines (`grid`), frame, ticks and axis titles.
+    pub(super) fn axes(&mut self, title: &str, frame: &Frame, x: &Axis, y: &Axis, grid: Grid) {
+        if grid == Grid::Both {
+            for (colour, places) in
+                [(FAINT_GRID, x.minor_ticks().collect::<Vec<_>>()), (GRID, x.ticks().map(|tick| tick.0).collect())]
+            {
+                for place in places {
+                    self.vertical(frame, place, colour);
+                }
+            }
+        }
+        if grid != Grid::None {
+            for (colour, places) in
+                [(FAINT_GRID, y.minor_ticks().collect::<Vec<_>>()), (GRID, y.ticks().map(|tick| tick.0).collect())]
+            {
+                for place in places {
+                    self.horizontal(frame, place, colour);
+                }
+            }
+        }
+        let middle = frame.across(0.5);
+        self.sized_text(title, (middle, frame.y.start - 32 * FINE), Anchor::Below, TITLE);
+        self.sized_text(x.title(), (middle, frame.y.end + 30 * FINE), Anchor::Below, TEXT);
+        self.sized_text(y.title(), (frame.x.start - 58 * FINE, frame.up(0.5)), Anchor::Upwards, TEXT);
+        for (place, label) in x.ticks() {
+            let at = frame.across(place);
+            self.line(vec![(at, frame.y.end), (at, frame.y.end + 5 * FINE)], INK, 1.0);
+            self.sized_text(label, (at, frame.y.end + 9 * FINE), Anchor::Below, TICK_LABEL);
+        }
+        self.ticks_beside(frame, y, frame.x.start, -1);
+    }
+
+    /// Entry `row` of the legend right of the frame, where it hides nothing.
+    pub(super) fn legend_entry(&mut self, frame: &Frame, row: usize, name: &str, colour: RGBColor) {
+        let y = frame.y.start + (12 + 22 * row as i32) * FINE;
+        let x = frame.x.end + 14 * FINE;
+        self.line(vec![(x, y), (x + 22 * FINE, y)], colour, 2.5);
+        self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
+    }
+
+    /// Small ticks without labels below the frame.
+    pub(super) fn small_ticks_below(&mut self, frame: &Frame, places: impl Iterator<Item = f64>) {
+        for place in places {
+            let at = frame.across(place);
+            self.line(vec![(at, frame.y.end), (at, frame.y.end + 3 * FINE)], INK, 0.75);
+        }
+    }
+
+    /// Frame round the picture; drawn last, so that nothing lies over it.
+    pub(super) fn frame(&mut self, frame: &Frame) {
+        let (x, y) = (&frame.x, &frame.y);
+        let corners = vec![(x.start, y.start), (x.end, y.start), (x.end, y.end), (x.start, y.end), (x.start, y.start)];
+        self.line(corners, INK, 1.0);
+    }
+
+    /// Colour bar in `frame` with its ticks and title on the right.
+    pub(super) fn colour_bar(&mut self, frame: &Frame, axis: &Axis, colour: impl Fn(f64) -> RGBColor, levels: usize) {
+        for level in 0..levels {
+            let part = |count: f64| count / levels as f64;
+            // Up to the top: the next level paints over it, and no seam shows between the two.
+            self.fill(frame.x.clone(), frame.y.start..frame.up(part(level as f64)), colour(part(level as f64 + 0.5)));
+        }
+        self.ticks_beside(frame, axis, frame.x.end, 1);
+        self.sized_text(axis.title(), (frame.x.end + 62 * FINE, frame.up(0.5)), Anchor::Upwards, TEXT);
+        self.frame(frame);
+    }
+
+    fn ticks_beside(&mut self, frame: &Frame, axis: &Axis, x: i32, side: i32) {
+        for (place, label) in axis.ticks() {
+            let at = frame.up(place);
+            self.line(vec![(x, at), (x + side * 5 * FINE, at)], INK, 1.0);
+            let anchor = if side < 0 { Anchor::Left } else { Anchor::Right };
+            self.sized_text(label, (x + side * 9 * FINE, at), anchor, TICK_LABEL);
+        }
+    }
+
+    fn vertical(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
+        let at = frame.across(place);
+        self.line(vec![(at, frame.y.start), (at, frame.y.end)], colour, 1.0);
+    }
+
+    fn horizontal(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
+        let at = frame.up(place);
+        self.line(vec![(frame.x.start, at), (frame.x.end, at)], colour, 1.0);
+    }
+}
+
+fn stroke(width: f64) -> u32 {
+    (width * f64::from(FINE)).round().max(1.0) as u32
+}

@@ -1,0 +1,174 @@
+//! Colour maps: a field over two axes, with a colour bar.
+//!
+//! Written small: at most [`MOST_COLUMNS`] x [`MOST_ROWS`] cells (larger fields are averaged), 64 colours, and for each
+//! colour one path whose strokes are the runs of equal cells: some bytes per run instead of a rectangle per cell.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayView2};
+use plotters::style::RGBColor;
+
+use super::axis::{Axis, extent};
+use super::canvas::{Frame, Grid, PlotError, Sheet, draw};
+use super::colour::viridis;
+
+/// Most cells along x that are drawn.
+pub const MOST_COLUMNS: usize = 400;
+/// Most cells along y that are drawn.
+pub const MOST_ROWS: usize = 300;
+/// Colours that are told apart.
+const LEVELS: usize = 64;
+const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
+
+/// A field to be drawn in colours. Cells without a value (NaN) are grey.
+#[derive(Clone, Debug)]
+pub struct HeatMap<'a> {
+    /// Title over the picture.
+    pub title: &'a str,
+    /// Horizontal axis; its range is that of all columns, outer edge to outer edge.
+    pub x: Axis,
+    /// Vertical axis, upwards; its range is that of all rows, outer edge to outer edge.
+    pub y: Axis,
+    /// What the colours mean, unit included.
+    pub quantity: &'a str,
+    /// The values: \[rows, columns\], row 0 at the bottom.
+    pub values: ArrayView2<'a, f64>,
+    /// Values of the first and last colour; `None`: the extent of the values.
+    pub range: Option<Range<f64>>,
+    /// Height of the picture in parts of its width; `None`: a handy one.
+    pub aspect: Option<f64>,
+}
+
+impl HeatMap<'_> {
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let picture = "a colour map";
+        if self.values.is_empty() {
+            return Err(PlotError::Shape { picture, quantity: "the field", expected: 1, got: 0 });
+        }
+        let cells = averaged(self.values, MOST_ROWS, MOST_COLUMNS);
+        let range = self.range.clone().unwrap_or_else(|| {
+            let (low, high) = extent(cells.iter().copied());
+            low..high
+        });
+        let bar = Axis::linear(self.quantity, range);
+        let width = 640;
+        let height = (f64::from(width) * self.aspect.unwrap_or(0.68)).round().clamp(90.0, 900.0) as i32;
+        let frame = Frame::of(85..85 + width, 50..50 + height);
+        let bar_frame = Frame::of(frame_right(width) + 22..frame_right(width) + 42, 50..50 + height);
+        let beneath = cells_as_paths(&cells, &frame, |value| bar.place(value));
+        draw(picture, (frame_right(width) + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
+            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
+            sheet.frame(&frame);
+            sheet.colour_bar(&bar_frame, &bar, viridis, LEVELS);
+        })
+    }
+}
+
+const fn frame_right(width: i32) -> i32 {
+    85 + width
+}
+
+/// Averages blocks of cells until there are few enough; NaN cells do not count.
+fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) -> Array2<f64> {
+    let (rows, columns) = values.dim();
+    let (few_rows, few_columns) = (rows.min(most_rows), columns.min(most_columns));
+    Array2::from_shape_fn((few_rows, few_columns), |(row, column)| {
+        let (below, above) = (row * rows / few_rows, (row + 1) * rows / few_rows);
+        let (left, right) = (column * columns / few_columns, (column + 1) * columns / few_columns);
+        let band = values.slice_axis(ndarray::Axis(0), (below..above).into());
+        let block = band.slice_axis(ndarray::Axis(1), (left..right).into());
+        let (sum, count) = block.iter().filter(|v| v.is_finite()).fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
+        if count > 0.0 { sum / count } else { f64::NAN }
+    })
+}
+
+/// All cells as SVG: units of one cell, one path per colour, one stroke of width 1 per run.
+fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, place: impl Fn(f64) -> f64) -> String {
+    let (rows, columns) = cells.dim();
+    let level = |value: f64| {
+        let place = place(value);
+        if place.is_nan() { LEVELS } else { (place * LEVELS as f64).clamp(0.0, (LEVELS - 1) as f64) as usize }
+    };
+    let mut paths = vec![String::new(); LEVELS + 1];
+    for (row, values) in cells.outer_iter().enumerate() {
+        let mut start = 0;
+        while start < columns {
+            let colour = level(values[start]);
+            let length = values.iter().skip(start).take_while(|&&value| level(value) == colour).count();
+            // Row 0 is at the bottom. Writing to a string does not fail.
+            let _ = write!(paths[colour], "M{start} {}h{length}", rows - 1 - row);
+            start += length;
+        }
+    }
+    let (width, height) = (f64::from(frame.x.end - frame.x.start), f64::from(frame.y.end - frame.y.start));
+    let (cell_width, cell_height) = (width / columns as f64, height / rows as f64);
+    let mut svg = format!(
+        "<g transform=\"translate({} {:.3}) scale({cell_width:.6} {cell_height:.6})\" fill=\"none\" stroke-width=\"1.02\" \
+         shape-rendering=\"crispEdges\">\n",
+        frame.x.start,
+        f64::from(frame.y.start) + 0.5 * cell_height,
+    );
+    for (colour, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+        let RGBColor(r, g, b) =
+            if colour == LEVELS { NO_VALUE } else { viridis((colour as f64 + 0.5) / LEVELS as f64) };
+        let _ = writeln!(svg, "<path stroke=\"#{r:02X}{g:02X}{b:02X}\" d=\"{path}\"/>");
+    }
+    svg.push_str("</g>\n");
+    svg
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::array;
+
+    use super::*;
+
+    #[test]
+    fn averaging_keeps_the_mean_and_skips_holes() {
+        let field = Array2::from_shape_fn((600, 1200), |(row, column)| (row * 7 + column) as f64);
+        let small = averaged(field.view(), 300, 400);
+        assert_eq!(small.dim(), (300, 400));
+        let mean = |a: &Array2<f64>| a.sum() / a.len() as f64;
+        assert!((mean(&field) / mean(&small) - 1.0).abs() < 1e-12);
+        let holes = averaged(array![[1.0, f64::NAN], [f64::NAN, f64::NAN]].view(), 2, 1);
+        assert!((holes[[0, 0]] - 1.0).abs() < 1e-15 && holes[[1, 0]].is_nan());
+    }
+
+    #[test]
+    fn runs_are_merged_and_the_first_row_is_at_the_bottom() {
+        let cells = array![[0.0, 0.0, 0.0, 1.0], [1.0, f64::NAN, 1.0, 1.0]];
+        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), |value| value);
+        assert_eq!(svg.matches("<path").count(), 3, "two colours and grey");
+        assert!(svg.contains("d=\"M0 1h3\""), "{svg}");
+        assert!(svg.contains("d=\"M3 1h1M0 0h1M2 0h2\""), "{svg}");
+        assert!(svg.contains("stroke=\"#C8C8C8\" d=\"M1 0h1\""), "{svg}");
+    }
+
+    #[test]
+    fn the_roughest_field_stays_small() {
+        // A generator whose neighbours have nothing in common: no run is longer than chance makes it.
+        let mut state = 1_u64;
+        let field = Array2::from_shape_simple_fn((2000, 3000), || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64
+        });
+        let map = HeatMap {
+            title: "noise",
+            x: Axis::linear("x [m]", 0.0..1.0),
+            y: Axis::linear("y [m]", 0.0..1.0),
+            quantity: "z [mm]",
+            values: field.view(),
+            range: None,
+            aspect: None,
+        };
+        let svg = map.to_svg().unwrap();
+        assert!(svg.len() < 1_600_000, "{} bytes", svg.len());
+        let empty = HeatMap { values: ArrayView2::from_shape((0, 0), &[]).unwrap(), ..map };
+        assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
+    }
+}

@@ -1,0 +1,173 @@
+//! Several curves over common axes, with a legend.
+
+use super::axis::Axis;
+use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
+use super::colour;
+
+/// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the same.
+const COLUMNS: usize = 2000;
+
+/// One curve.
+#[derive(Clone, Debug)]
+pub struct Series<'a> {
+    /// Name in the legend; empty: not listed.
+    pub name: &'a str,
+    /// Points in the units of the axes; those without a place on them (NaN, a logarithm of 0) interrupt the curve.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A line plot.
+#[derive(Clone, Debug)]
+pub struct LinePlot<'a> {
+    /// Title over the picture.
+    pub title: &'a str,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// The curves; they are cut at the frame's upper and lower edge.
+    pub series: Vec<Series<'a>>,
+}
+
+impl LinePlot<'_> {
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`].
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let listed: Vec<(usize, &str)> =
+            self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
+        let legend = legend_width(listed.iter().map(|(_, name)| *name));
+        let frame = Frame::of(85..765, 50..490);
+        draw("a line plot", (790 + legend, 550), "", |sheet| {
+            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
+            for (index, series) in self.series.iter().enumerate() {
+                for stretch in self.stretches(series, &frame) {
+                    sheet.line(stretch, colour::line(index), 1.75);
+                }
+            }
+            sheet.frame(&frame);
+            for (row, (index, name)) in listed.into_iter().enumerate() {
+                sheet.legend_entry(&frame, row, name, colour::line(index));
+            }
+        })
+    }
+
+    /// The curve in drawn units, in as many pieces as it has interruptions.
+    fn stretches(&self, series: &Series<'_>, frame: &Frame) -> Vec<Vec<(i32, i32)>> {
+        let placed = |&(x, y): &(f64, f64)| (self.x.place(x), self.y.place(y));
+        series
+            .points
+            .chunk_by(|a, b| sound(placed(a)) && sound(placed(b)))
+            .map(|stretch| thinned(stretch.iter().map(placed).filter(|&place| sound(place)).collect()))
+            .flat_map(|stretch| cut(&stretch))
+            .map(|stretch| stretch.into_iter().map(|(x, y)| (frame.across(x), frame.up(y))).collect())
+            .collect()
+    }
+}
+
+fn sound((x, y): (f64, f64)) -> bool {
+    x.is_finite() && y.is_finite()
+}
+
+/// Parts of a curve inside the unit square; where it crosses an edge it gets a point there.
+fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+    let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut open: Vec<(f64, f64)> = Vec::new();
+    for pair in points.windows(2) {
+        let Some((from, to)) = clipped(pair[0], pair[1]) else {
+            pieces.push(std::mem::take(&mut open));
+            continue;
+        };
+        if open.last() != Some(&from) {
+            pieces.push(std::mem::replace(&mut open, vec![from]));
+        }
+        open.push(to);
+    }
+    pieces.push(open);
+    pieces.retain(|piece| piece.len() > 1);
+    pieces
+}
+
+/// The part of a segment inside the unit square (Liang and Barsky 1984).
+fn clipped(a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (slope, room) in [(-dx, a.0), (dx, 1.0 - a.0), (-dy, a.1), (dy, 1.0 - a.1)] {
+        if slope < 0.0 {
+            enter = enter.max(room / slope);
+        } else if slope > 0.0 {
+            leave = leave.min(room / slope);
+        } else if room < 0.0 {
+            return None;
+        }
+    }
+    // The unchanged ends are returned as they are, so that neighbours join without rounding.
+    let at = |t: f64| (a.0 + t * dx, a.1 + t * dy);
+    let start = if enter > 0.0 { at(enter) } else { a };
+    let end = if leave < 1.0 { at(leave) } else { b };
+    (enter <= leave).then_some((start, end))
+}
+
+/// First, lowest, highest and last point of each column of the picture, in their order.
+fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    if points.len() <= 4 * COLUMNS {
+        return points;
+    }
+    let column = |point: &(f64, f64)| (point.0 * COLUMNS as f64).floor();
+    let mut few = Vec::with_capacity(4 * COLUMNS);
+    for chunk in points.chunk_by(|a, b| column(a).total_cmp(&column(b)).is_eq()) {
+        let extreme = |sign: f64| (0..chunk.len()).max_by(|&i, &j| (sign * chunk[i].1).total_cmp(&(sign * chunk[j].1)));
+        let mut kept = vec![0, extreme(-1.0).unwrap_or(0), extreme(1.0).unwrap_or(0), chunk.len() - 1];
+        kept.sort_unstable();
+        kept.dedup();
+        few.extend(kept.into_iter().map(|index| chunk[index]));
+    }
+    few
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_are_cut_at_the_frame() {
+        let inside = cut(&[(0.0, 0.5), (0.5, 1.5), (1.0, 0.5)]);
+        assert_eq!(inside, vec![vec![(0.0, 0.5), (0.25, 1.0)], vec![(0.75, 1.0), (1.0, 0.5)]]);
+        assert!(cut(&[(0.0, 2.0), (1.0, 2.0)]).is_empty());
+        assert_eq!(cut(&[(-1.0, 0.5), (2.0, 0.5)]), vec![vec![(0.0, 0.5), (1.0, 0.5)]]);
+    }
+
+    #[test]
+    fn thinning_keeps_spikes() {
+        let mut points: Vec<(f64, f64)> = (0..100_000).map(|n| (f64::from(n) / 1e5, 0.5)).collect();
+        points[54_321].1 = 0.9;
+        points[12_345].1 = 0.1;
+        let few = thinned(points.clone());
+        assert!(few.len() <= 4 * COLUMNS);
+        assert!(few.contains(&points[54_321]) && few.contains(&points[12_345]));
+        assert_eq!((few.first(), few.last()), (points.first(), points.last()));
+        assert!(few.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    }
+
+    #[test]
+    fn gaps_interrupt_and_names_are_escaped() {
+        let plot = LinePlot {
+            title: "a < b & c",
+            x: Axis::logarithmic("Frequency [Hz]", 10.0..1000.0),
+            y: Axis::linear("Level [dB]", 0.0..10.0),
+            series: vec![Series {
+                name: "one",
+                points: vec![(0.0, 1.0), (20.0, 1.0), (30.0, 2.0), (40.0, f64::NAN), (50.0, 3.0), (60.0, 4.0)],
+            }],
+        };
+        let frame = Frame::of(0..100, 0..100);
+        let pieces: Vec<usize> = plot.stretches(&plot.series[0], &frame).iter().map(Vec::len).collect();
+        assert_eq!(pieces, [2, 2]);
+        let svg = plot.to_svg().unwrap();
+        assert!(
+            svg.contains("a &lt; b &amp; c") && svg.contains(">\none\n") && svg.trim_end().ends_with("</svg>"),
+            "{svg}"
+        );
+    }
+}

@@ -1,0 +1,20 @@
+//! Pictures in SVG: forces over patch and time, third-octave spectra, curves, heights.
+//!
+//! Each picture is a plain value with a `to_svg`; [`super::folder::ResultsFolder::write_text`] or the caller writes the text.
+
+pub mod axis;
+mod canvas;
+mod colour;
+pub mod force_map;
+pub mod heat_map;
+pub mod lines;
+pub mod road_map;
+pub mod third_octaves;
+
+pub use axis::Axis;
+pub use canvas::PlotError;
+pub use force_map::ForceMap;
+pub use heat_map::HeatMap;
+pub use lines::{LinePlot, Series};
+pub use road_map::RoadMap;
+pub use third_octaves::ThirdOctavePlot;

@@ -1,0 +1,116 @@
+//! Third-octave spectra as steps over a logarithmic axis with the nominal frequencies (Larsson's figure 6).
+
+use super::axis::Axis;
+use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
+use super::colour;
+use crate::response::BandLevel;
+use crate::response::third_octave::ThirdOctaveBand;
+
+/// Levels further below the highest than this are not worth the paper.
+const DEEPEST: f64 = 90.0;
+
+/// One or several spectra over common bands.
+#[derive(Clone, Debug)]
+pub struct ThirdOctavePlot<'a> {
+    /// Title over the picture.
+    pub title: &'a str,
+    /// What the levels are, reference included: `Force level [dB re 1 N]`.
+    pub quantity: &'a str,
+    /// Name for the legend (may be empty) and levels, bands rising without a gap.
+    pub spectra: Vec<(&'a str, &'a [BandLevel])>,
+}
+
+impl ThirdOctavePlot<'_> {
+    /// The picture as SVG: one spectrum as bars, several as steps.
+    ///
+    /// # Errors
+    /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let picture = "a third-octave spectrum";
+        let bands = || self.spectra.iter().flat_map(|(_, levels)| levels.iter()).map(|level| level.band.0);
+        let (Some(first), Some(last)) = (bands().min(), bands().max()) else {
+            return Err(PlotError::Shape { picture, quantity: "levels", expected: 1, got: 0 });
+        };
+        let x = frequency_axis(first, last);
+        let y = self.level_axis();
+        let legend = legend_width(self.spectra.iter().map(|(name, _)| *name));
+        let frame = Frame::of(85..765, 50..470);
+        draw(picture, (790 + legend, 535), "", |sheet| {
+            sheet.axes(self.title, &frame, &x, &y, Grid::Horizontal);
+            sheet.small_ticks_below(&frame, (first..=last).map(|band| x.place(f64::from(band))));
+            for (index, (name, levels)) in self.spectra.iter().enumerate() {
+                let top = |level: &BandLevel| frame.up(y.place(level.level.max(y.range().start)).clamp(0.0, 1.0));
+                if self.spectra.len() == 1 {
+                    for level in *levels {
+                        let middle = f64::from(level.band.0);
+                        let (left, right) =
+                            (frame.across(x.place(middle - 0.42)), frame.across(x.place(middle + 0.42)));
+                        sheet.fill(left..right, top(level)..frame.y.end, colour::line(0));
+                    }
+                } else {
+                    let steps = levels.iter().flat_map(|level| {
+                        let middle = f64::from(level.band.0);
+                        [-0.5, 0.5].map(|side| (frame.across(x.place(middle + side)), top(level)))
+                    });
+                    sheet.line(steps.collect(), colour::line(index), 2.0);
+                }
+                if !name.is_empty() {
+                    sheet.legend_entry(&frame, index, name, colour::line(index));
+                }
+            }
+            sheet.frame(&frame);
+        })
+    }
+
+    fn level_axis(&self) -> Axis {
+        let levels = || self.spectra.iter().flat_map(|(_, levels)| levels.iter()).map(|band| band.level);
+        let highest = levels().filter(|level| level.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+        Axis::linear_around(self.quantity, levels().filter(|&level| level >= highest - DEEPEST))
+    }
+}
+
+/// Bands are evenly spaced on a logarithmic axis: their numbers are its coordinate. Octaves are labelled, from 1 kHz.
+fn frequency_axis(first: i32, last: i32) -> Axis {
+    let every = if last - first < 15 { 1 } else { 3 };
+    let ticks = (first..=last)
+        .filter(|band| band.rem_euclid(every) == 0)
+        .map(|band| (f64::from(band), ThirdOctaveBand(band).label()))
+        .collect();
+    Axis::with_ticks("Third-octave mid-frequency [Hz]", f64::from(first) - 0.5..f64::from(last) + 0.5, ticks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn levels(from: i32, values: &[f64]) -> Vec<BandLevel> {
+        let level = |(k, &level): (usize, &f64)| BandLevel {
+            band: ThirdOctaveBand(from + k as i32),
+            mean_square: 10.0_f64.powf(level / 10.0),
+            level,
+        };
+        values.iter().enumerate().map(level).collect()
+    }
+
+    #[test]
+    fn labels_are_nominal_and_silence_is_no_bar_without_end() {
+        let spectrum = levels(-16, &[40.0; 24].map(|x| x + 0.0));
+        let axis = frequency_axis(-16, 7);
+        let labels: Vec<&str> = axis.ticks().map(|(_, label)| label).collect();
+        assert_eq!(labels, ["31.5", "63", "125", "250", "500", "1k", "2k", "4k"]);
+        let mut silent = spectrum.clone();
+        silent[3].level = f64::NEG_INFINITY;
+        let plot = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![("", &silent)] };
+        let range = plot.level_axis().range();
+        assert!(range.start > 30.0 && range.end < 50.0, "{range:?}");
+        assert!(plot.to_svg().unwrap().contains("31.5"));
+        let empty = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![] };
+        assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
+        let nothing = levels(0, &[f64::NEG_INFINITY; 3]);
+        assert!(
+            ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &nothing), ("b", &nothing)] }
+                .to_svg()
+                .is_ok()
+        );
+    }
+}

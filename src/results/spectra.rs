@@ -1,0 +1,77 @@
+//! `spectra.csv`: third-octave levels, one row per band.
+
+use std::path::Path;
+
+use csv::Writer;
+
+use super::error::ResultsError;
+use crate::response::BandLevel;
+
+/// Name of the file in a results folder.
+pub const SPECTRA_FILE: &str = "spectra.csv";
+
+/// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB re 1 N\]. Numbers are written so
+/// that reading gives the same bits; the level of silence is `-inf`.
+///
+/// # Errors
+/// [`ResultsError::Write`] naming `path`, where it is going to be.
+pub fn force_levels_csv(levels: &[BandLevel], path: &Path) -> Result<String, ResultsError> {
+    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
+    let mut writer = Writer::from_writer(Vec::new());
+    writer
+        .write_record([
+            "nominal_hz",
+            "mid_frequency_hz",
+            "lower_edge_hz",
+            "upper_edge_hz",
+            "mean_square_n2",
+            "level_db_re_1n",
+        ])
+        .map_err(failed)?;
+    for BandLevel { band, mean_square, level } in levels {
+        let numbers = [
+            band.nominal_frequency(),
+            band.mid_frequency(),
+            band.lower_edge(),
+            band.upper_edge(),
+            *mean_square,
+            *level,
+        ];
+        writer.write_record(numbers.map(|number| number.to_string())).map_err(failed)?;
+    }
+    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::response::ThirdOctaveBand;
+
+    #[test]
+    fn numbers_come_back_bit_by_bit() {
+        let level = |n: i32, mean_square: f64| BandLevel {
+            band: ThirdOctaveBand(n),
+            mean_square,
+            level: 10.0 * mean_square.log10(),
+        };
+        let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
+        let text = force_levels_csv(&levels, Path::new("spectra.csv")).unwrap();
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let rows: Vec<Vec<f64>> =
+            reader.records().map(|row| row.unwrap().iter().map(|field| field.parse().unwrap()).collect()).collect();
+        assert_eq!(rows.len(), 3);
+        for (row, level) in rows.iter().zip(&levels) {
+            let expected = [
+                level.band.nominal_frequency(),
+                level.band.mid_frequency(),
+                level.band.lower_edge(),
+                level.band.upper_edge(),
+                level.mean_square,
+                level.level,
+            ];
+            assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));
+        }
+        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains("-inf"), "{text}");
+    }
+}

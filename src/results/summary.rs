@@ -1,0 +1,253 @@
+//! `summary.json`: what was run, how it went and what it cost, for people and for scripts.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::ser::{SerializeMap, Serializer};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::error::ResultsError;
+use crate::meter::{Counter, Meter, Stage};
+
+/// Name of the summary in a results folder.
+pub const SUMMARY_FILE: &str = "summary.json";
+/// What `format` says in a summary of ours.
+pub const FORMAT: &str = "tyrewave results";
+/// Version of the layout of the results folder; raised when a reader would stumble.
+pub const FORMAT_VERSION: u32 = 1;
+
+/// Everything that `summary.json` says. Numbers that do not exist (no load asked for, nothing counted yet) are `null`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Always [`FORMAT`].
+    pub format: &'static str,
+    /// Always [`FORMAT_VERSION`].
+    pub format_version: u32,
+    /// Version of tyrewave.
+    pub version: &'static str,
+    /// Whether the run reached its end; `false`: interrupted, the arrays are shorter.
+    pub complete: bool,
+    /// The scene's title.
+    pub title: String,
+    /// SHA-256 of the scene as it was run, see [`scene_hash`].
+    pub scene_sha256: String,
+    /// What the run found.
+    pub outcome: Outcome,
+    /// How well the contact conditions were met.
+    pub contact: ContactQuality,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// What it cost.
+    pub cost: Cost,
+    /// The effective settings: the scene with every default filled in.
+    pub settings: serde_json::Value,
+    /// Names of all files in the folder; filled in by [`super::folder::ResultsFolder`].
+    pub files: Vec<String>,
+}
+
+/// Figures after the warm-up.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Time steps run, warm-up included: the rows of the arrays.
+    pub steps: u64,
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// Time simulated, warm-up included \[s\].
+    pub simulated_time: f64,
+    /// Mean total contact force \[N\].
+    pub mean_force: Option<f64>,
+    /// Root mean square of the force less its mean \[N\].
+    pub rms_force_variation: Option<f64>,
+    /// Mean length of the contact patch \[m\].
+    pub mean_contact_length: Option<f64>,
+    /// Road texture and axle: indentation of the rigid tyre into z = 0 \[m\].
+    pub indentation: Option<f64>,
+    /// The load asked for and how well it was met.
+    pub load: Option<LoadResult>,
+}
+
+/// An axle load and the mean force that it led to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LoadResult {
+    /// Load asked for \[N\].
+    pub wanted: f64,
+    /// (mean force - load)/load.
+    pub relative_error: f64,
+    /// Tolerance of the relative error.
+    pub tolerance: f64,
+    /// Whether it was met.
+    pub met: bool,
+}
+
+/// Largest residuals of the three conditions of the contact problem over all steps, and the work of the search.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ContactQuality {
+    /// F >= 0: largest tension, relative to the peak force.
+    pub tension: f64,
+    /// u >= d: largest penetration left, relative to the largest required indentation.
+    pub penetration: f64,
+    /// F.(u - d) = 0: largest violation, relative to the peaks of both.
+    pub complementarity: f64,
+    /// Searches that were given up: always 0, or the run has failed.
+    pub aborted_searches: u64,
+    /// Steps by the number of linear solves that they took.
+    pub solves_per_step: BTreeMap<u32, u64>,
+}
+
+/// Stage times and counters.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cost {
+    /// Wall time of the whole run \[s\].
+    pub wall_seconds: f64,
+    /// Threads it ran on.
+    pub threads: usize,
+    /// Calls and seconds by stage, in the order of the data's way.
+    #[serde(serialize_with = "stages")]
+    pub stages: Meter,
+    /// Exact work counters; the same for any number of threads.
+    #[serde(serialize_with = "counters")]
+    pub counters: Meter,
+}
+
+impl Cost {
+    /// Cost of a run as its meter has it.
+    pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
+        Self { wall_seconds, threads, stages: meter.clone(), counters: meter.clone() }
+    }
+}
+
+#[derive(Serialize)]
+struct StageRecord {
+    calls: u64,
+    seconds: f64,
+}
+
+fn stages<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(Stage::ALL.len()))?;
+    for stage in Stage::ALL {
+        let cost = meter.cost(stage);
+        map.serialize_entry(&stage, &StageRecord { calls: cost.calls, seconds: cost.wall.as_secs_f64() })?;
+    }
+    map.end()
+}
+
+fn counters<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(Counter::ALL.len()))?;
+    for counter in Counter::ALL {
+        map.serialize_entry(&counter, &meter.counted(counter))?;
+    }
+    map.end()
+}
+
+impl Summary {
+    /// A summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
+    pub fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
+        Self {
+            format: FORMAT,
+            format_version: FORMAT_VERSION,
+            version: env!("CARGO_PKG_VERSION"),
+            complete: false,
+            title: title.to_owned(),
+            scene_sha256: scene_hash(&settings),
+            outcome: Outcome::default(),
+            contact: ContactQuality::default(),
+            warnings: Vec::new(),
+            cost,
+            settings,
+            files: Vec::new(),
+        }
+    }
+
+    /// Pretty JSON with a newline at the end; keys in a fixed order, those of the settings sorted.
+    ///
+    /// # Errors
+    /// [`ResultsError::Json`], which names `path`.
+    pub fn to_json(&self, path: &Path) -> Result<String, ResultsError> {
+        let mut text = serde_json::to_string_pretty(self)
+            .map_err(|source| ResultsError::Json { path: path.to_owned(), source })?;
+        text.push('\n');
+        Ok(text)
+    }
+}
+
+/// SHA-256 of the effective settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they
+/// say the same, however they are written.
+pub fn scene_hash(settings: &serde_json::Value) -> String {
+    let digest = Sha256::digest(settings.to_string().as_bytes());
+    digest.iter().fold(String::with_capacity(64), |mut hex, byte| {
+        // Writing to a string does not fail.
+        let _ = write!(hex, "{byte:02x}");
+        hex
+    })
+}
+
+/// The part of a summary that tells whether a folder is ours to replace.
+#[derive(Debug, Deserialize)]
+pub(super) struct Marker {
+    pub(super) format: String,
+    #[serde(default)]
+    pub(super) files: Vec<String>,
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::time::Duration;
+
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    pub(in crate::results) fn example() -> Summary {
+        let mut meter = Meter::default();
+        meter.add_time(Stage::Influence, Duration::from_millis(1250));
+        meter.add_time(Stage::History, Duration::from_millis(40));
+        meter.add_time(Stage::History, Duration::from_millis(2));
+        meter.count(Counter::Steps, 1234);
+        Summary::begun(
+            "A \"title\"",
+            json!({"tyre": {"width": 0.2}, "rolling": {"speed_kmh": 80.0}}),
+            Cost::new(&meter, 1.5, 2),
+        )
+    }
+
+    #[test]
+    fn says_what_it_must_in_a_fixed_order() {
+        let mut summary = example();
+        summary.outcome.mean_force = Some(3924.0);
+        summary.outcome.load =
+            Some(LoadResult { wanted: 3900.0, relative_error: 24.0 / 3900.0, tolerance: 0.01, met: true });
+        summary.contact.solves_per_step = [(1, 900), (2, 300), (11, 34)].into();
+        let text = summary.to_json(Path::new("summary.json")).unwrap();
+        assert_eq!(text, summary.clone().to_json(Path::new("x")).unwrap());
+        let keys: Vec<&str> =
+            text.lines().filter(|l| l.starts_with("  \"")).filter_map(|l| l.split('"').nth(1)).collect();
+        let expected =
+            "format format_version version complete title scene_sha256 outcome contact warnings cost settings files";
+        assert_eq!(keys.join(" "), expected);
+        let value: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value["complete"], json!(false));
+        assert_eq!(value["cost"]["stages"]["history"]["calls"], json!(2));
+        assert_eq!(value["cost"]["stages"]["influence"]["seconds"], json!(1.25));
+        assert_eq!(value["cost"]["counters"]["steps"], json!(1234));
+        assert_eq!(value["contact"]["solves_per_step"]["11"], json!(34));
+        assert_eq!(value["outcome"]["mean_contact_length"], Value::Null);
+        assert!(
+            text.find("\"influence\"") < text.find("\"history\""),
+            "stages in the data's order, not the alphabet's"
+        );
+        assert!(text.ends_with("}\n"));
+    }
+
+    #[test]
+    fn the_hash_knows_the_settings_not_their_order() {
+        let one: Value = serde_json::from_str(r#"{"a": 1.5, "b": {"c": 2, "d": 3}}"#).unwrap();
+        let two: Value = serde_json::from_str(r#"{"b": {"d": 3, "c": 2}, "a": 1.5}"#).unwrap();
+        let other: Value = serde_json::from_str(r#"{"b": {"d": 3, "c": 2}, "a": 1.25}"#).unwrap();
+        assert_eq!(scene_hash(&one), scene_hash(&two));
+        assert_ne!(scene_hash(&one), scene_hash(&other));
+        // sha256sum of the two bytes "{}".
+        assert_eq!(scene_hash(&json!({})), "44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a");
+    }
+}

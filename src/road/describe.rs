@@ -1,0 +1,158 @@
+//! What there is to say about a road: extent, resolution, texture measures, and a sample to draw.
+
+use serde::Serialize;
+
+use super::error::RoadError;
+use super::lattice::Lattice;
+use super::report::RoadReport;
+use super::surface::{Limits, RoadSurface, isotropic, measured_map};
+use super::texture::{ProfileSpectrum, TextureLevel, mean_profile_depth, rms};
+use crate::scene::{Lateral, Road};
+
+/// Length of a made road that is measured \[m\].
+const MEASURED_LENGTH: f64 = 20.0;
+/// Profiles across a made road that are measured.
+const MEASURED_PROFILES: usize = 8;
+/// Longest sample that is drawn \[m\].
+const SAMPLE_LENGTH: f64 = 1.0;
+
+/// A rectangular piece of the road on the run's lattice.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeightSample {
+    /// Element length \[m\].
+    pub dx: f64,
+    /// Column spacing \[m\].
+    pub dy: f64,
+    /// Rows, element 0 first.
+    pub rows: usize,
+    /// Columns, centred on the tyre.
+    pub columns: usize,
+    /// Row-major heights \[m\].
+    pub heights: Vec<f64>,
+}
+
+/// A road described.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RoadDescription {
+    /// Available road coordinates \[m\]; absent for endless roads.
+    pub extent: Option<(f64, f64)>,
+    /// The run's lattice.
+    pub lattice: Lattice,
+    /// Third-octave levels of the road's profiles on its own lattice (energy mean over the contact width), longest wavelength first.
+    pub levels: Vec<TextureLevel>,
+    /// Root-mean-square height of the profiles \[m\].
+    pub rms: f64,
+    /// Mean profile depth \[m\] (ISO 13473-1), mean over the profiles; absent for roads too short or too coarse.
+    pub mean_profile_depth: Option<f64>,
+    /// Highest minus lowest height in the sample \[m\].
+    pub span: f64,
+    /// Highest frequency that the road excites in this run at the given speed \[Hz\]; absent for the plane.
+    pub highest_frequency: Option<f64>,
+    /// The same for the road's own resolution, however fine the run \[Hz\].
+    pub highest_frequency_of_road: Option<f64>,
+    /// What was found and done while opening.
+    pub report: RoadReport,
+    /// A piece to draw.
+    pub sample: HeightSample,
+}
+
+/// Describes a road for a run with this `lattice` at `speed` \[m/s\].
+///
+/// Measured roads are measured whole, on their own lattice; of made roads 20 m are drawn and measured.
+///
+/// # Errors
+/// As [`RoadSurface::open`].
+pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Result<RoadDescription, RoadError> {
+    let mut surface = RoadSurface::open(spec, lattice, limits)?;
+    let mut rows = (SAMPLE_LENGTH / lattice.dx).ceil().clamp(2.0, 1e6) as usize;
+    if let Some((_, end)) = surface.extent() {
+        rows = rows.min((end / lattice.dx + 1e-6).floor() as usize + 1);
+    }
+    let mut heights = vec![0.0; rows * lattice.columns];
+    surface.heights(0, rows, &mut heights)?;
+    let (low, high) =
+        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
+    let own = own_profiles(spec, lattice, limits)?;
+    let measures = own.as_ref().map(|own| own.measure()).unwrap_or_default();
+    let report = surface.report().clone();
+    let shortest_of_road = own.as_ref().map(|own| own.shortest);
+    Ok(RoadDescription {
+        extent: surface.extent(),
+        lattice,
+        levels: measures.levels,
+        rms: measures.rms,
+        mean_profile_depth: measures.depth,
+        span: high - low,
+        highest_frequency: report.highest_frequency(speed),
+        highest_frequency_of_road: shortest_of_road.map(|wavelength| speed / wavelength),
+        report,
+        sample: HeightSample { dx: lattice.dx, dy: lattice.dy, rows, columns: lattice.columns, heights },
+    })
+}
+
+/// Profiles on the road's own lattice.
+struct Profiles {
+    spacing: f64,
+    shortest: f64,
+    longest: f64,
+    profiles: Vec<Vec<f64>>,
+}
+
+#[derive(Default)]
+struct Measures {
+    levels: Vec<TextureLevel>,
+    rms: f64,
+    depth: Option<f64>,
+}
+
+impl Profiles {
+    fn measure(&self) -> Measures {
+        let Some(first) = self.profiles.first() else { return Measures::default() };
+        let mut spectrum = ProfileSpectrum::new(first.len(), self.spacing);
+        let (mut square, mut depths, mut deep) = (0.0, 0.0, 0);
+        for profile in &self.profiles {
+            spectrum.add(profile);
+            square += rms(profile).powi(2);
+            if let Some(depth) = mean_profile_depth(profile, self.spacing) {
+                depths += depth;
+                deep += 1;
+            }
+        }
+        Measures {
+            levels: spectrum.levels(self.longest, self.shortest),
+            rms: (square / self.profiles.len() as f64).sqrt(),
+            depth: (deep > 0).then(|| depths / f64::from(deep)),
+        }
+    }
+}
+
+fn own_profiles(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Option<Profiles>, RoadError> {
+    let mut unused = RoadReport::default();
+    let width = lattice.width();
+    let (spacing, shortest) = match spec {
+        Road::Smooth => return Ok(None),
+        Road::Made(made) => (made.spacing, super::made::TargetSpectrum::of(made)?.shortest()),
+        Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
+            let (target, spacing) = isotropic(profile, limits, &mut unused)?;
+            (spacing, target.shortest())
+        }
+        _ => {
+            let Some(map) = measured_map(spec, width, limits, &mut unused)? else { return Ok(None) };
+            let inside = |column: &usize| {
+                map.dy == 0.0 || (map.first_y + *column as f64 * map.dy).abs() <= 0.5 * width * (1.0 + 1e-9)
+            };
+            let profiles = (0..map.columns).filter(inside).map(|column| map.column(column)).collect();
+            // Fewer than four periods of a wave say little about it.
+            return Ok(Some(Profiles { spacing: map.dx, shortest: 2.0 * map.dx, longest: 0.25 * map.end(), profiles }));
+        }
+    };
+    // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's cells.
+    let own = Lattice { dx: spacing, dy: spacing, columns: MEASURED_PROFILES };
+    let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
+    let mut surface = RoadSurface::open(spec, own, limits)?;
+    let mut heights = vec![0.0; rows * own.columns];
+    surface.heights(0, rows, &mut heights)?;
+    let profiles =
+        (0..own.columns).map(|column| heights.iter().skip(column).step_by(own.columns).copied().collect()).collect();
+    Ok(Some(Profiles { spacing, shortest, longest: 0.5, profiles }))
+}

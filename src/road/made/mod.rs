@@ -1,0 +1,12 @@
+//! Roads that are made: isotropic Gaussian random texture with a given profile spectrum.
+//!
+//! [`target`] turns levels or a power law into band energies of a profile, [`rings`] finds the two-dimensional spectrum whose
+//! profiles have them, [`synthesis`] draws the surface piece by piece.
+
+pub mod rings;
+pub mod synthesis;
+pub mod target;
+
+pub use rings::RingSpectrum;
+pub use synthesis::Texture;
+pub use target::{Band, BandFit, TargetSpectrum};

@@ -1,0 +1,221 @@
+//! Bringing a measured height map to the run's lattice, and continuing it past its end.
+//!
+//! 1. Across: each row of the map is resampled to the run's columns, once.
+//! 2. Along: each element is a weighted sum of rows, the rows past the end taken as `at_end` says (reflected, where the road
+//!    must not be left).
+//!
+//! An axis on which the map is already at the run's spacing and phase is copied, bit for bit. On any other, the kernel is the
+//! windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both spacings.
+
+use rayon::prelude::*;
+
+use super::height_map::{HeightMap, reflected};
+use super::lattice::{Lattice, same};
+use crate::numeric::windowed_sinc::WindowedSinc;
+use crate::scene::AtEnd;
+
+/// A measured road on the run's lattice.
+#[derive(Clone, Debug)]
+pub struct Resampled {
+    lattice: Lattice,
+    at_end: AtEnd,
+    dx: f64,
+    /// Rows x `stored` heights, at the map's rows and the run's columns.
+    rows: Vec<f64>,
+    /// Columns stored per row: 1 where the road is level across.
+    stored: usize,
+    kernel: WindowedSinc,
+    /// Whether element e is row e.
+    aligned: bool,
+}
+
+impl Resampled {
+    /// Resamples across and prepares the rest.
+    pub fn new(map: HeightMap, lattice: Lattice, at_end: AtEnd) -> Self {
+        let kernel = WindowedSinc::resampling();
+        let aligned = same(map.dx, lattice.dx);
+        let dx = map.dx;
+        let level_across = map.dy == 0.0;
+        let stored = if level_across { 1 } else { lattice.columns };
+        let rows = if level_across { map.heights } else { across(&map, &lattice, &kernel) };
+        Self { lattice, at_end, dx, rows, stored, kernel, aligned }
+    }
+
+    /// Number of rows of the map.
+    fn count(&self) -> i64 {
+        (self.rows.len() / self.stored) as i64
+    }
+
+    /// Available road coordinates \[m\]; `None` when the road goes on for ever.
+    pub fn extent(&self) -> Option<(f64, f64)> {
+        (self.at_end == AtEnd::Refuse).then(|| (0.0, (self.count() - 1) as f64 * self.dx))
+    }
+
+    /// Highest stored height, at least 0 \[m\].
+    pub fn highest(&self) -> f64 {
+        self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
+    }
+
+    /// First and last element on the road; `None` when it goes on for ever.
+    pub fn elements(&self) -> Option<(i64, i64)> {
+        let (_, end) = self.extent()?;
+        // Rounding must not lose the last row of a map at the run's own spacing.
+        Some((0, (end / self.lattice.dx * (1.0 + 1e-12) + 1e-9).floor() as i64))
+    }
+
+    /// Heights of elements `first`.., row-major; `out` holds whole rows.
+    pub fn heights(&self, first: i64, out: &mut [f64]) {
+        let columns = self.lattice.columns;
+        out.par_chunks_mut(columns).enumerate().with_min_len(16).for_each_init(Vec::new, |weights, (index, row)| {
+            let element = first + index as i64;
+            if self.aligned {
+                self.spread(self.row(element), row);
+            } else {
+                self.interpolate(element, weights, row);
+            }
+        });
+    }
+
+    fn interpolate(&self, element: i64, weights: &mut Vec<f64>, out: &mut [f64]) {
+        let position = element as f64 * (self.lattice.dx / self.dx);
+        let ratio = (self.lattice.dx / self.dx).max(1.0);
+        let start = self.kernel.weights(position, ratio, weights);
+        if self.stored == 1 {
+            let sum: f64 =
+                weights.iter().enumerate().map(|(tap, weight)| weight * self.row(start + tap as i64)[0]).sum();
+            out.fill(sum);
+            return;
+        }
+        out.fill(0.0);
+        for (tap, weight) in weights.iter().enumerate() {
+            for (height, source) in out.iter_mut().zip(self.row(start + tap as i64)) {
+                *height += weight * source;
+            }
+        }
+    }
+
+    fn spread(&self, source: &[f64], out: &mut [f64]) {
+        if self.stored == 1 { out.fill(source[0]) } else { out.copy_from_slice(source) }
+    }
+
+    /// A row of the continued map.
+    fn row(&self, index: i64) -> &[f64] {
+        let count = self.count();
+        let inside = match self.at_end {
+            AtEnd::Repeat => index.rem_euclid(count) as usize,
+            AtEnd::Refuse | AtEnd::Mirror => reflected(index, count),
+        };
+        &self.rows[inside * self.stored..(inside + 1) * self.stored]
+    }
+}
+
+/// The map's rows at the run's columns.
+fn across(map: &HeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64> {
+    let place = |column: usize| (lattice.y(column) - map.first_y) / map.dy;
+    let offset = place(0);
+    let whole = offset.round();
+    let aligned = same(map.dy, lattice.dy) && (offset - whole).abs() < 1e-6;
+    let inside = whole >= 0.0 && whole as usize + lattice.columns <= map.columns;
+    if aligned && inside {
+        let first = whole as usize;
+        let rows = map.heights.chunks_exact(map.columns);
+        return rows.flat_map(|row| row[first..first + lattice.columns].iter().copied()).collect();
+    }
+    // A single column is a line, not a cell: no low-pass at its width.
+    let ratio = if lattice.columns > 1 { (lattice.dy / map.dy).max(1.0) } else { 1.0 };
+    let mut taps = Vec::new();
+    let plans: Vec<(i64, Vec<f64>)> = (0..lattice.columns)
+        .map(|column| {
+            let first = kernel.weights(place(column), ratio, &mut taps);
+            (first, taps.clone())
+        })
+        .collect();
+    let mut rows = vec![0.0; map.rows() * lattice.columns];
+    rows.par_chunks_mut(lattice.columns).zip(map.heights.par_chunks(map.columns)).for_each(|(out, row)| {
+        for (height, (first, weights)) in out.iter_mut().zip(&plans) {
+            let sample = |tap: usize| row[reflected(first + tap as i64, map.columns as i64)];
+            *height = weights.iter().enumerate().map(|(tap, weight)| weight * sample(tap)).sum();
+        }
+    });
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+    use std::path::PathBuf;
+
+    use super::*;
+
+    fn map(dx: f64, dy: f64, rows: usize, columns: usize, height: impl Fn(f64, f64) -> f64) -> HeightMap {
+        let first_y = -0.5 * (columns as f64 - 1.0) * dy;
+        let heights =
+            (0..rows * columns).map(|i| height((i / columns) as f64 * dx, first_y + (i % columns) as f64 * dy));
+        HeightMap { path: PathBuf::new(), dx, dy, first_y, columns, heights: heights.collect() }
+    }
+
+    fn all(road: &Resampled, first: i64, rows: usize) -> Vec<f64> {
+        let mut out = vec![f64::NAN; rows * road.lattice.columns];
+        road.heights(first, &mut out);
+        out
+    }
+
+    #[test]
+    fn map_at_the_lattice_is_copied_bit_for_bit() {
+        let source = map(0.0037, 0.002, 50, 7, |x, y| (1e3 * x).sin() * (y * 777.0).cos());
+        let lattice = Lattice { dx: 0.0037, dy: 0.002, columns: 7 };
+        let road = Resampled::new(source.clone(), lattice, AtEnd::Refuse);
+        assert_eq!(all(&road, 0, 50), source.heights);
+        assert_eq!(road.elements(), Some((0, 49)));
+        let narrower = Resampled::new(source.clone(), Lattice { columns: 5, ..lattice }, AtEnd::Refuse);
+        assert_eq!(all(&narrower, 3, 1), source.heights[3 * 7 + 1..3 * 7 + 6]);
+    }
+
+    #[test]
+    fn wave_below_nyquist_passes_along_and_across() {
+        let wave = |x: f64, y: f64| (2.0 * PI * x / 0.03).sin() * (2.0 * PI * y / 0.025).cos();
+        let source = map(0.001, 0.001, 2000, 201, wave);
+        let lattice = Lattice { dx: 0.0041, dy: 0.0025, columns: 20 };
+        let road = Resampled::new(source, lattice, AtEnd::Refuse);
+        let heights = all(&road, 100, 200);
+        for (i, height) in heights.iter().enumerate() {
+            let expected = wave((100 + i / 20) as f64 * 0.0041, lattice.y(i % 20));
+            assert!((height - expected).abs() < 1e-3, "{height} for {expected}");
+        }
+    }
+
+    #[test]
+    fn wave_above_nyquist_does_not_alias() {
+        // 0.7 of the coarse spacing's Nyquist wavelength: would fold to a long wave.
+        let source = map(0.0005, 0.0, 8000, 1, |x, _| (2.0 * PI * x / 0.006).sin());
+        let road = Resampled::new(source, Lattice { dx: 0.004, dy: 0.2, columns: 1 }, AtEnd::Refuse);
+        let worst = all(&road, 150, 600).iter().fold(0.0_f64, |worst, height| worst.max(height.abs()));
+        assert!(worst < 2e-4, "{worst}");
+    }
+
+    #[test]
+    fn finer_run_interpolates_the_same_wave() {
+        let wave = |x: f64| (2.0 * PI * x / 0.05).sin();
+        let source = map(0.01, 0.0, 400, 1, |x, _| wave(x));
+        let road = Resampled::new(source, Lattice { dx: 0.0013, dy: 0.2, columns: 1 }, AtEnd::Refuse);
+        for (i, height) in all(&road, 700, 700).iter().enumerate() {
+            assert!((height - wave((700 + i) as f64 * 0.0013)).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn repeated_road_has_its_period_and_mirrored_road_is_even() {
+        let source = map(0.01, 0.0, 300, 1, |x, _| (17.0 * x).sin() + 0.3 * (40.0 * x).cos());
+        let lattice = Lattice { dx: 0.004, dy: 0.2, columns: 1 };
+        let repeat = Resampled::new(source.clone(), lattice, AtEnd::Repeat);
+        assert!(repeat.extent().is_none());
+        for (a, b) in all(&repeat, -20, 100).iter().zip(&all(&repeat, -20 + 750, 100)) {
+            assert!((a - b).abs() < 1e-9, "3 m later the same");
+        }
+        let mirror = Resampled::new(source, lattice, AtEnd::Mirror);
+        let (left, right) = (all(&mirror, -50, 51), all(&mirror, 0, 51));
+        for (a, b) in left.iter().rev().zip(&right) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+}

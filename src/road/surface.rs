@@ -1,0 +1,276 @@
+//! The road as the run sees it: heights of element rows, whatever their source.
+
+use std::collections::VecDeque;
+
+use super::error::RoadError;
+use super::height_map::HeightMap;
+use super::lattice::{Lattice, positive};
+use super::made::{TargetSpectrum, Texture};
+use super::opencrg::strip;
+use super::report::{RoadNote, RoadReport};
+use super::resample::Resampled;
+use super::texture::{self, ProfileSpectrum, TextureLevel, bands_between};
+use super::{grid, profile};
+use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
+
+/// Chunks of a made road that are kept: the patch straddles two, a third serves a caller that looks back.
+const KEPT_CHUNKS: usize = 3;
+/// Lattice of isotropic surfaces made after a profile \[m\].
+const ISOTROPIC_SPACING: f64 = 0.001;
+/// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
+const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
+
+/// Deviation of a made road's level from the one asked for that is worth a note \[dB\]; all deviations are in the report.
+const WORTH_TELLING: f64 = 1.0;
+
+/// What opening a road may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one file, and of working arrays.
+    pub bytes: u64,
+}
+
+impl Default for Limits {
+    /// 2 GB: a road larger than that is more likely a mistake.
+    fn default() -> Self {
+        Self { bytes: 2_000_000_000 }
+    }
+}
+
+/// An opened road on the run's lattice.
+pub struct RoadSurface {
+    lattice: Lattice,
+    source: Source,
+    report: RoadReport,
+}
+
+enum Source {
+    Smooth,
+    Made { texture: Box<Texture>, chunks: VecDeque<(i64, Vec<f64>)> },
+    Measured(Box<Resampled>),
+}
+
+impl RoadSurface {
+    /// Opens a road: reads and checks its file, prepares resampling or synthesis; made roads are drawn later, as they are asked for.
+    ///
+    /// Paths in `spec` are used as they are.
+    ///
+    /// # Errors
+    /// See [`RoadError`]; nothing is repaired silently: what is filled or left out stands in [`Self::report`].
+    pub fn open(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Self, RoadError> {
+        positive("element length", lattice.dx)?;
+        positive("column spacing", lattice.dy)?;
+        positive("contact.lateral_points", lattice.columns as f64)?;
+        let mut report = RoadReport::default();
+        let source = match spec {
+            Road::Smooth => Source::Smooth,
+            Road::Made(made) => {
+                made_source(&TargetSpectrum::of(made)?, made.spacing, made.seed, lattice, limits, &mut report)?
+            }
+            Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
+                let (target, spacing) = isotropic(profile, limits, &mut report)?;
+                made_source(&target, spacing, profile.seed, lattice, limits, &mut report)?
+            }
+            Road::Profile(ProfileRoad { at_end, .. }) => measured_source(spec, *at_end, lattice, limits, &mut report)?,
+            Road::OpenCrg(road) => measured_source(spec, road.at_end, lattice, limits, &mut report)?,
+            Road::Grid(road) => measured_source(spec, road.at_end, lattice, limits, &mut report)?,
+        };
+        Ok(Self { lattice, source, report })
+    }
+
+    /// The lattice that it was opened on.
+    pub fn lattice(&self) -> Lattice {
+        self.lattice
+    }
+
+    /// Whether the road is the plane z = 0.
+    pub fn is_smooth(&self) -> bool {
+        matches!(self.source, Source::Smooth)
+    }
+
+    /// What was found and done while opening.
+    pub fn report(&self) -> &RoadReport {
+        &self.report
+    }
+
+    /// Available road coordinates \[m\]; `None` when the road is endless (smooth, made, repeated, mirrored).
+    pub fn extent(&self) -> Option<(f64, f64)> {
+        match &self.source {
+            Source::Measured(road) => road.extent(),
+            _ => None,
+        }
+    }
+
+    /// Highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of a made one five times the
+    /// root-mean-square height.
+    pub fn highest(&self) -> f64 {
+        match &self.source {
+            Source::Smooth => 0.0,
+            Source::Measured(road) => road.highest(),
+            Source::Made { .. } => {
+                let mean_square: f64 = self.report.bands.iter().map(|band| texture::mean_square(band.fitted)).sum();
+                5.0 * mean_square.sqrt()
+            }
+        }
+    }
+
+    /// Checks that road coordinates `from`..`to` \[m\] are there.
+    ///
+    /// # Errors
+    /// [`RoadError::Short`] with what is needed and what there is.
+    pub fn check_covers(&self, from: f64, to: f64) -> Result<(), RoadError> {
+        match self.extent() {
+            Some(available) if from < available.0 - 1e-9 || to > available.1 + 1e-9 || from.is_nan() || to.is_nan() => {
+                Err(RoadError::Short { needed: (from, to), available })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Heights \[m\] of rows `first`..`first + rows` into `out`, row-major rows x columns; row e is element e, at road coordinate e dx.
+    ///
+    /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads. Cost
+    /// O(rows) for rows asked in either order; a made road keeps the last few chunks.
+    ///
+    /// # Errors
+    /// Rows outside a road that ends; a buffer of another size.
+    pub fn heights(&mut self, first: i64, rows: usize, out: &mut [f64]) -> Result<(), RoadError> {
+        let columns = self.lattice.columns;
+        let needed = rows * columns;
+        if out.len() != needed {
+            return Err(RoadError::BufferSize { needed, found: out.len() });
+        }
+        match &mut self.source {
+            Source::Smooth => out.fill(0.0),
+            Source::Measured(road) => {
+                if let Some((lowest, highest)) = road.elements() {
+                    let last = first.saturating_add(rows as i64 - 1);
+                    if rows > 0 && (first < lowest || last > highest) {
+                        let dx = self.lattice.dx;
+                        let available = road.extent().unwrap_or((0.0, 0.0));
+                        return Err(RoadError::Short { needed: (first as f64 * dx, last as f64 * dx), available });
+                    }
+                }
+                road.heights(first, out);
+            }
+            Source::Made { texture, chunks } => {
+                let per_chunk = texture.chunk_rows() as i64;
+                let mut row = first;
+                let mut rest = out;
+                while !rest.is_empty() {
+                    let number = row.div_euclid(per_chunk);
+                    let begin = row.rem_euclid(per_chunk) as usize * columns;
+                    let chunk = drawn(texture, chunks, number);
+                    let count = rest.len().min(chunk.len() - begin);
+                    let (now, later) = rest.split_at_mut(count);
+                    now.copy_from_slice(&chunk[begin..begin + count]);
+                    rest = later;
+                    row = (number + 1) * per_chunk;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A chunk from the cache, drawn if it is not there.
+fn drawn<'a>(texture: &Texture, chunks: &'a mut VecDeque<(i64, Vec<f64>)>, number: i64) -> &'a [f64] {
+    let place = match chunks.iter().position(|(held, _)| *held == number) {
+        Some(place) => place,
+        None => {
+            if chunks.len() == KEPT_CHUNKS {
+                chunks.pop_front();
+            }
+            chunks.push_back((number, texture.chunk(number)));
+            chunks.len() - 1
+        }
+    };
+    &chunks[place].1
+}
+
+fn made_source(
+    target: &TargetSpectrum,
+    spacing: f64,
+    seed: u64,
+    lattice: Lattice,
+    limits: Limits,
+    report: &mut RoadReport,
+) -> Result<Source, RoadError> {
+    let texture = Texture::new(target, spacing, seed, lattice, limits.bytes)?;
+    report.spacing = Some(spacing);
+    report.lateral_spacing = Some(spacing);
+    report.bands = texture.spectrum().band_fit().to_vec();
+    report.shortest_wavelength = Some(target.shortest().max(2.0 * lattice.dx));
+    let worst = report.bands.iter().max_by(|a, b| (a.fitted - a.target).abs().total_cmp(&(b.fitted - b.target).abs()));
+    if let Some(band) = worst.filter(|band| (band.fitted - band.target).abs() > WORTH_TELLING) {
+        let note =
+            RoadNote::NotRealisable { deviation: (band.fitted - band.target).abs(), wavelength: band.wavelength };
+        report.notes.push(note);
+    }
+    Ok(Source::Made { texture: Box::new(texture), chunks: VecDeque::with_capacity(KEPT_CHUNKS) })
+}
+
+fn measured_source(
+    spec: &Road,
+    at_end: AtEnd,
+    lattice: Lattice,
+    limits: Limits,
+    report: &mut RoadReport,
+) -> Result<Source, RoadError> {
+    let Some(map) = measured_map(spec, lattice.width(), limits, report)? else { return Ok(Source::Smooth) };
+    report.length = Some(map.end());
+    report.spacing = Some(map.dx);
+    report.lateral_spacing = (map.dy > 0.0).then_some(map.dy);
+    report.shortest_wavelength = Some(2.0 * map.dx.max(lattice.dx));
+    if map.dx > lattice.dx * (1.0 + 1e-9) {
+        report.notes.push(RoadNote::Coarse { spacing: map.dx, run: lattice.dx });
+    }
+    if at_end == AtEnd::Repeat {
+        let (rows, columns) = (map.rows(), map.columns);
+        let ends = map.heights[..columns].iter().zip(&map.heights[(rows - 1) * columns..]);
+        let square: f64 = ends.map(|(first, last)| (last - first) * (last - first)).sum();
+        report.notes.push(RoadNote::Joint { step: (square / columns as f64).sqrt() });
+    }
+    Ok(Source::Measured(Box::new(Resampled::new(map, lattice, at_end))))
+}
+
+/// The height map behind a road, on its own lattice; `None` for roads that have none (smooth, made).
+///
+/// # Errors
+/// As [`RoadSurface::open`].
+pub(super) fn measured_map(
+    spec: &Road,
+    contact_width: f64,
+    limits: Limits,
+    report: &mut RoadReport,
+) -> Result<Option<HeightMap>, RoadError> {
+    match spec {
+        Road::Smooth | Road::Made(_) => Ok(None),
+        Road::Profile(spec) => profile::read(spec, limits.bytes, report).map(Some),
+        Road::OpenCrg(spec) => strip::read(spec, contact_width, limits.bytes, report).map(Some),
+        Road::Grid(spec) => grid::read(spec, contact_width, limits.bytes, report).map(Some),
+    }
+}
+
+/// The target spectrum that a profile gives, and the lattice to make it on.
+pub(super) fn isotropic(
+    spec: &ProfileRoad,
+    limits: Limits,
+    report: &mut RoadReport,
+) -> Result<(TargetSpectrum, f64), RoadError> {
+    let map = profile::read(spec, limits.bytes, report)?;
+    let spacing = ISOTROPIC_SPACING.max(map.dx);
+    let longest = (map.end() * ISOTROPIC_LONGEST.1).min(ISOTROPIC_LONGEST.0);
+    let shortest = spacing / 0.45;
+    let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
+    spectrum.add(&map.heights);
+    let levels: Vec<TextureLevel> =
+        if bands_between(longest, shortest).next().is_some() { spectrum.levels(longest, shortest) } else { Vec::new() };
+    if levels.is_empty() {
+        let needed = (8.0 * shortest / map.dx / ISOTROPIC_LONGEST.1).ceil() as usize;
+        return Err(RoadError::TooFewPoints { path: spec.file.clone(), found: map.heights.len(), needed });
+    }
+    let target = TargetSpectrum::measured(&levels)?;
+    report.notes.push(RoadNote::MadeIsotropic { longest: target.longest(), shortest: target.shortest() });
+    Ok((target, spacing))
+}

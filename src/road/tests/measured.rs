@@ -1,0 +1,304 @@
+use npyz::WriterBuilder;
+
+use super::*;
+use crate::road::texture::{ProfileSpectrum, mean_profile_depth};
+use crate::scene::{AtEnd, GridRoad, Lateral, LengthUnit, ProfileRoad};
+
+fn profile(file: PathBuf) -> ProfileRoad {
+    ProfileRoad {
+        file,
+        distance_unit: Some(LengthUnit::Metre),
+        height_unit: Some(LengthUnit::Millimetre),
+        distance_column: None,
+        height_column: None,
+        range: None,
+        lateral: Lateral::Extruded,
+        seed: 0,
+        at_end: AtEnd::Refuse,
+    }
+}
+
+fn line() -> Lattice {
+    Lattice { dx: 0.004, dy: 0.14, columns: 1 }
+}
+
+#[test]
+fn captif_levels_depth_and_dropouts() {
+    let published = [
+        ("captif_aylesbury_station_0.dat", [49.4, 54.4, 56.0, 52.5, 48.8, 40.3], 0.0856),
+        ("captif_aylesbury_station_10.dat", [50.9, 57.0, 59.0, 55.0, 51.5, 43.9], 0.1053),
+    ];
+    for (name, levels, _dropouts) in published {
+        let Some(file) = shared(name) else { return };
+        let mut report = RoadReport::default();
+        let map = crate::road::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
+        assert!((map.dx - 3.75e-5).abs() < 1e-7 && (map.end() - 1.808).abs() < 1e-3, "{} {}", map.dx, map.end());
+        assert!(report.missing > 2000 && report.missing < 4500, "{}", report.missing);
+        let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
+        spectrum.add(&map.heights);
+        for (band, expected) in [-10, -13, -17, -20, -23, -27].into_iter().zip(levels) {
+            let found = spectrum.level(band);
+            println!("{name}: band {band}: {found:.1} dB, published {expected} dB");
+            // At 100 mm four lines lie in the band: 2 dB is their own uncertainty.
+            let allowed = if band == -10 { 2.2 } else { 1.1 };
+            assert!((found - expected).abs() < allowed, "{name}, band {band}: {found} dB for {expected} dB");
+        }
+        let depth = mean_profile_depth(&map.heights, map.dx).unwrap();
+        println!("{name}: MPD {:.2} mm", 1e3 * depth);
+        assert!((2.9e-3..3.7e-3).contains(&depth), "{depth}");
+    }
+}
+
+#[test]
+fn captif_spike_of_47_mm_counts_as_dropout() {
+    let Some(file) = shared("captif_aylesbury_station_1.dat") else { return };
+    let mut report = RoadReport::default();
+    let map = crate::road::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
+    assert!(report.notes.iter().any(|note| matches!(note, RoadNote::Spikes { .. })), "{:?}", report.notes);
+    assert!(map.span() < 0.02, "{}", map.span());
+}
+
+#[test]
+fn captif_isotropic_is_endless_with_the_profiles_levels() {
+    let Some(file) = shared("captif_aylesbury_station_10.dat") else { return };
+    let spec = Road::Profile(ProfileRoad { lateral: Lateral::Isotropic, seed: 4, ..profile(file) });
+    let mut road = open(&spec, lattice());
+    assert!(road.extent().is_none() && road.check_covers(-1e6, 1e6).is_ok());
+    let fits = &road.report().bands;
+    let worst = fits.iter().map(|band| (band.fitted - band.target).abs()).fold(0.0, f64::max);
+    println!("worst band {worst:.2} dB, notes {:?}", road.report().notes);
+    assert!(fits.iter().any(|band| (band.wavelength / 0.02 - 1.0).abs() < 0.01 && (band.fitted - 59.0).abs() < 1.1));
+    let heights = rows(&mut road, 0, 3000);
+    assert!((1e-3..4e-3).contains(&crate::road::texture::rms(&heights)));
+}
+
+#[test]
+fn csv_with_header_units_names_and_missing_heights() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("# a comment\nid;s [m];z [mm]\n");
+    for i in 0..2000 {
+        let height = if i % 50 == 7 {
+            String::from("NaN")
+        } else {
+            format!("{}", (i as f64 * 0.01).sin() + 3.0 + 0.001 * i as f64)
+        };
+        text += &format!("{i};{};{height}\n", 0.001 * i as f64);
+    }
+    let file = write(&folder, "p.csv", text.as_bytes());
+    let spec = ProfileRoad { distance_column: Some("s [m]".into()), height_column: Some("3".into()), ..profile(file) };
+    let mut road = open(&Road::Profile(spec.clone()), line());
+    assert_eq!(road.report().missing, 40);
+    assert_eq!(road.extent().map(|(a, b)| ((a * 1e6).round(), (b * 1e6).round())), Some((0.0, 1_999_000.0)));
+    // The 0.63 m wave stays, mean and slope go: 1 mm amplitude.
+    let heights = rows(&mut road, 0, 499);
+    let rms = crate::road::texture::rms(&heights);
+    assert!((0.5e-3..0.8e-3).contains(&rms), "{rms}");
+    assert!(matches!(road.heights(0, 501, &mut vec![0.0; 501]), Err(RoadError::Short { .. })));
+    assert!(matches!(road.heights(-1, 1, &mut [0.0]), Err(RoadError::Short { .. })));
+    assert!(matches!(road.check_covers(0.0, 2.5), Err(RoadError::Short { .. })));
+    assert!(road.check_covers(0.0, 1.99).is_ok());
+    let missing_name = ProfileRoad { height_column: Some("height".into()), ..spec.clone() };
+    let message = refused(&Road::Profile(missing_name), line()).to_string();
+    assert!(message.contains("s [m]") && message.contains("height"), "{message}");
+    let no_unit = ProfileRoad { height_unit: None, ..spec.clone() };
+    assert!(refused(&Road::Profile(no_unit), line()).to_string().contains("height_unit"));
+    let outside = ProfileRoad { range: Some([0.5, 7.0]), ..spec };
+    assert!(matches!(refused(&Road::Profile(outside), line()), RoadError::Range { .. }));
+}
+
+#[test]
+fn unsorted_and_repeated_distances_are_put_right_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let height = |i: usize| (i as f64 * 0.3).sin();
+    let mut sorted = String::new();
+    let mut shuffled = String::new();
+    for i in 0..500 {
+        sorted += &format!("{},{}\n", 0.001 * i as f64, height(i));
+        let j = (i * 7) % 500;
+        shuffled += &format!("{},{}\n{},{}\n", 0.001 * j as f64, height(j) + 0.1, 0.001 * j as f64, height(j) - 0.1);
+    }
+    let a = Road::Profile(profile(write(&folder, "a.csv", sorted.as_bytes())));
+    let b = Road::Profile(profile(write(&folder, "b.csv", shuffled.as_bytes())));
+    let (mut a, mut b) = (open(&a, line()), open(&b, line()));
+    for (a, b) in rows(&mut a, 0, 120).iter().zip(&rows(&mut b, 0, 120)) {
+        assert!((a - b).abs() < 1e-12);
+    }
+    let notes = &b.report().notes;
+    assert!(notes.contains(&RoadNote::Duplicates { merged: 500 }), "{notes:?}");
+    assert!(notes.iter().any(|note| matches!(note, RoadNote::Unsorted { .. })));
+}
+
+#[test]
+fn faulty_profiles_are_refused_with_the_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut number = 0;
+    let mut fault = |text: &[u8]| {
+        number += 1;
+        refused(&Road::Profile(profile(write(&folder, &format!("{number}.csv"), text))), line())
+    };
+    assert!(matches!(fault(b""), RoadError::TooFewPoints { found: 0, .. }));
+    assert!(matches!(fault(b"s,z\n"), RoadError::TooFewPoints { found: 0, .. }));
+    assert!(matches!(fault(b"0,1\n1,2\n"), RoadError::TooFewPoints { found: 2, .. }));
+    match fault(b"s,z\n0,1\n0.1,2\n0.2,wet\n") {
+        RoadError::NotANumber { line: 4, column: 2, role: "height", found, .. } => assert_eq!(found, "wet"),
+        other => panic!("{other}"),
+    }
+    assert!(matches!(fault(b"s,z\n0,1\nfar,2\n"), RoadError::NotANumber { line: 3, column: 1, role: "distance", .. }));
+    assert!(matches!(fault(b"0,1\n1,inf\n"), RoadError::NotANumber { line: 2, column: 2, .. }));
+    assert!(matches!(fault(b"0 1\n1 2\n"), RoadError::NotANumber { .. } | RoadError::MissingCell { .. }));
+    assert!(matches!(
+        fault(b"\xff\xfe\x00garbage\n\x01\x02"),
+        RoadError::NotANumber { .. } | RoadError::MissingCell { .. }
+    ));
+    let metres: String = (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), 1e3 * f64::from(i % 7))).collect();
+    assert!(matches!(fault(metres.as_bytes()), RoadError::ImplausibleHeights { .. }));
+    let holes: String =
+        (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), if i % 2 == 0 { "" } else { "1" })).collect();
+    assert!(matches!(fault(holes.as_bytes()), RoadError::TooManyMissing { missing: 50, .. }));
+    let outlier: String = (0..50).map(|i| format!("{},1\n", if i == 49 { 1e15 } else { f64::from(i) })).collect();
+    assert!(
+        matches!(fault(outlier.as_bytes()), RoadError::TooManyMissing { .. }),
+        "must not be filled with 1e15 points"
+    );
+    let absent = Road::Profile(profile(folder.path().join("absent.csv")));
+    assert!(refused(&absent, line()).to_string().contains("absent.csv"));
+    let directory = Road::Profile(profile(folder.path().to_owned()));
+    assert!(matches!(refused(&directory, line()), RoadError::Io { .. }));
+    let captif = fault(
+        b"Road Name\tCAPTIF\t\n*****DATA*****\t\t\nData Point No:\tDistance (mm)\tDepth (mm)\n1\t0.0\t1.0\n2\tx\t1.0\n",
+    );
+    assert!(matches!(captif, RoadError::NotANumber { line: 5, column: 2, .. }), "{captif}");
+    let unit = fault(b"*****DATA*****\t\t\nData Point No:\tDistance (furlong)\tDepth (mm)\n");
+    assert!(matches!(unit, RoadError::UnknownUnit { line: 2, .. }), "{unit}");
+    let large = Road::Profile(profile(write(&folder, "large.csv", b"0,1\n")));
+    assert!(matches!(
+        RoadSurface::open(&large, line(), Limits { bytes: 3 }),
+        Err(RoadError::TooLarge { needed: 4, limit: 3, .. })
+    ));
+}
+
+fn npy<T: npyz::Serialize + npyz::AutoSerialize>(
+    shape: &[u64],
+    order: npyz::Order,
+    data: impl IntoIterator<Item = T>,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer =
+        npyz::WriteOptions::new().default_dtype().order(order).shape(shape).writer(&mut bytes).begin_nd().unwrap();
+    writer.extend(data).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+fn grid(file: PathBuf, dx: f64, dy: f64) -> GridRoad {
+    GridRoad { file, dx, dy, at_end: AtEnd::Refuse }
+}
+
+#[test]
+fn grid_on_the_lattice_is_used_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let heights: Vec<f64> = (0..40 * 6).map(|i| 1e-3 * (i as f64 * 1.7).sin()).collect();
+    let c = write(&folder, "c.npy", &npy(&[40, 6], npyz::Order::C, heights.iter().copied()));
+    let transposed = (0..6 * 40).map(|i| heights[i % 40 * 6 + i / 40]);
+    let f = write(&folder, "f.npy", &npy(&[40, 6], npyz::Order::Fortran, transposed));
+    for file in [c, f] {
+        let spec = Road::Grid(grid(file, 0.004, 0.025));
+        let lattice = Lattice::choose(&spec, 0.004, 0.15, None).unwrap();
+        assert_eq!(lattice.columns, 6);
+        let mut road = open(&spec, lattice);
+        assert!(rows(&mut road, 0, 40).iter().zip(&heights).all(|(a, b)| a.to_bits() == b.to_bits()));
+        assert!(matches!(road.heights(39, 2, &mut [0.0; 12]), Err(RoadError::Short { .. })));
+        // Another element length: columns of about 2 mm.
+        assert_eq!(Lattice::choose(&spec, 0.005, 0.15, None).unwrap().columns, 75);
+        assert_eq!(Lattice::choose(&spec, 0.004, 0.1, None).unwrap().columns, 50);
+        assert_eq!(Lattice::choose(&spec, 0.004, 0.15, Some(3)).unwrap().columns, 3);
+        assert!(matches!(Lattice::choose(&spec, 0.004, 0.15, Some(0)), Err(RoadError::NotPositive { .. })));
+        assert!(matches!(refused(&spec, Lattice { dx: 0.004, dy: 0.002, columns: 100 }), RoadError::Narrow { .. }));
+    }
+    let single = write(&folder, "s.npy", &npy(&[40, 6], npyz::Order::C, heights.iter().map(|&z| z as f32)));
+    let mut road = open(&Road::Grid(grid(single, 0.004, 0.025)), Lattice { dx: 0.004, dy: 0.025, columns: 6 });
+    assert!(rows(&mut road, 0, 40).iter().zip(&heights).all(|(a, &b)| a.to_bits() == f64::from(b as f32).to_bits()));
+}
+
+#[test]
+fn faulty_grids_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut number = 0;
+    let mut fault = |bytes: &[u8]| {
+        number += 1;
+        refused(
+            &Road::Grid(grid(write(&folder, &format!("{number}.npy"), bytes), 0.004, 0.05)),
+            Lattice { dx: 0.004, dy: 0.05, columns: 4 },
+        )
+    };
+    let level = |count: usize| (0..count).map(|i| 1e-4 * i as f64);
+    let order = npyz::Order::C;
+    assert!(matches!(fault(&npy(&[40], order, level(40))), RoadError::NpyShape { .. }));
+    assert!(matches!(fault(&npy(&[2, 5, 4], order, level(40))), RoadError::NpyShape { .. }));
+    assert!(matches!(fault(&npy(&[10, 4], order, 0..40_i32)), RoadError::NpyType { .. }));
+    assert!(matches!(fault(b"not an array"), RoadError::Npy { .. }));
+    let whole = npy(&[10, 4], order, level(40));
+    assert!(matches!(fault(&whole[..whole.len() - 3]), RoadError::Npy { .. }), "cut off");
+    let with =
+        |value: f64| npy(&[10, 4], order, level(40).enumerate().map(move |(i, z)| if i == 22 { value } else { z }));
+    assert!(matches!(fault(&with(f64::INFINITY)), RoadError::Infinite { row: 5, column: 2, .. }));
+    let millimetres = fault(&npy(&[10, 4], order, level(40).map(|z| 1e3 * z)));
+    assert!(
+        matches!(millimetres, RoadError::ImplausibleHeights { .. }) && millimetres.to_string().contains("millimetres")
+    );
+    assert!(matches!(
+        fault(&npy(&[10, 4], order, (0..40).map(|_| f64::NAN))),
+        RoadError::TooManyMissing { missing: 40, .. }
+    ));
+    let mut complex = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    complex.extend(format!("{:<117}\n", "{'descr': '<c16', 'fortran_order': False, 'shape': (10, 4), }").bytes());
+    assert!(matches!(fault(&complex), RoadError::NpyType { .. }));
+    let holes = Road::Grid(grid(write(&folder, "h.npy", &with(f64::NAN)), 0.004, 0.05));
+    let mut road = open(&holes, Lattice { dx: 0.004, dy: 0.05, columns: 4 });
+    assert_eq!(road.report().missing, 1);
+    assert!((rows(&mut road, 5, 1)[2] - 22e-4).abs() < 1e-15, "a plane is filled exactly");
+    let bad = Road::Grid(GridRoad { dx: -1.0, ..grid(folder.path().join("h.npy"), 0.004, 0.05) });
+    assert!(matches!(refused(&bad, Lattice { dx: 0.004, dy: 0.05, columns: 4 }), RoadError::NotPositive { .. }));
+    let few = Road::Grid(grid(folder.path().join("h.npy"), 0.004, 0.05));
+    assert!(matches!(
+        RoadSurface::open(&few, Lattice { dx: 0.004, dy: 0.05, columns: 4 }, Limits { bytes: 100 }),
+        Err(RoadError::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn grid_description_measures_what_was_put_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let wave = |i: usize| 1e-3 * (2.0 * std::f64::consts::PI * (i / 8) as f64 * 0.002 / 0.05).sin();
+    let file = write(&folder, "w.npy", &npy(&[3000, 8], npyz::Order::C, (0..24_000).map(wave)));
+    let spec = Road::Grid(grid(file, 0.002, 0.02));
+    let told = describe(&spec, Lattice::choose(&spec, 0.004, 0.14, None).unwrap(), 20.0, Limits::default()).unwrap();
+    let level = told.levels.iter().find(|band| (band.wavelength / 0.05 - 1.0).abs() < 0.01).unwrap().level;
+    assert!((level - 56.99).abs() < 0.05, "{level}");
+    assert!((told.rms / (1e-3 / 2_f64.sqrt()) - 1.0).abs() < 0.01);
+    assert_eq!(told.highest_frequency.map(f64::round), Some(2500.0));
+    assert_eq!(told.highest_frequency_of_road.map(f64::round), Some(5000.0));
+    assert_eq!((told.sample.rows, told.sample.columns), (250, 70));
+    assert!(serde_json::to_string(&told).unwrap().contains("levels"));
+    let smooth = describe(&Road::Smooth, line(), 20.0, Limits::default()).unwrap();
+    assert!(smooth.levels.is_empty() && smooth.highest_frequency.is_none());
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(200))]
+
+    /// Whatever stands in a file, reading it ends with a finite road or an error.
+    #[test]
+    fn arbitrary_tables_never_panic(text in "([0-9.e+-]{0,6}[,;\t ]?(NaN|nan|inf|x)?[,\n]){0,60}", captif in proptest::prelude::any::<bool>()) {
+        let folder = tempfile::tempdir().unwrap();
+        let head = if captif { "*****DATA*****\nData Point No:\tDistance (mm)\tDepth (mm)\n" } else { "" };
+        let body = if captif { text.replace([',', ';'], "\t") } else { text };
+        let file = write(&folder, "t.csv", format!("{head}{body}").as_bytes());
+        if let Ok(mut road) = RoadSurface::open(&Road::Profile(profile(file)), line(), Limits { bytes: 1 << 24 }) {
+            let mut out = [f64::NAN; 1];
+            if road.heights(0, 1, &mut out).is_ok() {
+                proptest::prop_assert!(out[0].is_finite());
+            }
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Tests of whole roads, from a scene's table to heights.
+
+mod crg;
+mod made;
+mod measured;
+
+use std::path::PathBuf;
+
+use super::*;
+use crate::scene::Road;
+
+/// A file of the shared measured roads; `None`, with a printed line, where they are absent.
+fn shared(name: &str) -> Option<PathBuf> {
+    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads")).join(name);
+    if path.exists() {
+        return Some(path);
+    }
+    println!("skipped: {} is absent", path.display());
+    None
+}
+
+fn open(spec: &Road, lattice: Lattice) -> RoadSurface {
+    RoadSurface::open(spec, lattice, Limits::default()).unwrap()
+}
+
+fn refused(spec: &Road, lattice: Lattice) -> RoadError {
+    match RoadSurface::open(spec, lattice, Limits::default()) {
+        Ok(_) => panic!("the road should be refused"),
+        Err(error) => error,
+    }
+}
+
+fn rows(road: &mut RoadSurface, first: i64, count: usize) -> Vec<f64> {
+    let mut out = vec![f64::NAN; count * road.lattice().columns];
+    road.heights(first, count, &mut out).unwrap();
+    out
+}
+
+fn lattice() -> Lattice {
+    Lattice { dx: 1.95 / 512.0, dy: 0.002, columns: 70 }
+}
+
+fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}

@@ -1,0 +1,87 @@
+//! A mistake with its place in a file, and how it is shown.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet, normalize_untrusted_str};
+
+use super::Problem;
+
+/// A text and where it comes from.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Source {
+    /// The file's path as people gave it, or any other name.
+    pub name: String,
+    /// All of the text.
+    pub text: String,
+}
+
+impl Source {
+    /// Line and column of a byte, both from 1, the column in characters.
+    pub fn position(&self, byte: usize) -> (usize, usize) {
+        let before = self.text.get(..byte).unwrap_or(&self.text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or(before).chars().count() + 1;
+        (line, column)
+    }
+}
+
+/// A mistake, the key it concerns, and its place in a file.
+#[derive(Debug)]
+pub struct Diagnostic {
+    pub(super) source: Arc<Source>,
+    pub(super) key: String,
+    pub(super) span: Range<usize>,
+    pub(super) problem: Problem,
+}
+
+impl Diagnostic {
+    /// Name of the file.
+    pub fn file(&self) -> &str {
+        &self.source.name
+    }
+
+    /// Line in the file, from 1.
+    pub fn line(&self) -> usize {
+        self.source.position(self.span.start).0
+    }
+
+    /// Column in characters, from 1.
+    pub fn column(&self) -> usize {
+        self.source.position(self.span.start).1
+    }
+
+    /// Path of the key, such as `tyre.layers[1].thickness`, array items from 0; empty where no key is concerned.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// What is wrong.
+    pub fn problem(&self) -> &Problem {
+        &self.problem
+    }
+
+    /// Key and what is wrong with it.
+    fn title(&self) -> String {
+        if self.key.is_empty() { self.problem.to_string() } else { format!("{}: {}", self.key, self.problem) }
+    }
+
+    /// The message with the lines concerned, the place marked, and what would be right; `colour` for terminals.
+    pub fn render(&self, colour: bool) -> String {
+        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        let annotation = AnnotationKind::Primary.span(self.span.clone()).label(self.problem.right());
+        let snippet = Snippet::source(self.source.text.as_str()).path(self.file()).annotation(annotation);
+        renderer.render(&[Level::ERROR.primary_title(self.title()).element(snippet)])
+    }
+}
+
+/// One line: file:line:column: key: what is wrong (what would be right).
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (line, column) = self.source.position(self.span.start);
+        // Keys and texts come from the file: control characters must not reach a terminal.
+        let message = normalize_untrusted_str(&format!("{} ({})", self.title(), self.problem.right()));
+        write!(f, "{}:{line}:{column}: {message}", self.file())
+    }
+}

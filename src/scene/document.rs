@@ -1,0 +1,144 @@
+//! Where each key of a scene stands, so that any complaint, from the reader or from a later stage, points into the file.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use toml::de::{DeTable, DeValue};
+
+use super::diagnostic::Source;
+use super::{Diagnostic, Problem};
+
+/// Where a key and its value stand.
+#[derive(Clone, Debug)]
+struct Place {
+    source: Arc<Source>,
+    key: Range<usize>,
+    value: Range<usize>,
+}
+
+/// The places of all keys of a scene, its tyre file included, by key path.
+#[derive(Clone, Debug)]
+pub(super) struct Document {
+    root: Arc<Source>,
+    places: BTreeMap<String, Place>,
+}
+
+impl Document {
+    /// The document of a scene's own file.
+    pub(super) fn new(source: &Arc<Source>, table: &DeTable<'_>) -> Self {
+        let mut document = Self { root: Arc::clone(source), places: BTreeMap::new() };
+        document.index(source, table, "");
+        document
+    }
+
+    /// Adds the keys of a file that stands in for the table `prefix`.
+    pub(super) fn include(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {
+        // The table is the file: what is missing in it is missing in the file.
+        let whole = Place { source: Arc::clone(source), key: 0..0, value: 0..0 };
+        self.places.insert(prefix.to_owned(), whole);
+        self.index(source, table, prefix);
+    }
+
+    fn index(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {
+        for (key, value) in table {
+            let path = join(prefix, key.get_ref());
+            self.index_value(source, value.get_ref(), &path);
+            self.places.insert(path, Place { source: Arc::clone(source), key: key.span(), value: value.span() });
+        }
+    }
+
+    fn index_value(&mut self, source: &Arc<Source>, value: &DeValue<'_>, path: &str) {
+        match value {
+            DeValue::Table(table) => self.index(source, table, path),
+            DeValue::Array(items) => {
+                for (number, item) in items.iter().enumerate() {
+                    let path = format!("{path}[{number}]");
+                    self.index_value(source, item.get_ref(), &path);
+                    self.places
+                        .insert(path, Place { source: Arc::clone(source), key: item.span(), value: item.span() });
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A problem with a key, placed at the key or its value; a key that is not in the file is placed at the nearest
+    /// table around it that is.
+    pub(super) fn diagnose(&self, key: &str, problem: Problem) -> Diagnostic {
+        let mut around = Some(key);
+        while let Some(path) = around {
+            if let Some(place) = self.places.get(path) {
+                // A value of several lines would be marked from end to end: its key says as much.
+                let value_is_short =
+                    place.source.text.get(place.value.clone()).is_some_and(|text| !text.contains('\n'));
+                let at_value = path == key && !problem.points_at_key() && value_is_short;
+                let span = if at_value { place.value.clone() } else { place.key.clone() };
+                return Diagnostic { source: Arc::clone(&place.source), key: key.to_owned(), span, problem };
+            }
+            around = parent(path);
+        }
+        Diagnostic { source: Arc::clone(&self.root), key: key.to_owned(), span: 0..0, problem }
+    }
+
+    /// The key whose definition a byte of `source` belongs to: the last one that begins at or before it, in its line.
+    pub(super) fn key_at(&self, source: &Arc<Source>, byte: usize) -> Option<&str> {
+        let line = source.position(byte).0;
+        let keys =
+            self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source) && place.key.start <= byte);
+        let (path, _) = keys
+            .filter(|(_, place)| source.position(place.key.start).0 == line)
+            .max_by_key(|(path, place)| (place.key.start, path.len()))?;
+        Some(path)
+    }
+
+    /// The table whose `[header]` is the last one before a byte of `source`; "" before the first header.
+    pub(super) fn table_at(&self, source: &Arc<Source>, byte: usize) -> &str {
+        // A header's brackets lie around its key; those of an array come after it.
+        let is_header =
+            |place: &Place| place.value.start <= place.key.start && source.text[place.value.start..].starts_with('[');
+        let headers =
+            self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source) && place.value.start <= byte);
+        let last =
+            headers.filter(|(_, place)| is_header(place)).max_by_key(|(path, place)| (place.value.start, path.len()));
+        last.map_or("", |(path, _)| path)
+    }
+}
+
+/// `prefix.key`, the key in quotes where TOML needs them.
+pub(super) fn join(prefix: &str, key: &str) -> String {
+    let bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+    let dot = if prefix.is_empty() { "" } else { "." };
+    if bare { format!("{prefix}{dot}{key}") } else { format!("{prefix}{dot}{key:?}") }
+}
+
+/// The table or array that a key path lies in.
+fn parent(path: &str) -> Option<&str> {
+    path.rfind(['.', '[']).map(|end| &path[..end])
+}
+
+/// The complaints collected while one scene is read.
+#[derive(Debug)]
+pub(super) struct Complaints<'a> {
+    document: &'a Document,
+    found: RefCell<Vec<Diagnostic>>,
+}
+
+impl<'a> Complaints<'a> {
+    pub(super) fn new(document: &'a Document) -> Self {
+        Self { document, found: RefCell::new(Vec::new()) }
+    }
+
+    /// Adds a complaint.
+    pub(super) fn add(&self, key: &str, problem: Problem) {
+        self.found.borrow_mut().push(self.document.diagnose(key, problem));
+    }
+
+    /// All complaints in the order of the text, those in the scene's own file first.
+    pub(super) fn finish(self) -> Vec<Diagnostic> {
+        let mut found = self.found.into_inner();
+        found.sort_by_key(|diagnostic| (!Arc::ptr_eq(&diagnostic.source, &self.document.root), diagnostic.span.start));
+        found
+    }
+}

@@ -1,0 +1,112 @@
+//! Why a scene cannot be used.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::{Level, Renderer};
+
+use super::Diagnostic;
+
+/// Why a scene cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// There is no such file.
+    #[error("there is no file \"{}\"", path.display())]
+    NotFound {
+        /// The path as given.
+        path: PathBuf,
+    },
+    /// A folder was named instead of a file.
+    #[error("\"{}\" is a folder, not a file", path.display())]
+    Folder {
+        /// The path as given.
+        path: PathBuf,
+    },
+    /// The file cannot be read.
+    #[error("\"{}\" cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The path as given.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The file is not text.
+    #[error("\"{}\" is not UTF-8 text: byte {byte}, in line {line}", path.display())]
+    NotText {
+        /// The path as given.
+        path: PathBuf,
+        /// Offset of the first byte that is not UTF-8.
+        byte: usize,
+        /// Its line, from 1.
+        line: usize,
+    },
+    /// The text does not describe a scene; all mistakes that could be found, in the order of the file.
+    #[error("{}", one_per_line(diagnostics))]
+    Invalid {
+        /// The mistakes; at least one.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// A time-domain run was asked for and the material law of these layers is not causal.
+    #[error(
+        "the law \"hysteretic\" of layer {layers:?} is not causal; a time-domain run needs \"power-law\", \"prony\" or \"elastic\""
+    )]
+    NotCausal {
+        /// The layers concerned, from 0.
+        layers: Vec<usize>,
+    },
+    /// The scene cannot be written as TOML (a number beyond 63 bits, a path that is not UTF-8).
+    #[error("the scene cannot be written as TOML: {source}")]
+    NotToml {
+        /// The writer's reason.
+        source: toml::ser::Error,
+    },
+    /// The scene cannot be written as JSON (a path that is not UTF-8).
+    #[error("the scene cannot be written as JSON: {source}")]
+    NotJson {
+        /// The writer's reason.
+        source: serde_json::Error,
+    },
+}
+
+impl SceneError {
+    /// The mistakes found in the text; empty if it could not be read at all.
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        match self {
+            Self::Invalid { diagnostics } => diagnostics,
+            _ => &[],
+        }
+    }
+
+    /// The message for people: lines of the file, places marked; `colour` for terminals.
+    pub fn render(&self, colour: bool) -> String {
+        match self {
+            Self::Invalid { diagnostics } => {
+                diagnostics.iter().map(|diagnostic| diagnostic.render(colour)).collect::<Vec<_>>().join("\n\n")
+            }
+            other => {
+                let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+                renderer.render(&[annotate_snippets::Group::with_title(Level::ERROR.primary_title(other.to_string()))])
+            }
+        }
+    }
+
+    /// The error that opening or reading `path` ended with.
+    pub(super) fn reading(path: &Path, source: io::Error) -> Self {
+        let path = path.to_owned();
+        match source.kind() {
+            io::ErrorKind::NotFound => Self::NotFound { path },
+            io::ErrorKind::IsADirectory => Self::Folder { path },
+            _ => Self::Unreadable { path, source },
+        }
+    }
+}
+
+impl From<Diagnostic> for SceneError {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self::Invalid { diagnostics: vec![diagnostic] }
+    }
+}
+
+fn one_per_line(diagnostics: &[Diagnostic]) -> String {
+    diagnostics.iter().map(Diagnostic::to_string).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,337 @@
+//! What may stand at a key: types, bounds and lists of words, each able to say what it wants.
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::ops::Bound;
+use std::path::PathBuf;
+
+use serde::de::value::StrDeserializer;
+use serde::de::{DeserializeOwned, IntoDeserializer};
+use toml::de::{DeInteger, DeValue};
+
+use super::Problem;
+use super::problem::{nearest, quoted};
+use super::table::Value;
+
+/// What may stand at a key.
+pub(super) trait Kind {
+    /// What it is read as.
+    type Output;
+
+    /// What has to stand there, in words that continue "write ...".
+    fn wanted(&self) -> String;
+
+    /// Reads it, or complains and returns `None`.
+    fn read(&self, value: &Value<'_>) -> Option<Self::Output>;
+}
+
+/// Where a number has to lie, and its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    low: Bound<f64>,
+    high: Bound<f64>,
+    unit: &'static str,
+}
+
+impl Bounds {
+    /// Any finite number.
+    pub const fn any(unit: &'static str) -> Self {
+        Self { low: Bound::Unbounded, high: Bound::Unbounded, unit }
+    }
+
+    /// Numbers above zero.
+    pub const fn positive(unit: &'static str) -> Self {
+        Self { low: Bound::Excluded(0.0), high: Bound::Unbounded, unit }
+    }
+
+    /// Zero and above.
+    pub const fn not_negative(unit: &'static str) -> Self {
+        Self { low: Bound::Included(0.0), high: Bound::Unbounded, unit }
+    }
+
+    /// Between two limits that are themselves not accepted.
+    pub const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
+        Self { low: Bound::Excluded(low), high: Bound::Excluded(high), unit }
+    }
+
+    /// Between two limits that are themselves accepted.
+    pub const fn between(low: f64, high: f64, unit: &'static str) -> Self {
+        Self { low: Bound::Included(low), high: Bound::Included(high), unit }
+    }
+
+    fn contains(&self, value: f64) -> bool {
+        use std::ops::RangeBounds;
+        (self.low, self.high).contains(&value)
+    }
+}
+
+impl fmt::Display for Bounds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let low = match self.low {
+            Bound::Unbounded => None,
+            Bound::Excluded(low) => Some(format!("above {}", short(low))),
+            Bound::Included(low) => Some(format!("of at least {}", short(low))),
+        };
+        let high = match self.high {
+            Bound::Unbounded => None,
+            Bound::Excluded(high) => Some(format!("below {}", short(high))),
+            Bound::Included(high) => Some(format!("at most {}", short(high))),
+        };
+        match (low, high) {
+            (None, None) => write!(f, "a finite number")?,
+            (Some(only), None) | (None, Some(only)) => write!(f, "a number {only}")?,
+            (Some(low), Some(high)) => write!(f, "a number {low} and {high}")?,
+        }
+        if self.unit.is_empty() { Ok(()) } else { write!(f, " {}", self.unit) }
+    }
+}
+
+/// A number as people write it: no long rows of zeros.
+pub(super) fn short(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
+    if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+impl Kind for Bounds {
+    type Output = f64;
+
+    fn wanted(&self) -> String {
+        self.to_string()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<f64> {
+        let (number, text) = match value.get() {
+            DeValue::Float(float) => (float.as_str().parse::<f64>().ok(), float.to_string()),
+            DeValue::Integer(integer) => (whole(integer).map(|whole| whole as f64), integer.to_string()),
+            _ => return value.wrong_type(self),
+        };
+        match number {
+            // 1e999 parses to infinity without a word about it.
+            Some(number) if number.is_infinite() && !text.contains("inf") => {
+                value.complain(Problem::TooLarge { text, wanted: self.wanted() })
+            }
+            Some(number) if !number.is_finite() => {
+                value.complain(Problem::NotFinite { value: number, wanted: self.wanted() })
+            }
+            Some(number) if !self.contains(number) => {
+                value.complain(Problem::OutOfRange { value: number, bounds: *self })
+            }
+            Some(number) => Some(number),
+            None => value.complain(Problem::TooLarge { text, wanted: self.wanted() }),
+        }
+    }
+}
+
+fn whole(integer: &DeInteger<'_>) -> Option<i128> {
+    i128::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+/// A whole number of at least so much.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Whole(pub(super) u64);
+
+impl Kind for Whole {
+    type Output = u64;
+
+    fn wanted(&self) -> String {
+        format!("a whole number of at least {}", self.0)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<u64> {
+        let DeValue::Integer(integer) = value.get() else { return value.wrong_type(self) };
+        let Some(signed) = whole(integer) else {
+            return value.complain(Problem::TooLarge { text: integer.to_string(), wanted: self.wanted() });
+        };
+        if signed < i128::from(self.0) {
+            return value.complain(Problem::TooSmall { value: signed, least: self.0 });
+        }
+        let too_large = || Problem::TooLarge { text: integer.to_string(), wanted: self.wanted() };
+        u64::try_from(signed).ok().or_else(|| value.complain(too_large()))
+    }
+}
+
+/// A whole number that counts something, of at least so much.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Count(pub(super) u64);
+
+impl Kind for Count {
+    type Output = usize;
+
+    fn wanted(&self) -> String {
+        Whole(self.0).wanted()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<usize> {
+        let number = Whole(self.0).read(value)?;
+        let too_large = || Problem::TooLarge { text: number.to_string(), wanted: self.wanted() };
+        usize::try_from(number).ok().or_else(|| value.complain(too_large()))
+    }
+}
+
+/// `true` or `false`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flag;
+
+impl Kind for Flag {
+    type Output = bool;
+
+    fn wanted(&self) -> String {
+        "true or false".to_owned()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<bool> {
+        value.get().as_bool().or_else(|| value.wrong_type(self))
+    }
+}
+
+/// A text, possibly empty.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Text;
+
+impl Kind for Text {
+    type Output = String;
+
+    fn wanted(&self) -> String {
+        "a text in quotes".to_owned()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<String> {
+        value.get().as_str().map(str::to_owned).or_else(|| value.wrong_type(self))
+    }
+}
+
+/// The path of a file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct File;
+
+impl Kind for File {
+    type Output = PathBuf;
+
+    fn wanted(&self) -> String {
+        "the path of a file, relative to the scene, in quotes".to_owned()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<PathBuf> {
+        match value.get().as_str() {
+            Some("") => value.complain(Problem::Empty { wanted: self.wanted() }),
+            Some(path) => Some(PathBuf::from(path)),
+            None => value.wrong_type(self),
+        }
+    }
+}
+
+/// A column of a table: its name or its number from 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Column;
+
+impl Kind for Column {
+    type Output = String;
+
+    fn wanted(&self) -> String {
+        "the name of a column in quotes, or its number from 1".to_owned()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<String> {
+        match value.get() {
+            DeValue::Integer(_) => Whole(1).read(value).map(|number| number.to_string()),
+            DeValue::String(name) if name.is_empty() => value.complain(Problem::Empty { wanted: self.wanted() }),
+            DeValue::String(name) if name == "0" => value.complain(Problem::TooSmall { value: 0, least: 1 }),
+            DeValue::String(name) => Some(name.to_string()),
+            _ => value.wrong_type(self),
+        }
+    }
+}
+
+/// An array of numbers, at least one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Numbers(pub(super) Bounds);
+
+impl Kind for Numbers {
+    type Output = Vec<f64>;
+
+    fn wanted(&self) -> String {
+        format!("an array, [ ... ], each item {}", self.0)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<Vec<f64>> {
+        let Some(items) = value.items() else { return value.wrong_type(self) };
+        if items.is_empty() {
+            return value.complain(Problem::Empty { wanted: self.wanted() });
+        }
+        // All items are read before the first failure counts, so that every bad one is reported.
+        let numbers: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
+        numbers.into_iter().collect()
+    }
+}
+
+/// An array of exactly two numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair(pub(super) Bounds);
+
+impl Kind for Pair {
+    type Output = [f64; 2];
+
+    fn wanted(&self) -> String {
+        format!("an array of two, [a, b], each {}", self.0)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<[f64; 2]> {
+        let Some(items) = value.items() else { return value.wrong_type(self) };
+        let [first, second] = items.as_slice() else {
+            return value.complain(Problem::WrongCount { found: items.len(), wanted: 2 });
+        };
+        let (first, second) = (self.0.read(first), self.0.read(second));
+        Some([first?, second?])
+    }
+}
+
+/// One of the words that serde knows as the variants of `T`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OneOf<T>(PhantomData<T>);
+
+impl<T: DeserializeOwned> OneOf<T> {
+    pub(super) const fn new() -> Self {
+        Self(PhantomData)
+    }
+
+    fn parse(word: &str) -> Result<T, UnknownVariant> {
+        let deserializer: StrDeserializer<'_, UnknownVariant> = word.into_deserializer();
+        T::deserialize(deserializer)
+    }
+}
+
+impl<T: DeserializeOwned> Kind for OneOf<T> {
+    type Output = T;
+
+    fn wanted(&self) -> String {
+        // No variant is called "": the refusal carries the list.
+        let accepted = Self::parse("").err().map_or(&[][..], |refused| refused.0);
+        format!("one of {}", quoted(accepted))
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<T> {
+        let Some(word) = value.get().as_str() else { return value.wrong_type(self) };
+        Self::parse(word).map_or_else(
+            |UnknownVariant(accepted)| {
+                let given = word.to_owned();
+                value.complain(Problem::NotAChoice { nearest: nearest(word, accepted), given, accepted })
+            },
+            Some,
+        )
+    }
+}
+
+/// What serde says about a word that is no variant: the list of those that are.
+#[derive(Debug, thiserror::Error)]
+#[error("one of {}", quoted(.0))]
+struct UnknownVariant(&'static [&'static str]);
+
+impl serde::de::Error for UnknownVariant {
+    fn custom<T: fmt::Display>(_message: T) -> Self {
+        Self(&[])
+    }
+
+    fn unknown_variant(_variant: &str, expected: &'static [&'static str]) -> Self {
+        Self(expected)
+    }
+}

@@ -1,0 +1,241 @@
+//! From a file or a text to a checked scene.
+//!
+//! 1. The text is parsed into a tree that knows where each key and value stands; syntax errors end here.
+//! 2. A tyre given by its file is read and put in the place of the path.
+//! 3. The place of every key is noted, for this and for later complaints.
+//! 4. The tree is read key by key; all mistakes are collected.
+//! 5. File paths are made absolute, from the scene's folder.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::diagnostic::Source;
+use super::document::{Complaints, Document, join};
+use super::table::Table;
+use super::{Diagnostic, Problem, Scene, SceneError, read};
+
+/// Syntax errors looked at; more of them help nobody.
+const MOST_SYNTAX_ERRORS: usize = 16;
+
+/// A checked scene and where it comes from.
+#[derive(Clone, Debug)]
+pub struct LoadedScene {
+    /// The scene, its file paths absolute.
+    pub scene: Scene,
+    /// The scene's file as named by the caller; the given name for a scene that was not read from a file.
+    pub path: PathBuf,
+    /// Folder that the paths in the scene are relative to; empty for a scene that was not read from a file.
+    pub folder: PathBuf,
+    /// SHA-256 of the effective settings, as hexadecimal digits: the same for two scenes that differ in formatting,
+    /// comments, folder, omitted defaults, or in whether the tyre has its own file.
+    pub hash: String,
+    /// SHA-256 of the text, followed by the tyre file's if there is one, as hexadecimal digits.
+    pub text_hash: String,
+    /// The scene with its paths as written: what is hashed and reported.
+    written: Scene,
+    document: Arc<Document>,
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or [`SceneError::Invalid`] with all mistakes that could be found in it.
+    pub fn load(path: impl AsRef<Path>) -> Result<LoadedScene, SceneError> {
+        let path = path.as_ref();
+        let text = read_text(path)?;
+        let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
+        let folder = absolute.parent().unwrap_or(&absolute).to_owned();
+        LoadedScene::new(text, path.to_owned(), folder)
+    }
+
+    /// Checks a scene in a text; `name` stands in messages where a file's name would. Paths in it are used as they are.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] with all mistakes that could be found.
+    pub fn from_str(text: &str, name: &str) -> Result<LoadedScene, SceneError> {
+        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new())
+    }
+
+    /// The scene as TOML, every default spelt out; [`Scene::from_str`] reads it back to an equal scene.
+    ///
+    /// # Errors
+    /// [`SceneError::NotToml`] for numbers or paths that TOML cannot hold.
+    pub fn to_toml(&self) -> Result<String, SceneError> {
+        toml::to_string(self).map_err(|source| SceneError::NotToml { source })
+    }
+
+    /// The scene as JSON, with the keys of the TOML file.
+    ///
+    /// # Errors
+    /// [`SceneError::NotJson`] for paths that are not UTF-8.
+    pub fn to_json(&self) -> Result<serde_json::Value, SceneError> {
+        serde_json::to_value(self).map_err(|source| SceneError::NotJson { source })
+    }
+
+    /// Checks that a time-domain run is possible: all laws are causal.
+    ///
+    /// # Errors
+    /// [`SceneError::NotCausal`] with the layers whose law is `hysteretic`.
+    pub fn check_time_domain(&self) -> Result<(), SceneError> {
+        let layers: Vec<_> = self.tyre.acausal_layers().collect();
+        if layers.is_empty() { Ok(()) } else { Err(SceneError::NotCausal { layers }) }
+    }
+}
+
+impl LoadedScene {
+    /// Checks a scene that was put together in a program, as if it had been written in a file.
+    ///
+    /// # Errors
+    /// As [`Scene::to_toml`] and [`Scene::from_str`]; lines are those of the scene as TOML.
+    pub fn from_scene(scene: &Scene, name: &str) -> Result<Self, SceneError> {
+        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new())
+    }
+
+    /// The scene's name: its file's name without the ending.
+    pub fn name(&self) -> String {
+        self.path.file_stem().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+    }
+
+    /// The effective settings with paths as written, as [`Scene::to_json`].
+    ///
+    /// # Errors
+    /// As [`Scene::to_json`].
+    pub fn settings(&self) -> Result<serde_json::Value, SceneError> {
+        self.written.to_json()
+    }
+
+    /// What a later stage has to complain about a key, such as `road.file` or `tyre.layers[1].thickness` (items from 0),
+    /// with its place in the file. A key that was left out is placed at the table around it.
+    pub fn complain(&self, key: &str, wrong: impl Into<String>, right: impl Into<String>) -> Diagnostic {
+        self.document.diagnose(key, Problem::Complaint { wrong: wrong.into(), right: right.into() })
+    }
+
+    /// As [`Scene::check_time_domain`], each complaint with its place in the file.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] with one complaint per layer whose law is `hysteretic`.
+    pub fn check_time_domain(&self) -> Result<(), SceneError> {
+        let complain =
+            |layer| self.document.diagnose(&format!("tyre.layers[{layer}].material.law"), Problem::NotCausal);
+        let diagnostics: Vec<_> = self.scene.tyre.acausal_layers().map(complain).collect();
+        if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
+    }
+
+    fn new(text: String, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
+        let source = Arc::new(Source { name: path.display().to_string(), text });
+        let mut texts = vec![source.text.as_str()];
+        let mut root = parse(&source)?;
+        let mut document = Document::new(&source, root.get_ref());
+
+        let (tyre_source, tyre_error) = match root.get_ref().get("tyre").map(Spanned::get_ref) {
+            Some(DeValue::String(tyre_path)) => match tyre_file(&folder, tyre_path) {
+                Ok(tyre_source) => (Some(tyre_source), None),
+                Err(error) => (None, Some(error)),
+            },
+            _ => (None, None),
+        };
+        if let Some(tyre_source) = &tyre_source {
+            let tyre = parse(tyre_source)?;
+            document.include(tyre_source, tyre.get_ref(), "tyre");
+            if let Some(entry) = root.get_mut().get_mut("tyre") {
+                *entry.get_mut() = DeValue::Table(tyre.into_inner());
+            }
+            texts.push(&tyre_source.text);
+        }
+        let text_hash = hexadecimal(&texts);
+        let complaints = Complaints::new(&document);
+        if let Some(error) = tyre_error {
+            complaints.add("tyre", Problem::TyreFile { source: Box::new(error) });
+        }
+        let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
+        let written = read::scene(&mut table);
+        table.finish();
+        let diagnostics = complaints.finish();
+        let written = match written {
+            Some(scene) if diagnostics.is_empty() => scene,
+            _ => return Err(SceneError::Invalid { diagnostics }),
+        };
+        let scene = absolute_paths(&written, &folder)?;
+        let canonical = serde_json::to_string(&written).map_err(|source| SceneError::NotJson { source })?;
+        let hash = hexadecimal(&[&canonical]);
+        Ok(Self { scene, path, folder, hash, text_hash, written, document: Arc::new(document) })
+    }
+}
+
+/// Reads a file as UTF-8.
+fn read_text(path: &Path) -> Result<String, SceneError> {
+    // Reading a folder fails with a different error on each system.
+    if path.is_dir() {
+        return Err(SceneError::Folder { path: path.to_owned() });
+    }
+    let bytes = std::fs::read(path).map_err(|source| SceneError::reading(path, source))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let byte = error.utf8_error().valid_up_to();
+        let line = error.as_bytes()[..byte].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        SceneError::NotText { path: path.to_owned(), byte, line }
+    })
+}
+
+/// Reads the tyre file that a scene names.
+fn tyre_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
+    let path = folder.join(path);
+    let text = read_text(&path)?;
+    Ok(Arc::new(Source { name: path.display().to_string(), text }))
+}
+
+/// Parses TOML.
+fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
+    let (table, mut errors) = DeTable::parse_recoverable(&source.text);
+    if errors.is_empty() {
+        return Ok(table);
+    }
+    let document = Document::new(source, table.get_ref());
+    // A file that is something else altogether, such as a table of numbers, has an error in each line.
+    errors.sort_by_key(|error| error.span().map(|span| span.start));
+    errors.truncate(MOST_SYNTAX_ERRORS);
+    let mut diagnostics: Vec<_> = errors.iter().map(|error| syntax(source, &document, error)).collect();
+    // After the first error of a line the parser is often out of step: the rest of the line would be noise.
+    diagnostics.dedup_by_key(|diagnostic| diagnostic.line());
+    Err(SceneError::Invalid { diagnostics })
+}
+
+fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) -> Diagnostic {
+    let span = error.span().unwrap_or_default();
+    let marked = source.text.get(span.clone()).unwrap_or_default();
+    // The tree keeps the first of two equal keys: the place of the second is known from the text only.
+    let (key, problem) = if error.message() == "duplicate key" {
+        let line = source.text[..span.start].rsplit('\n').next().unwrap_or_default();
+        let table = if line.trim_start().starts_with('[') { "" } else { document.table_at(source, span.start) };
+        (join(table, marked), Problem::Duplicate)
+    } else {
+        let key = document.key_at(source, span.start).unwrap_or_default().to_owned();
+        (key, Problem::Syntax { message: error.message().to_owned() })
+    };
+    Diagnostic { source: Arc::clone(source), key, span, problem }
+}
+
+/// The scene with the paths in it made absolute; without a folder they stay as they are.
+fn absolute_paths(scene: &Scene, folder: &Path) -> Result<Scene, SceneError> {
+    let mut scene = scene.clone();
+    if let Some(file) = scene.road.file_mut()
+        && !folder.as_os_str().is_empty()
+    {
+        let joined = folder.join(&*file);
+        *file = std::path::absolute(&joined).map_err(|source| SceneError::reading(&joined, source))?;
+    }
+    Ok(scene)
+}
+
+/// SHA-256 of texts one after the other.
+fn hexadecimal(texts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for text in texts {
+        hash.update(text);
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,42 @@
+//! Contact laws of tread and road slices.
+
+use serde::{Deserialize, Serialize};
+
+/// Contact laws.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Contact {
+    /// How the tread deforms.
+    pub tread: Tread,
+    /// How a road slice deforms the tread across the width.
+    pub slices: Slices,
+    /// Cells across the contact width; default: about 2 mm each (a grid that fits exactly keeps its own).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_points: Option<usize>,
+    /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: the one that gives the smooth static contact the stiffness of the elastic tread.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bedding_stiffness: Option<f64>,
+}
+
+/// Tread law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tread {
+    /// The elastic layer with coupling between contact points.
+    #[default]
+    Elastic,
+    /// The elastic layer, coupling within one step left out (diagonal of G0).
+    Uncoupled,
+    /// Independent springs on the belt.
+    Bedding,
+}
+
+/// Road slice law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Slices {
+    /// The slice's highest point counts, flat across.
+    None,
+    /// Independent springs across the width.
+    #[default]
+    Winkler,
+}

@@ -1,0 +1,39 @@
+//! What a scene says, as plain data: one type per table of the TOML file.
+//!
+//! SI units throughout; a key carries its unit in its name only where people think in another one (`speed_kmh`).
+//! Values are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.
+
+mod contact;
+mod material;
+mod numerics;
+mod road;
+mod rolling;
+mod tyre;
+
+use serde::Serialize;
+
+pub use contact::*;
+pub use material::*;
+pub use numerics::*;
+pub use road::*;
+pub use rolling::*;
+pub use tyre::*;
+
+/// A complete scene: what rolls, on what, how fast, and what is wanted from it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scene {
+    /// Free text, shown in results and plots.
+    pub title: String,
+    /// The tyre: given in place or, in the file, by the path of a tyre file.
+    pub tyre: Tyre,
+    /// The road.
+    pub road: Road,
+    /// Speed, duration and axle.
+    pub rolling: Rolling,
+    /// Contact law of tread and road slices.
+    pub contact: Contact,
+    /// Resolution and tolerances.
+    pub numerics: Numerics,
+    /// What is written.
+    pub outputs: Outputs,
+}

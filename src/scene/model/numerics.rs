@@ -1,0 +1,80 @@
+//! Resolution, tolerances, and what is written.
+
+use serde::{Deserialize, Serialize};
+
+/// Resolution and tolerances.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Numerics {
+    /// Elements N round the tyre; even.
+    pub elements: usize,
+    /// Time steps q per element rolled.
+    pub substeps: usize,
+    /// Convolution quadrature rule.
+    pub time_rule: TimeRule,
+    /// Length of the force history that is kept \[s\].
+    pub memory: f64,
+    /// Relative tolerance of the wavenumber sums, of the influence function's static value.
+    pub influence_tolerance: f64,
+    /// Tolerance of the contact conditions, relative to the largest required displacement.
+    pub contact_tolerance: f64,
+    /// A fixed number of odd lateral terms m, instead of the tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_terms: Option<usize>,
+    /// A fixed largest alias |p|, instead of the tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wavenumber_aliases: Option<usize>,
+    /// Largest number of cached factorisations.
+    pub cached_factors: usize,
+    /// Memory that the run may plan to use \[GB\].
+    pub memory_limit: f64,
+    /// Computing time on one core that the run may plan to use \[h\].
+    pub time_limit: f64,
+}
+
+impl Default for Numerics {
+    fn default() -> Self {
+        Self {
+            elements: 512,
+            substeps: 1,
+            time_rule: TimeRule::Bdf2,
+            memory: 0.7,
+            influence_tolerance: 1e-7,
+            contact_tolerance: 1e-12,
+            lateral_terms: None,
+            wavenumber_aliases: None,
+            cached_factors: 4096,
+            memory_limit: 8.0,
+            time_limit: 24.0,
+        }
+    }
+}
+
+/// Convolution quadrature rule.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TimeRule {
+    /// First-order backward differences.
+    Bdf1,
+    /// Second-order backward differences.
+    #[default]
+    Bdf2,
+    /// Trapezoidal rule.
+    Trapezoidal,
+}
+
+/// What is written to the results folder beside `summary.json`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Outputs {
+    /// `time.npy`, `total_force.npy`, `patch_force.npy`, `patch_element.npy`.
+    pub arrays: bool,
+    /// `spectra.csv`.
+    pub spectra: bool,
+    /// SVG plots.
+    pub plots: bool,
+}
+
+impl Default for Outputs {
+    fn default() -> Self {
+        Self { arrays: true, spectra: true, plots: true }
+    }
+}

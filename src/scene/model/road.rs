@@ -1,0 +1,184 @@
+//! The road: its kinds and what happens at its end.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// The road and what happens at its end.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Road {
+    /// The plane z = 0.
+    #[default]
+    Smooth,
+    /// Isotropic random texture of a given spectrum, endless.
+    Made(MadeRoad),
+    /// A measured longitudinal profile.
+    Profile(ProfileRoad),
+    /// An OpenCRG file.
+    #[serde(rename = "opencrg")]
+    OpenCrg(OpenCrgRoad),
+    /// A height map in a two-dimensional `.npy` array.
+    Grid(GridRoad),
+}
+
+/// A random isotropic Gaussian texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the
+/// default dense asphalt.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MadeRoad {
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Third-octave mid-wavelengths \[m\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wavelengths: Option<Vec<f64>>,
+    /// Third-octave texture levels of a profile, dB re 1e-6 m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<Vec<f64>>,
+    /// Power-law spectrum instead of levels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_law: Option<PowerLawTexture>,
+    /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\].
+    pub spacing: f64,
+}
+
+impl MadeRoad {
+    /// Default lattice spacing \[m\]: a quarter of the shortest wavelength of the default dense asphalt, 4 mm.
+    pub const SPACING: f64 = 0.001;
+    /// Shortest third-octave mid-wavelength of the default dense asphalt \[m\].
+    pub const DENSE_ASPHALT_SHORTEST: f64 = 0.004;
+}
+
+impl Default for MadeRoad {
+    fn default() -> Self {
+        Self { seed: 0, wavelengths: None, levels: None, power_law: None, spacing: Self::SPACING }
+    }
+}
+
+/// Profile spectrum proportional to wavenumber^(-exponent) between two wavelengths.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PowerLawTexture {
+    /// Root-mean-square height \[m\].
+    pub rms: f64,
+    /// Decay exponent of the one-sided profile spectrum.
+    pub exponent: f64,
+    /// Longest wavelength \[m\].
+    pub longest: f64,
+    /// Shortest wavelength \[m\].
+    pub shortest: f64,
+}
+
+/// A measured longitudinal profile from a file of columns.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProfileRoad {
+    /// CAPTIF `.dat` or CSV; relative to the scene.
+    pub file: PathBuf,
+    /// Unit of the distance column of a CSV \[m, mm, um\]; CAPTIF files state theirs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_unit: Option<LengthUnit>,
+    /// Unit of the height column of a CSV.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_unit: Option<LengthUnit>,
+    /// Name or number (from 1) of the distance column; default: the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance_column: Option<String>,
+    /// Name or number (from 1) of the height column; default: the second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_column: Option<String>,
+    /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// How a line becomes a surface.
+    pub lateral: Lateral,
+    /// Seed of the random phases (`lateral = "isotropic"`).
+    pub seed: u64,
+    /// What happens past the end.
+    pub at_end: AtEnd,
+}
+
+/// Unit of a length in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub enum LengthUnit {
+    /// Metre.
+    #[serde(rename = "m")]
+    Metre,
+    /// Millimetre.
+    #[serde(rename = "mm")]
+    Millimetre,
+    /// Micrometre.
+    #[serde(rename = "um")]
+    Micrometre,
+}
+
+/// How a profile is continued across the width.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lateral {
+    /// The same height across.
+    #[default]
+    Extruded,
+    /// An endless isotropic surface with the same profile spectrum and random phases.
+    Isotropic,
+}
+
+/// What happens past the end of a measured road.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AtEnd {
+    /// A run that needs more road than there is is refused.
+    #[default]
+    Refuse,
+    /// The road starts again.
+    Repeat,
+    /// The road is run back and forth.
+    Mirror,
+}
+
+/// An OpenCRG road.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OpenCrgRoad {
+    /// The `.crg` file; relative to the scene.
+    pub file: PathBuf,
+    /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lateral_position: Option<f64>,
+    /// Whether the slow trend (longer than `longest_wavelength`) is removed, as for texture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub longest_wavelength: Option<f64>,
+    /// What happens past the end.
+    pub at_end: AtEnd,
+}
+
+/// A height map. Rows run along x from road coordinate 0, columns across, centred on the tyre, cell-centred.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GridRoad {
+    /// A two-dimensional `.npy` array of heights \[m\]; relative to the scene.
+    pub file: PathBuf,
+    /// Row spacing \[m\]: row r lies at road coordinate r dx.
+    pub dx: f64,
+    /// Column spacing \[m\].
+    pub dy: f64,
+    /// What happens past the end.
+    pub at_end: AtEnd,
+}
+
+impl Road {
+    /// The file that the road is read from; `None` for a road that is made.
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Smooth | Self::Made(_) => None,
+            Self::Profile(road) => Some(&road.file),
+            Self::OpenCrg(road) => Some(&road.file),
+            Self::Grid(road) => Some(&road.file),
+        }
+    }
+
+    /// As [`Self::file`], to be changed.
+    pub(crate) fn file_mut(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            Self::Smooth | Self::Made(_) => None,
+            Self::Profile(road) => Some(&mut road.file),
+            Self::OpenCrg(road) => Some(&mut road.file),
+            Self::Grid(road) => Some(&mut road.file),
+        }
+    }
+}

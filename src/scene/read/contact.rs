@@ -1,0 +1,29 @@
+//! `[contact]`.
+
+use super::super::kind::{Bounds, Count, OneOf};
+use super::super::table::{Nested, Table};
+use super::super::{Contact, Slices, Tread};
+
+pub(super) const CONTACT: Nested<Contact> = Nested { title: "[contact]", wanted: "the table [contact]", read: contact };
+
+fn contact(table: &mut Table<'_>) -> Option<Contact> {
+    let tread = table.or("tread", &OneOf::<Tread>::new(), Tread::default());
+    let slices = table.or("slices", &OneOf::<Slices>::new(), Slices::default());
+    let lateral_points = table.optional("lateral_points", &Count(1));
+    let bedding_stiffness = match tread {
+        Some(Tread::Elastic) => refuse_stiffness(table, "tread = \"elastic\""),
+        Some(Tread::Uncoupled) => refuse_stiffness(table, "tread = \"uncoupled\""),
+        Some(Tread::Bedding) | None => table.optional("bedding_stiffness", &Bounds::positive("N/m^3")),
+    };
+    Some(Contact {
+        tread: tread?,
+        slices: slices?,
+        lateral_points: lateral_points?,
+        bedding_stiffness: bedding_stiffness?,
+    })
+}
+
+fn refuse_stiffness(table: &mut Table<'_>, owner: &str) -> Option<Option<f64>> {
+    table.refuse(&["bedding_stiffness"], owner, "remove it, or choose tread = \"bedding\"");
+    Some(None)
+}

@@ -1,0 +1,76 @@
+//! `[numerics]` and `[outputs]`.
+
+use super::super::kind::{Bounds, Count, Flag, Kind, OneOf};
+use super::super::table::{Nested, Table, Value};
+use super::super::{Numerics, Outputs, Problem, TimeRule};
+
+pub(super) const NUMERICS: Nested<Numerics> =
+    Nested { title: "[numerics]", wanted: "the table [numerics]", read: numerics };
+pub(super) const OUTPUTS: Nested<Outputs> = Nested { title: "[outputs]", wanted: "the table [outputs]", read: outputs };
+
+/// Fewer elements do not even resolve the patch of a car tyre by two.
+const FEWEST_ELEMENTS: u64 = 16;
+/// Below a few units of rounding no sum of thousands of terms converges.
+const INFLUENCE: Bounds = Bounds::between(1e-14, 0.1, "");
+/// Likewise for the residual of a linear solve; above, a contact condition would say nothing.
+const CONDITION: Bounds = Bounds::between(1e-15, 1e-3, "");
+
+/// An even number of elements.
+struct Elements;
+
+impl Kind for Elements {
+    type Output = usize;
+
+    fn wanted(&self) -> String {
+        format!("an even whole number of at least {FEWEST_ELEMENTS}")
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<usize> {
+        if value.get().as_integer().is_none() {
+            return value.wrong_type(self);
+        }
+        let elements = Count(FEWEST_ELEMENTS).read(value)?;
+        // Wavenumbers run from -N/2 to N/2 - 1.
+        if elements.is_multiple_of(2) {
+            Some(elements)
+        } else {
+            value.complain(Problem::Odd { value: elements as u64 })
+        }
+    }
+}
+
+fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
+    let default = Numerics::default();
+    let elements = table.or("elements", &Elements, default.elements);
+    let substeps = table.or("substeps", &Count(1), default.substeps);
+    let time_rule = table.or("time_rule", &OneOf::<TimeRule>::new(), default.time_rule);
+    let memory = table.or("memory", &Bounds::positive("s"), default.memory);
+    let influence_tolerance = table.or("influence_tolerance", &INFLUENCE, default.influence_tolerance);
+    let contact_tolerance = table.or("contact_tolerance", &CONDITION, default.contact_tolerance);
+    let lateral_terms = table.optional("lateral_terms", &Count(1));
+    let wavenumber_aliases = table.optional("wavenumber_aliases", &Count(0));
+    let cached_factors = table.or("cached_factors", &Count(1), default.cached_factors);
+    let memory_limit = table.or("memory_limit", &Bounds::positive("GB"), default.memory_limit);
+    let time_limit = table.or("time_limit", &Bounds::positive("h"), default.time_limit);
+    Some(Numerics {
+        elements: elements?,
+        substeps: substeps?,
+        time_rule: time_rule?,
+        memory: memory?,
+        influence_tolerance: influence_tolerance?,
+        contact_tolerance: contact_tolerance?,
+        lateral_terms: lateral_terms?,
+        wavenumber_aliases: wavenumber_aliases?,
+        cached_factors: cached_factors?,
+        memory_limit: memory_limit?,
+        time_limit: time_limit?,
+    })
+}
+
+fn outputs(table: &mut Table<'_>) -> Option<Outputs> {
+    let default = Outputs::default();
+    let arrays = table.or("arrays", &Flag, default.arrays);
+    let spectra = table.or("spectra", &Flag, default.spectra);
+    let plots = table.or("plots", &Flag, default.plots);
+    Some(Outputs { arrays: arrays?, spectra: spectra?, plots: plots? })
+}

@@ -1,0 +1,200 @@
+//! `[road]`, one reader per kind.
+
+use serde::Deserialize;
+
+use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole};
+use super::super::table::{Nested, Table};
+use super::super::{AtEnd, GridRoad, Lateral, LengthUnit, MadeRoad, OpenCrgRoad, PowerLawTexture, Problem};
+use super::super::{ProfileRoad, Road};
+
+const LENGTH: Bounds = Bounds::positive("m");
+const COORDINATE: Bounds = Bounds::any("m");
+/// 120 dB re 1e-6 m are one metre: nothing that a tyre rolls on, and far from overflow.
+const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
+const EXPONENT: Bounds = Bounds::between(0.0, 10.0, "");
+/// Ratio of a third-octave band's mid-wavelength to its lower edge.
+const HALF_BAND: f64 = 1.122_018_454_301_963_3;
+
+pub(super) const ROAD: Nested<Road> =
+    Nested { title: "the road", wanted: "the table [road] with a kind and its keys", read: road };
+const POWER_LAW: Nested<PowerLawTexture> = Nested {
+    title: "a power-law texture",
+    wanted: "a table, { rms = ..., exponent = ..., longest = ..., shortest = ... }",
+    read: power_law,
+};
+
+/// The words accepted as `kind`; the tags of [`Road`].
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RoadKind {
+    Smooth,
+    Made,
+    Profile,
+    OpenCrg,
+    Grid,
+}
+
+fn road(table: &mut Table<'_>) -> Option<Road> {
+    let Some(kind) = table.required("kind", &OneOf::<RoadKind>::new()) else {
+        table.be_lenient();
+        return None;
+    };
+    match kind {
+        RoadKind::Smooth => {
+            table.rename("a smooth road");
+            Some(Road::Smooth)
+        }
+        RoadKind::Made => {
+            table.rename("a made road");
+            made(table).map(Road::Made)
+        }
+        RoadKind::Profile => {
+            table.rename("a profile road");
+            profile(table).map(Road::Profile)
+        }
+        RoadKind::OpenCrg => {
+            table.rename("an opencrg road");
+            opencrg(table).map(Road::OpenCrg)
+        }
+        RoadKind::Grid => {
+            table.rename("a grid road");
+            grid(table).map(Road::Grid)
+        }
+    }
+}
+
+fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
+    let seed = table.or("seed", &Whole(0), 0);
+    let wavelengths = table.optional("wavelengths", &Numbers(LENGTH));
+    let levels = table.optional("levels", &Numbers(LEVEL));
+    let power_law = table.optional("power_law", &POWER_LAW);
+    let spacing = table.or("spacing", &LENGTH, MadeRoad::SPACING);
+
+    if table.has("power_law") && (table.has("levels") || table.has("wavelengths")) {
+        let other = if table.has("levels") { "levels" } else { "wavelengths" };
+        return table.complain("power_law", Problem::Conflict { other });
+    }
+    let road =
+        MadeRoad { seed: seed?, wavelengths: wavelengths?, levels: levels?, power_law: power_law?, spacing: spacing? };
+    match (&road.wavelengths, &road.levels) {
+        (Some(_), None) => {
+            let wanted = "one third-octave level for each of the wavelengths".to_owned();
+            return table.complain("levels", Problem::Missing { wanted });
+        }
+        (None, Some(_)) => {
+            let wanted = "the third-octave mid-wavelength of each of the levels".to_owned();
+            return table.complain("wavelengths", Problem::Missing { wanted });
+        }
+        (Some(wavelengths), Some(levels)) if wavelengths.len() != levels.len() => {
+            let (length, other_length) = (levels.len(), wavelengths.len());
+            return table.complain("levels", Problem::LengthMismatch { length, other: "wavelengths", other_length });
+        }
+        (Some(wavelengths), Some(_)) => bands(table, wavelengths, road.spacing)?,
+        (None, None) => match &road.power_law {
+            Some(texture) => resolved(table, "power_law.shortest", texture.shortest, 2.0 * road.spacing, road.spacing)?,
+            None => {
+                let (shortest, least) = (MadeRoad::DENSE_ASPHALT_SHORTEST, 2.0 * HALF_BAND * road.spacing);
+                resolved(table, "spacing", shortest, least, road.spacing)?;
+            }
+        },
+    }
+    Some(road)
+}
+
+/// Checks that the bands run one way, each once, and that the lattice carries the lower edge of each.
+fn bands(table: &Table<'_>, wavelengths: &[f64], spacing: f64) -> Option<()> {
+    let falling = wavelengths.first() > wavelengths.last();
+    for (number, pair) in wavelengths.windows(2).enumerate() {
+        let in_order = if falling { pair[1] < pair[0] } else { pair[1] > pair[0] };
+        if !in_order {
+            let problem = Problem::NotSorted { value: pair[1], previous: pair[0] };
+            return table.complain(&format!("wavelengths[{}]", number + 1), problem);
+        }
+    }
+    // Every one is checked before the first failure counts.
+    let checked: Vec<_> = wavelengths
+        .iter()
+        .enumerate()
+        .map(|(number, &wavelength)| {
+            resolved(table, &format!("wavelengths[{number}]"), wavelength, 2.0 * HALF_BAND * spacing, spacing)
+        })
+        .collect();
+    checked.into_iter().collect()
+}
+
+/// Checks a wavelength against the shortest one that a lattice carries: two spacings, of its band's lower edge.
+fn resolved(table: &Table<'_>, key: &str, wavelength: f64, least: f64, spacing: f64) -> Option<()> {
+    // Two spacings exactly are meant to pass, also where 2 x 0.001 is not 0.002 to the last bit.
+    if wavelength >= least * (1.0 - 1e-12) {
+        return Some(());
+    }
+    table.complain(key, Problem::BelowResolution { wavelength, spacing, coarsest: spacing * wavelength / least })
+}
+
+fn power_law(table: &mut Table<'_>) -> Option<PowerLawTexture> {
+    let rms = table.required("rms", &LENGTH);
+    let exponent = table.required("exponent", &EXPONENT);
+    let longest = table.required("longest", &LENGTH);
+    let shortest = table.required("shortest", &LENGTH);
+    if let (Some(value), Some(limit)) = (shortest, longest)
+        && value >= limit
+    {
+        let limit_name = "the longest wavelength";
+        return table.complain("shortest", Problem::NotBelow { value, limit, limit_name, unit: "m" });
+    }
+    Some(PowerLawTexture { rms: rms?, exponent: exponent?, longest: longest?, shortest: shortest? })
+}
+
+fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
+    let file = table.required("file", &File);
+    let distance_unit = table.optional("distance_unit", &OneOf::<LengthUnit>::new());
+    let height_unit = table.optional("height_unit", &OneOf::<LengthUnit>::new());
+    let distance_column = table.optional("distance_column", &Column);
+    let height_column = table.optional("height_column", &Column);
+    let range = table.optional("range", &Pair(COORDINATE));
+    let lateral = table.or("lateral", &OneOf::<Lateral>::new(), Lateral::default());
+    let seed = table.or("seed", &Whole(0), 0);
+    let at_end = at_end(table);
+    if let Some(Some([begin, end])) = range
+        && begin >= end
+    {
+        let (value, limit_name) = (begin, "the end of the range");
+        return table.complain("range", Problem::NotBelow { value, limit: end, limit_name, unit: "m" });
+    }
+    Some(ProfileRoad {
+        file: file?,
+        distance_unit: distance_unit?,
+        height_unit: height_unit?,
+        distance_column: distance_column?,
+        height_column: height_column?,
+        range: range?,
+        lateral: lateral?,
+        seed: seed?,
+        at_end: at_end?,
+    })
+}
+
+fn opencrg(table: &mut Table<'_>) -> Option<OpenCrgRoad> {
+    let file = table.required("file", &File);
+    let lateral_position = table.optional("lateral_position", &COORDINATE);
+    let longest_wavelength = table.optional("longest_wavelength", &LENGTH);
+    let at_end = at_end(table);
+    Some(OpenCrgRoad {
+        file: file?,
+        lateral_position: lateral_position?,
+        longest_wavelength: longest_wavelength?,
+        at_end: at_end?,
+    })
+}
+
+fn grid(table: &mut Table<'_>) -> Option<GridRoad> {
+    let file = table.required("file", &File);
+    let dx = table.required("dx", &LENGTH);
+    let dy = table.required("dy", &LENGTH);
+    let at_end = at_end(table);
+    Some(GridRoad { file: file?, dx: dx?, dy: dy?, at_end: at_end? })
+}
+
+fn at_end(table: &mut Table<'_>) -> Option<AtEnd> {
+    table.or("at_end", &OneOf::<AtEnd>::new(), AtEnd::default())
+}

@@ -1,0 +1,210 @@
+//! Reads a TOML table key by key and knows at the end which keys nobody asked for.
+
+use toml::de::{DeTable, DeValue};
+
+use super::Problem;
+use super::document::{Complaints, join};
+use super::kind::Kind;
+use super::problem::nearest;
+
+/// A value and its key path.
+pub(super) struct Value<'a> {
+    complaints: &'a Complaints<'a>,
+    key: String,
+    value: &'a DeValue<'a>,
+}
+
+impl<'a> Value<'a> {
+    /// The value as parsed.
+    pub(super) fn get(&self) -> &'a DeValue<'a> {
+        self.value
+    }
+
+    /// Complains about this value; `None`, to be returned by the reader.
+    pub(super) fn complain<T>(&self, problem: Problem) -> Option<T> {
+        self.complaints.add(&self.key, problem);
+        None
+    }
+
+    /// Complains that something else has to stand here.
+    pub(super) fn wrong_type<T>(&self, kind: &impl Kind) -> Option<T> {
+        let found = match self.value {
+            DeValue::String(text) => format!("the text \"{text}\""),
+            DeValue::Integer(integer) => format!("the whole number {integer}"),
+            DeValue::Float(float) => format!("the number {float}"),
+            DeValue::Boolean(flag) => format!("{flag}"),
+            DeValue::Datetime(time) => format!("the time {time}"),
+            DeValue::Array(_) => "an array".to_owned(),
+            DeValue::Table(_) => "a table".to_owned(),
+        };
+        self.complain(Problem::WrongType { found, wanted: kind.wanted() })
+    }
+
+    /// The items of an array; `None` for anything else, without a complaint.
+    pub(super) fn items(&self) -> Option<Vec<Value<'a>>> {
+        let items = self.value.as_array()?;
+        let item = |(number, item): (usize, &'a toml::Spanned<DeValue<'a>>)| Value {
+            complaints: self.complaints,
+            key: format!("{}[{number}]", self.key),
+            value: item.get_ref(),
+        };
+        Some(items.iter().enumerate().map(item).collect())
+    }
+}
+
+/// A table that is being read.
+pub(super) struct Table<'a> {
+    complaints: &'a Complaints<'a>,
+    key: String,
+    /// The table in words, for complaints.
+    title: &'static str,
+    entries: &'a DeTable<'a>,
+    /// Keys asked for so far.
+    known: Vec<&'static str>,
+    /// Whether keys that nobody asks for are left alone.
+    lenient: bool,
+}
+
+impl<'a> Table<'a> {
+    /// The table at a key path; "" is the document.
+    pub(super) fn new(
+        complaints: &'a Complaints<'a>,
+        key: String,
+        title: &'static str,
+        entries: &'a DeTable<'a>,
+    ) -> Self {
+        Self { complaints, key, title, entries, known: Vec::new(), lenient: false }
+    }
+
+    /// The value at a key, if given.
+    pub(super) fn take(&mut self, key: &'static str) -> Option<Value<'a>> {
+        self.known.push(key);
+        let value = self.entries.get(key)?.get_ref();
+        Some(Value { complaints: self.complaints, key: join(&self.key, key), value })
+    }
+
+    /// Whether a key is given.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entries.contains_key(key)
+    }
+
+    /// The value at a key that must be given; `None` after a complaint.
+    pub(super) fn required<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<K::Output> {
+        match self.take(key) {
+            Some(value) => kind.read(&value),
+            None => self.complain(key, Problem::Missing { wanted: kind.wanted() }),
+        }
+    }
+
+    /// The value at a key that may be left out; the outer `None` after a complaint.
+    pub(super) fn optional<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<Option<K::Output>> {
+        match self.take(key) {
+            Some(value) => kind.read(&value).map(Some),
+            None => Some(None),
+        }
+    }
+
+    /// The value at a key or the default; `None` after a complaint.
+    pub(super) fn or<K: Kind>(&mut self, key: &'static str, kind: &K, default: K::Output) -> Option<K::Output> {
+        self.optional(key, kind).map(|given| given.unwrap_or(default))
+    }
+
+    /// Complains about each of these keys that is given: they mean nothing with `owner`.
+    pub(super) fn refuse(&mut self, keys: &[&'static str], owner: &str, right: &'static str) {
+        for key in keys.iter().filter(|key| self.has(key)) {
+            self.complain::<()>(key, Problem::DoesNotBelong { owner: owner.to_owned(), right });
+        }
+        self.known.extend(keys);
+    }
+
+    /// Leaves keys that nobody asks for alone: what decides about them is itself wrong.
+    pub(super) fn be_lenient(&mut self) {
+        self.lenient = true;
+    }
+
+    /// Gives the table a narrower name once more is known about it.
+    pub(super) fn rename(&mut self, title: &'static str) {
+        self.title = title;
+    }
+
+    /// Complains about a key of this table, or a path within it such as `levels[2]`; `None`, to be returned by the reader.
+    pub(super) fn complain<T>(&self, key: &str, problem: Problem) -> Option<T> {
+        let dot = if self.key.is_empty() { "" } else { "." };
+        self.complaints.add(&format!("{}{dot}{key}", self.key), problem);
+        None
+    }
+
+    /// Complains about the table itself; `None`, to be returned by the reader.
+    pub(super) fn complain_here<T>(&self, problem: Problem) -> Option<T> {
+        self.complaints.add(&self.key, problem);
+        None
+    }
+
+    /// Whether keys are given that nobody asked for so far.
+    pub(super) fn has_unknown(&self) -> bool {
+        self.entries.keys().any(|key| !self.known.contains(&key.get_ref().as_ref()))
+    }
+
+    /// Complains about the keys that nobody asked for.
+    pub(super) fn finish(self) {
+        if self.lenient {
+            return;
+        }
+        for key in self.entries.keys().map(|key| key.get_ref().as_ref()).filter(|key| !self.known.contains(key)) {
+            // A key that is already given cannot be the one that was meant.
+            let free: Vec<_> = self.known.iter().copied().filter(|known| !self.has(known)).collect();
+            let problem =
+                Problem::UnknownKey { table: self.title, nearest: nearest(key, &free), known: self.known.clone() };
+            self.complaints.add(&join(&self.key, key), problem);
+        }
+    }
+}
+
+/// A table within a table.
+#[derive(Debug)]
+pub(super) struct Nested<T> {
+    /// The table in words, for complaints.
+    pub(super) title: &'static str,
+    /// What has to stand there.
+    pub(super) wanted: &'static str,
+    /// Reads its keys.
+    pub(super) read: fn(&mut Table<'_>) -> Option<T>,
+}
+
+impl<T> Kind for Nested<T> {
+    type Output = T;
+
+    fn wanted(&self) -> String {
+        self.wanted.to_owned()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<T> {
+        let Some(entries) = value.get().as_table() else { return value.wrong_type(self) };
+        let mut table = Table::new(value.complaints, value.key.clone(), self.title, entries);
+        let read = (self.read)(&mut table);
+        table.finish();
+        read
+    }
+}
+
+/// An array of tables, at least one.
+#[derive(Debug)]
+pub(super) struct Each<T>(pub(super) Nested<T>);
+
+impl<T> Kind for Each<T> {
+    type Output = Vec<T>;
+
+    fn wanted(&self) -> String {
+        self.0.wanted()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<Vec<T>> {
+        let Some(items) = value.items() else { return value.wrong_type(self) };
+        if items.is_empty() {
+            return value.complain(Problem::Empty { wanted: self.wanted() });
+        }
+        // All items are read before the first failure counts, so that every bad one is reported.
+        let tables: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
+        tables.into_iter().collect()
+    }
+}

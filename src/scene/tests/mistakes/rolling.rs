@@ -1,0 +1,123 @@
+//! Mistakes in rolling, contact and numerics.
+
+use super::{accepted, axle_refused, refused};
+
+#[test]
+fn rolling() {
+    refused("speed_kmh = 80", "speed_kmh = 0", 19, "rolling.speed_kmh", "0 is out of range", "above 0 km/h");
+    refused("speed_kmh = 80", "speed_kmh = -80", 19, "rolling.speed_kmh", "-80", "above 0 km/h");
+    refused("duration = 1.5", "duration = 0.0", 20, "rolling.duration", "0 is out of range", "above 0 s");
+    refused("duration = 1.5", "duration = 1.5\nwarm_up = -0.1", 21, "rolling.warm_up", "-0.1", "at least 0 s");
+    accepted("duration = 1.5", "duration = 1.5\nwarm_up = 0\nstart = -3");
+}
+
+#[test]
+fn axles() {
+    axle_refused("{ lod = 3 }", "rolling.axle.lod", "not a key of the axle", "did you mean `load`?");
+    axle_refused("{ weight = 3 }", "rolling.axle.weight", "not a key of the axle", "known keys: load, indentation");
+    axle_refused(
+        "{ load = 3, indentation = 0.01 }",
+        "rolling.axle.indentation",
+        "this and `load` exclude each other",
+        "either this or `load`",
+    );
+    axle_refused("{}", "rolling.axle", "empty", "{ load = ... } in N, or { indentation");
+    axle_refused("{ ramp = 1 }", "rolling.axle", "empty", "{ load = ... }");
+    axle_refused("{ load = -3400 }", "rolling.axle.load", "-3400", "above 0 N");
+    axle_refused("{ load = \"3400 N\" }", "rolling.axle.load", "the text \"3400 N\"", "above 0 N");
+    axle_refused(
+        "{ load = 3400, ramp = 0.1 }",
+        "rolling.axle.ramp",
+        "means nothing with a load",
+        "give an indentation",
+    );
+    axle_refused(
+        "{ load = 3400, tolerance = 1 }",
+        "rolling.axle.tolerance",
+        "1 is out of range",
+        "above 0 and below 1",
+    );
+    axle_refused("{ indentation = -0.01 }", "rolling.axle.indentation", "-0.01", "at least 0 m");
+    axle_refused(
+        "{ indentation = 0.32 }",
+        "rolling.axle.indentation",
+        "is more than the tyre's radius",
+        "at most 0.31",
+    );
+    axle_refused("{ indentation = 0.01, ramp = -1 }", "rolling.axle.ramp", "-1", "at least 0 s");
+    axle_refused("{ indentation = 0.01, tolerance = 0.1 }", "rolling.axle.tolerance", "an indentation", "give a load");
+    accepted("axle = { load = 3400 }", "axle = { indentation = 0 }");
+}
+
+#[test]
+fn contact_laws() {
+    refused(
+        "tread = \"elastic\"",
+        "tread = \"Elastic\"",
+        23,
+        "contact.tread",
+        "\"Elastic\" is not known",
+        "did you mean \"elastic\"?",
+    );
+    refused(
+        "tread = \"elastic\"",
+        "slices = \"half-space\"",
+        23,
+        "contact.slices",
+        "\"half-space\"",
+        "accepted: \"none\", \"winkler\"",
+    );
+    refused("tread = \"elastic\"", "lateral_points = 0", 23, "contact.lateral_points", "0 is too small", "at least 1");
+    refused(
+        "tread = \"elastic\"",
+        "bedding_stiffness = 1e7",
+        23,
+        "contact.bedding_stiffness",
+        "tread = \"elastic\"",
+        "tread = \"bedding\"",
+    );
+    refused(
+        "tread = \"elastic\"",
+        "tread = \"bedding\"\nbedding_stiffness = 0",
+        24,
+        "contact.bedding_stiffness",
+        "0 is out",
+        "above 0 N/m^3",
+    );
+    accepted("tread = \"elastic\"", "tread = \"bedding\"\nbedding_stiffness = 1e9");
+}
+
+#[test]
+fn numerics() {
+    refused("elements = 512", "elements = 511", 25, "numerics.elements", "511 is odd", "such as 510");
+    refused("elements = 512", "elements = 14", 25, "numerics.elements", "14 is too small", "at least 16");
+    refused("elements = 512", "elements = -512", 25, "numerics.elements", "-512 is too small", "at least 16");
+    refused("elements = 512", "substeps = 0", 25, "numerics.substeps", "0 is too small", "at least 1");
+    refused(
+        "elements = 512",
+        "time_rule = \"bdf3\"",
+        25,
+        "numerics.time_rule",
+        "\"bdf3\"",
+        "\"bdf1\", \"bdf2\", \"trapezoidal\"",
+    );
+    refused("elements = 512", "memory = 0", 25, "numerics.memory", "0 is out", "above 0 s");
+    refused("elements = 512", "memory_limit = -1", 25, "numerics.memory_limit", "-1", "above 0 GB");
+    refused(
+        "elements = 512",
+        "influence_tolerance = 0",
+        25,
+        "numerics.influence_tolerance",
+        "0 is out",
+        "of at least 1e-14 and at most 0.1",
+    );
+    refused("elements = 512", "influence_tolerance = 1", 25, "numerics.influence_tolerance", "1 is out", "at most 0.1");
+    refused("elements = 512", "contact_tolerance = 1e-20", 25, "numerics.contact_tolerance", "1e-20", "at least 1e-15");
+    refused("elements = 512", "lateral_terms = 0", 25, "numerics.lateral_terms", "0 is too small", "at least 1");
+    refused("elements = 512", "wavenumber_aliases = -1", 25, "numerics.wavenumber_aliases", "-1", "at least 0");
+    refused("elements = 512", "cached_factors = 0", 25, "numerics.cached_factors", "0 is too small", "at least 1");
+    // Whether so many fit into memory is for the plan to say; the number arrives unharmed.
+    assert_eq!(accepted("elements = 512", "elements = 1_000_000_000").numerics.elements, 1_000_000_000);
+    assert_eq!(accepted("elements = 512", "elements = 9223372036854775806").numerics.elements, i64::MAX as usize - 1);
+    assert_eq!(accepted("elements = 512", "wavenumber_aliases = 0").numerics.wavenumber_aliases, Some(0));
+}

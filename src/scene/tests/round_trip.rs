@@ -1,0 +1,243 @@
+//! A scene written as TOML reads back as the same scene.
+
+use std::path::PathBuf;
+
+use proptest::prelude::*;
+
+use super::super::*;
+use super::BASE;
+
+fn positive() -> impl Strategy<Value = f64> {
+    // Over many decades, with all digits.
+    (-9.0..9.0_f64).prop_map(|exponent| 10.0_f64.powf(exponent))
+}
+
+fn material() -> impl Strategy<Value = Material> {
+    let law = prop_oneof![Just(Law::Elastic), Just(Law::PowerLaw), Just(Law::Prony), Just(Law::Hysteretic)];
+    let pairs = prop::collection::vec((positive(), positive()), 1..4);
+    (law, positive(), 0.0..1.0_f64, -0.99..0.499_f64, positive(), positive(), pairs).prop_map(
+        |(law, modulus, loss, poisson, density, frequency, pairs)| {
+            let power_law = law == Law::PowerLaw;
+            let lossy = power_law || law == Law::Hysteretic;
+            let (weights, times) = if law == Law::Prony { pairs.into_iter().unzip() } else { (vec![], vec![]) };
+            Material {
+                law,
+                modulus,
+                loss_factor: if lossy { loss } else { 0.0 },
+                poisson,
+                density,
+                reference_frequency: if power_law { frequency } else { Material::REFERENCE_FREQUENCY },
+                corner_frequency: if power_law { frequency / 7.0 } else { Material::CORNER_FREQUENCY },
+                weights,
+                times,
+            }
+        },
+    )
+}
+
+fn at_end() -> impl Strategy<Value = AtEnd> {
+    prop_oneof![Just(AtEnd::Refuse), Just(AtEnd::Repeat), Just(AtEnd::Mirror)]
+}
+
+fn file() -> impl Strategy<Value = PathBuf> {
+    "[a-z \"'\\\\#ä/]{0,12}x".prop_map(PathBuf::from)
+}
+
+fn made() -> impl Strategy<Value = MadeRoad> {
+    let levels = prop::collection::vec(-100.0..120.0_f64, 1..9);
+    let power_law =
+        (positive(), 0.0..10.0_f64, positive(), 0.01..0.99_f64).prop_map(|(rms, exponent, longest, part)| {
+            PowerLawTexture { rms, exponent, longest, shortest: longest * part }
+        });
+    let seed = any::<u64>();
+    prop_oneof![
+        seed.prop_map(|seed| MadeRoad { seed, ..MadeRoad::default() }),
+        (levels, positive(), any::<bool>()).prop_map(|(levels, longest, rising)| {
+            let bands = 0..levels.len() as i32;
+            let mut wavelengths: Vec<_> = bands.map(|band| longest * 0.8_f64.powi(band)).collect();
+            let spacing = wavelengths.last().unwrap() / 3.0;
+            if rising {
+                wavelengths.reverse();
+            }
+            MadeRoad { seed: 1, wavelengths: Some(wavelengths), levels: Some(levels), power_law: None, spacing }
+        }),
+        (seed, power_law).prop_map(|(seed, texture)| {
+            let spacing = texture.shortest / 2.0;
+            MadeRoad { seed, wavelengths: None, levels: None, power_law: Some(texture), spacing }
+        }),
+    ]
+}
+
+fn profile() -> impl Strategy<Value = ProfileRoad> {
+    let unit = prop_oneof![Just(LengthUnit::Metre), Just(LengthUnit::Millimetre), Just(LengthUnit::Micrometre)];
+    let units = (prop::option::of(unit.clone()), prop::option::of(unit));
+    let columns = (prop::option::of("[a-z]{1,5}"), prop::option::of("[1-9]"));
+    let range = prop::option::of((-9.0..9.0_f64, positive()).prop_map(|(begin, length)| [begin, begin + length]));
+    let lateral = prop_oneof![Just(Lateral::Extruded), Just(Lateral::Isotropic)];
+    (file(), units, columns, range, lateral, 0..99_u64, at_end()).prop_map(
+        |(file, (distance_unit, height_unit), (distance_column, height_column), range, lateral, seed, at_end)| {
+            ProfileRoad {
+                file,
+                distance_unit,
+                height_unit,
+                distance_column,
+                height_column,
+                range,
+                lateral,
+                seed,
+                at_end,
+            }
+        },
+    )
+}
+
+fn road() -> impl Strategy<Value = Road> {
+    let position = (prop::option::of(-9.0..9.0_f64), prop::option::of(positive()));
+    let opencrg = (file(), position, at_end()).prop_map(|(file, (lateral_position, longest_wavelength), at_end)| {
+        Road::OpenCrg(OpenCrgRoad { file, lateral_position, longest_wavelength, at_end })
+    });
+    let grid = (file(), positive(), positive(), at_end())
+        .prop_map(|(file, dx, dy, at_end)| Road::Grid(GridRoad { file, dx, dy, at_end }));
+    prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
+}
+
+fn tyre() -> impl Strategy<Value = Tyre> {
+    let layer = ("\\PC{0,9}", positive(), [0.0..1e5, 0.0..1e5], material())
+        .prop_map(|(name, thickness, tension, material)| Layer { name, thickness, tension, material });
+    let sizes = (positive(), positive(), 0.01..1.0_f64);
+    let bed = (0.0..1e9_f64, 0.0..1e9_f64, 0.0..1.0_f64, positive(), positive()).prop_map(
+        |(normal, tangential, loss_factor, reference_frequency, corner_frequency)| Foundation {
+            normal,
+            tangential,
+            loss_factor,
+            reference_frequency,
+            corner_frequency,
+        },
+    );
+    (sizes, bed, prop::collection::vec(layer, 1..4)).prop_map(|((circumference, width, part), foundation, layers)| {
+        Tyre { circumference, width, contact_width: width * part, foundation, layers }
+    })
+}
+
+fn rolling() -> impl Strategy<Value = Rolling> {
+    let load = (positive(), 1e-6..0.9_f64).prop_map(|(load, tolerance)| Axle::Load { load, tolerance });
+    // 1e-10 m is less than the radius of the smallest tyre drawn.
+    let indentation =
+        (0.0..1e-10_f64, 0.0..1.0_f64).prop_map(|(indentation, ramp)| Axle::Indentation { indentation, ramp });
+    (positive(), positive(), 0.0..1.0_f64, prop::option::of(-9.0..9.0_f64), prop_oneof![load, indentation])
+        .prop_map(|(speed_kmh, duration, warm_up, start, axle)| Rolling { speed_kmh, duration, warm_up, start, axle })
+}
+
+fn contact() -> impl Strategy<Value = Contact> {
+    let tread = prop_oneof![
+        Just((Tread::Elastic, None)),
+        Just((Tread::Uncoupled, None)),
+        prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
+    ];
+    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler)];
+    (tread, slices, prop::option::of(1..1000_usize)).prop_map(|((tread, bedding_stiffness), slices, lateral_points)| {
+        Contact { tread, slices, lateral_points, bedding_stiffness }
+    })
+}
+
+fn numerics() -> impl Strategy<Value = Numerics> {
+    let rule = prop_oneof![Just(TimeRule::Bdf1), Just(TimeRule::Bdf2), Just(TimeRule::Trapezoidal)];
+    let sizes = (8..1_000_000_000_usize, 1..9_usize, 1..9999_usize);
+    let tolerances = (1e-14..0.1_f64, 1e-15..1e-3_f64);
+    let fixed = (prop::option::of(1..999_usize), prop::option::of(0..999_usize));
+    (sizes, rule, tolerances, fixed, positive(), (positive(), positive())).prop_map(
+        |((half, substeps, cached_factors), time_rule, tolerances, fixed, memory, (memory_limit, time_limit))| {
+            Numerics {
+                elements: 2 * half,
+                substeps,
+                time_rule,
+                memory,
+                influence_tolerance: tolerances.0,
+                contact_tolerance: tolerances.1,
+                lateral_terms: fixed.0,
+                wavenumber_aliases: fixed.1,
+                cached_factors,
+                memory_limit,
+                time_limit,
+            }
+        },
+    )
+}
+
+fn scene() -> impl Strategy<Value = Scene> {
+    let outputs = any::<[bool; 3]>().prop_map(|[arrays, spectra, plots]| Outputs { arrays, spectra, plots });
+    ("\\PC{0,20}", tyre(), road(), rolling(), contact(), numerics(), outputs).prop_map(
+        |(title, tyre, road, rolling, contact, numerics, outputs)| Scene {
+            title,
+            tyre,
+            road,
+            rolling,
+            contact,
+            numerics,
+            outputs,
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn writing_and_reading_is_the_identity(scene in scene()) {
+        let text = scene.to_toml().unwrap();
+        let read = Scene::from_str(&text, "written");
+        let read = read.unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)));
+        prop_assert_eq!(&read.scene, &scene);
+        prop_assert_eq!(read.settings().unwrap(), scene.to_json().unwrap());
+        prop_assert_eq!(&LoadedScene::from_scene(&read.scene, "again").unwrap().hash, &read.hash);
+    }
+
+    #[test]
+    fn no_text_makes_the_reader_panic(text in "\\PC{0,200}") {
+        if let Err(error) = Scene::from_str(&text, "any") {
+            let _ = error.render(false);
+        }
+    }
+
+    #[test]
+    fn a_scene_cut_or_garbled_anywhere_is_refused_or_read_without_a_panic(
+        cut in 0..BASE.len(), length in 0..40_usize, put in "[\\[\\]{}=\",.a0-9\n-]{0,4}",
+    ) {
+        let mut text = BASE.to_owned();
+        text.replace_range(cut..(cut + length).min(BASE.len()), &put);
+        if let Err(error) = Scene::from_str(&text, "garbled") {
+            prop_assert!(!error.diagnostics().is_empty());
+            let _ = error.render(false);
+        }
+    }
+}
+
+#[test]
+fn a_scene_put_together_in_a_program_is_checked_like_a_file() {
+    let mut scene = Scene::from_str(BASE, "base").unwrap().scene;
+    scene.tyre.layers[1].thickness = f64::NAN;
+    scene.numerics.elements = 7;
+    let error = LoadedScene::from_scene(&scene, "in memory").unwrap_err();
+    let keys: Vec<_> = error.diagnostics().iter().map(Diagnostic::key).collect();
+    assert_eq!(keys.len(), 2, "{error}");
+    assert!(keys.contains(&"tyre.layers[1].thickness") && keys.contains(&"numerics.elements"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_path_that_is_not_text_cannot_be_written() {
+    use std::os::unix::ffi::OsStringExt;
+    let file = PathBuf::from(std::ffi::OsString::from_vec(vec![b'a', 0xff]));
+    let mut scene = Scene::from_str(BASE, "base").unwrap().scene;
+    scene.road = Road::Grid(GridRoad { file, dx: 1.0, dy: 1.0, at_end: AtEnd::Refuse });
+    assert!(matches!(scene.to_toml(), Err(SceneError::NotToml { .. })));
+    assert!(matches!(scene.to_json(), Err(SceneError::NotJson { .. })));
+}
+
+#[test]
+fn settings_are_plain_json() {
+    let settings = Scene::from_str(BASE, "base").unwrap().settings().unwrap();
+    assert_eq!(settings["tyre"]["layers"][1]["material"]["law"], "power-law");
+    assert_eq!(settings["rolling"]["axle"]["load"], 3400.0);
+    assert_eq!(settings["numerics"]["time_rule"], "bdf2");
+    assert_eq!(settings["rolling"]["warm_up"], Rolling::WARM_UP);
+    assert_eq!(settings["road"]["kind"], "smooth");
+}

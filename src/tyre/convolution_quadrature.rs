@@ -1,0 +1,141 @@
+//! Convolution quadrature: time-domain weights that inherit the tyre's passivity.
+//!
+//! u(t_l) = sum_p w_p F(t_(l-p)) with sum_p w_p zeta^p = H(delta(zeta)/dt) (Lubich 1988, *Numer. Math.* 52, 129 and 413). The weights are causal by construction;
+//! for an A-stable rule they are passive where H is.
+//!
+//! 1. evaluate H on the circle |zeta| = rho < 1 at K points (the lower half follows by conjugation);
+//! 2. inverse FFT, divide by rho^p. With rho^K = eps the values wrapped round from lag p + K are eps times their size, and rounding
+//!    errors grow by rho^-p <= eps^-1/2 over the lags p < K/2 that are used.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+
+use super::influence::{Field, InfluenceSum};
+use crate::scene::TimeRule;
+
+/// What wraps round, relative to itself: rho^K.
+const WRAPPED: f64 = 1e-12;
+
+/// delta(zeta) of a rule.
+pub fn symbol(rule: TimeRule, zeta: Complex64) -> Complex64 {
+    match rule {
+        TimeRule::Bdf1 => Complex64::new(1.0, 0.0) - zeta,
+        TimeRule::Bdf2 => zeta * zeta * 0.5 - zeta * 2.0 + 1.5,
+        TimeRule::Trapezoidal => (Complex64::new(1.0, 0.0) - zeta) / (zeta + 1.0) * 2.0,
+    }
+}
+
+/// Largest |delta| that a rule should be resolved for, times dt: the value at the sampling frequency for the backward differences; the
+/// trapezoidal symbol is unbounded and is resolved to four times as much.
+pub fn resolved_symbol(rule: TimeRule) -> f64 {
+    match rule {
+        TimeRule::Bdf1 => 2.0,
+        TimeRule::Bdf2 => 4.0,
+        TimeRule::Trapezoidal => 16.0,
+    }
+}
+
+/// The points s_k on the circle for lags 0..`lags`.
+#[derive(Clone, Debug)]
+pub struct Contour {
+    /// s_k for k = 0..=K/2 \[1/s\].
+    pub points: Vec<Complex64>,
+    /// K.
+    pub length: usize,
+    /// rho.
+    pub radius: f64,
+}
+
+impl Contour {
+    /// The contour for a rule, a time step \[s\] and a number of lags.
+    pub fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
+        let length = (2 * lags).next_power_of_two().max(16);
+        let radius = WRAPPED.powf(1.0 / length as f64);
+        let points = (0..=length / 2)
+            .map(|k| {
+                let zeta = Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64);
+                symbol(rule, zeta) / time_step
+            })
+            .collect();
+        Self { points, length, radius }
+    }
+}
+
+/// Weights per wavenumber, in the order of lags.
+#[derive(Clone, Debug)]
+pub struct Weights {
+    /// Row n = 0..=N/2, column p = 0..lags: w_(n,p) \[m/N\].
+    pub values: Vec<f64>,
+    /// Number of lags kept.
+    pub lags: usize,
+    /// Static influence Ht_n(0), n = 0..=N/2 \[m/N\].
+    pub at_rest: Vec<f64>,
+    /// Evaluations of the compliance that it took.
+    pub evaluations: u64,
+    /// Largest bound on what the sums left out, relative to the largest |Ht_n(0)|.
+    pub omitted: f64,
+}
+
+impl Weights {
+    /// Sums Ht_n on the contour for n = 0..=N/2 in parallel and transforms each to `lags` weights.
+    pub fn new(sum: &InfluenceSum, field: Field, rule: TimeRule, time_step: f64, lags: usize) -> Self {
+        let contour = Contour::new(rule, time_step, lags);
+        let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
+        let at_rest = sum.at(Complex64::ZERO);
+        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.length);
+        let rows = sum.projection().elements / 2 + 1;
+        let scale: Vec<f64> = (0..lags).map(|p| contour.radius.powi(-(p as i32)) / contour.length as f64).collect();
+        let mut values = vec![0.0; rows * lags];
+        let costs: Vec<(f64, u64, f64)> = values
+            .par_chunks_mut(lags)
+            .enumerate()
+            .map_init(
+                || (inverse.make_input_vec(), inverse.make_output_vec(), inverse.make_scratch_vec()),
+                |(spectrum, signal, scratch), (n, row)| {
+                    let (mut evaluations, mut omitted) = (0, 0.0_f64);
+                    for (entry, at) in spectrum.iter_mut().zip(&at) {
+                        let value = sum.value(n, at, field);
+                        *entry = value.value;
+                        evaluations += value.evaluations;
+                        omitted = omitted.max(value.omitted);
+                    }
+                    // The two real points of the circle.
+                    spectrum[0].im = 0.0;
+                    spectrum[contour.length / 2].im = 0.0;
+                    // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum reveals.
+                    let _ = inverse.process_with_scratch(spectrum, signal, scratch);
+                    for ((weight, &sample), &factor) in row.iter_mut().zip(signal.iter()).zip(&scale) {
+                        *weight = sample * factor;
+                    }
+                    let rest = sum.value(n, &at_rest, field);
+                    (rest.value.re, evaluations + rest.evaluations, omitted)
+                },
+            )
+            .collect();
+        let at_rest: Vec<f64> = costs.iter().map(|cost| cost.0).collect();
+        let largest = at_rest.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
+        Self {
+            values,
+            lags,
+            evaluations: costs.iter().map(|cost| cost.1).sum(),
+            omitted: costs.iter().fold(0.0_f64, |a, cost| a.max(cost.2)) / largest,
+            at_rest,
+        }
+    }
+
+    /// w_(n,p) for all lags p.
+    pub fn of(&self, n: usize) -> &[f64] {
+        &self.values[n * self.lags..(n + 1) * self.lags]
+    }
+
+    /// The part of the static influence that lies beyond the lags kept, relative to the static influence: since
+    /// sum_p w_p = H(0), the truncation of the memory is measured, not guessed.
+    pub fn truncated(&self) -> f64 {
+        let total: f64 = self.at_rest.iter().sum();
+        let kept: f64 = self.values.iter().sum();
+        ((total - kept) / total).abs()
+    }
+}

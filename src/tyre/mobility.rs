@@ -1,0 +1,129 @@
+//! Driving-point mobility of the tread surface at mid-width.
+//!
+//! Y = s sum_n sum_m (1/L) sinc^2(kx a/2) (2/B) a_m^2 C_zz for a square patch a x a, loaded uniformly, its mean velocity observed (the paper's figures 1 and 2). C_zz at a
+//! wavenumber serves all patches at once. Below a cut-off wavenumber it is evaluated; above, the tread is a half-space whose moments are summed per patch to
+//! [`LOBES`] lobes of sinc^2. The rest is below 1/(2 pi LOBES)^2 of the local part: 1e-4 dB.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::compliance::Stack;
+use super::influence::sinc;
+use super::material::modulus_ratio;
+use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
+use crate::scene::Tyre;
+
+/// Lobes of sinc^2 along and across that are summed.
+pub const LOBES: f64 = 24.0;
+
+/// Relative accuracy at which the tread counts as a half-space.
+const TOLERANCE: f64 = 1e-6;
+
+/// Mobility of several patches over frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mobility {
+    /// Side lengths a \[m\].
+    pub patches: Vec<f64>,
+    /// Frequencies \[Hz\].
+    pub frequencies: Vec<f64>,
+    /// Y \[m/(N s)\]: one row per frequency, one column per patch.
+    pub values: Vec<Vec<Complex64>>,
+    /// Evaluations of the compliance.
+    pub evaluations: u64,
+}
+
+/// Weights of a patch: (1/L) sinc^2 for n = 0, 1, ... (negative n included) and (2/B) a_m^2 for odd m.
+struct PatchWeights {
+    longitudinal: Vec<f64>,
+    lateral: Vec<f64>,
+}
+
+/// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the last lobe is evaluated.
+pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
+    let stack = Stack::new(tyre);
+    let (length, width) = (tyre.circumference, tyre.width);
+    let kx = |n: usize| 2.0 * PI * n as f64 / length;
+    let ky = |index: usize| PI * (2 * index + 1) as f64 / width;
+    let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));
+    let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, length, width)).collect();
+    let tread = stack.layers().last().filter(|tread| tread.tension == [0.0; 2]);
+    // The asymptotic series must converge at the highest frequency.
+    let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
+    let at_top = stack.at(Complex64::new(0.0, 2.0 * PI * top));
+    let shear_wavenumber = (at_top.tread().inertia * at_top.tread().inverse_shear).norm().sqrt();
+    let cut_off = match tread {
+        Some(tread) => {
+            thickness_limit(tread.thickness, TOLERANCE).max(shear_wavenumber / LARGEST_ARGUMENT.sqrt()).min(highest)
+        }
+        None => highest,
+    };
+    let coefficients = tread.map_or([0.0; TERMS], |tread| series(modulus_ratio(tread.material.poisson)));
+    let moments: Vec<[f64; TERMS]> = weights.par_iter().map(|weights| moments(weights, kx, ky, cut_off)).collect();
+
+    let rows: Vec<(Vec<Complex64>, u64)> = frequencies
+        .par_iter()
+        .map(|&frequency| {
+            let s = Complex64::new(0.0, 2.0 * PI * frequency);
+            let at = stack.at(s);
+            let mut sums = vec![Complex64::ZERO; patches.len()];
+            let mut evaluations = 0;
+            for n in (0..).take_while(|&n| kx(n) < cut_off) {
+                let mut rows = vec![Complex64::ZERO; patches.len()];
+                for index in (0..).take_while(|&index| kx(n).hypot(ky(index)) < cut_off) {
+                    let compliance = at.normal(kx(n), ky(index)).surface;
+                    evaluations += 1;
+                    for (row, weights) in rows.iter_mut().zip(&weights) {
+                        *row += compliance * weights.lateral.get(index).copied().unwrap_or(0.0);
+                    }
+                }
+                for ((sum, row), weights) in sums.iter_mut().zip(rows).zip(&weights) {
+                    *sum += row * weights.longitudinal.get(n).copied().unwrap_or(0.0);
+                }
+            }
+            let ratio = at.tread().inertia * at.tread().inverse_shear;
+            for (sum, moments) in sums.iter_mut().zip(&moments) {
+                let mut power = at.tread().inverse_shear;
+                for (coefficient, moment) in coefficients.iter().zip(moments) {
+                    *sum += power * (coefficient * moment);
+                    power *= ratio;
+                }
+            }
+            (sums.into_iter().map(|sum| sum * s).collect(), evaluations)
+        })
+        .collect();
+    Mobility {
+        patches: patches.to_vec(),
+        frequencies: frequencies.to_vec(),
+        evaluations: rows.iter().map(|row| row.1).sum(),
+        values: rows.into_iter().map(|row| row.0).collect(),
+    }
+}
+
+fn patch_weights(a: f64, highest: f64, length: f64, width: f64) -> PatchWeights {
+    let own = (2.0 * PI * LOBES / a).min(highest);
+    let columns = (own * length / (2.0 * PI)) as usize + 1;
+    let rows = (own * width / (2.0 * PI)) as usize + 1;
+    let square = |x: f64| sinc(x).powi(2);
+    PatchWeights {
+        // n and -n together.
+        longitudinal: (0..columns)
+            .map(|n| square(PI * n as f64 * a / length) / length * if n == 0 { 1.0 } else { 2.0 })
+            .collect(),
+        lateral: (0..rows).map(|i| square(0.5 * PI * (2 * i + 1) as f64 * a / width) * 2.0 / width).collect(),
+    }
+}
+
+fn moments(weights: &PatchWeights, kx: impl Fn(usize) -> f64, ky: impl Fn(usize) -> f64, cut_off: f64) -> [f64; TERMS] {
+    let mut total = [0.0; TERMS];
+    for (n, longitudinal) in weights.longitudinal.iter().enumerate() {
+        for (index, lateral) in weights.lateral.iter().enumerate() {
+            let k_squared = kx(n).powi(2) + ky(index).powi(2);
+            if k_squared >= cut_off * cut_off {
+                super::moments::add(&mut total, longitudinal * lateral, k_squared);
+            }
+        }
+    }
+    total
+}

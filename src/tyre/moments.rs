@@ -1,0 +1,161 @@
+//! Moments of the sums' weights above a cut-off wavenumber.
+//!
+//! M_j(n, k_c) = sum over p and odd m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only, summed once. Explicit to some
+//! sixteen lobes of the element and several hundred m; beyond, each sum is an integral over a smooth function:
+//! sinc^2(kx dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 is replaced by its mean 2/(b ky)^2 (the oscillation
+//! about it sums to order m^-3). Both substitute x = X/t and use Gauss-Legendre nodes on 0 < t < 1.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::influence::Projection;
+use super::surface_asymptote::TERMS;
+
+/// Cut-off wavenumbers in steps of sqrt(2).
+#[derive(Clone, Debug, PartialEq)]
+pub struct TailClasses {
+    cut_offs: Vec<f64>,
+}
+
+/// Number of classes at most: a cut-off of 2^12 times the smallest.
+const MOST_CLASSES: usize = 24;
+
+impl TailClasses {
+    /// Classes from `smallest` until `largest` is reached \[1/m\].
+    pub fn new(smallest: f64, largest: f64) -> Self {
+        let mut cut_offs = vec![smallest];
+        let mut next = smallest;
+        while next < largest && cut_offs.len() < MOST_CLASSES {
+            next *= std::f64::consts::SQRT_2;
+            cut_offs.push(next);
+        }
+        Self { cut_offs }
+    }
+
+    /// The cut-off of a class \[1/m\].
+    pub fn cut_off(&self, class: usize) -> f64 {
+        self.cut_offs[class]
+    }
+
+    /// The smallest class at or above a wavenumber, and whether there is one.
+    pub fn choose(&self, wavenumber: f64) -> (usize, bool) {
+        let class = self.cut_offs.partition_point(|&cut_off| cut_off < wavenumber);
+        if class < self.cut_offs.len() { (class, true) } else { (self.cut_offs.len() - 1, false) }
+    }
+}
+
+/// M_j for n = 0..=N/2 and every class.
+#[derive(Clone, Debug)]
+pub struct Moments {
+    classes: usize,
+    values: Vec<[f64; TERMS]>,
+}
+
+/// Lobes of sinc^2 that are summed one by one, counted from the cut-off.
+const EXPLICIT_ALIASES: i64 = 12;
+/// Odd m summed one by one past the cut-off.
+const EXPLICIT_LATERAL: usize = 240;
+
+/// Eight-point Gauss-Legendre nodes and weights on 0..1.
+const NODES: [(f64, f64); 8] = [
+    (0.019855071751231856, 0.05061426814518813),
+    (0.10166676129318664, 0.11119051722668724),
+    (0.2372337950418355, 0.15685332293894363),
+    (0.4082826787521751, 0.18134189168918100),
+    (0.5917173212478249, 0.18134189168918100),
+    (0.7627662049581645, 0.15685332293894363),
+    (0.8983332387068134, 0.11119051722668724),
+    (0.9801449282487681, 0.05061426814518813),
+];
+
+impl Moments {
+    /// Sums the moments for n = 0..=N/2.
+    pub fn new(projection: &Projection, classes: &TailClasses) -> Self {
+        let count = classes.cut_offs.len();
+        let values = (0..=projection.elements / 2)
+            .into_par_iter()
+            .flat_map_iter(|n| for_wavenumber(projection, classes, n))
+            .collect();
+        Self { classes: count, values }
+    }
+
+    /// M_j(n) of a class.
+    pub fn of(&self, n: usize, class: usize) -> &[f64; TERMS] {
+        &self.values[n * self.classes + class]
+    }
+}
+
+/// Adds weight k^-(2j+1).
+pub(super) fn add(moments: &mut [f64; TERMS], weight: f64, k_squared: f64) {
+    let inverse = 1.0 / k_squared;
+    let mut term = weight * inverse.sqrt();
+    for moment in moments {
+        *moment += term;
+        term *= inverse;
+    }
+}
+
+fn for_wavenumber(projection: &Projection, classes: &TailClasses, n: usize) -> Vec<[f64; TERMS]> {
+    let count = classes.cut_offs.len();
+    // Shell c holds what lies between cut-off c and c + 1; the last one everything above.
+    let mut shells = vec![[0.0; TERMS]; count];
+    let highest = classes.cut_offs[count - 1];
+    let last_m = 2 * (highest * projection.width / (2.0 * PI)) as usize + 2 * EXPLICIT_LATERAL + 1;
+    let lobes = (highest * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
+    let elements = projection.elements as i64;
+    let aliases: Vec<(f64, f64)> = (-lobes..=lobes)
+        .map(|p| n as i64 + p * elements)
+        .map(|alias| (projection.kx(alias).powi(2), projection.longitudinal_weight(alias)))
+        .collect();
+    // What is left of the sum over p past the last lobe on either side; smooth in p, so that a midpoint integral does.
+    let far_aliases: Vec<(f64, f64)> = {
+        let fraction = n as f64 / projection.elements as f64;
+        let sine = (PI * fraction).sin();
+        [1.0, -1.0]
+            .into_iter()
+            .flat_map(|side| {
+                let edge = lobes as f64 + 0.5 + side * fraction;
+                NODES.iter().map(move |&(t, weight)| {
+                    let x = edge / t;
+                    (x, weight * edge / (t * t))
+                })
+            })
+            .map(|(x, weight)| {
+                let kx = 2.0 * PI * x / projection.element;
+                (kx * kx, weight * (sine / (PI * x)).powi(2) / projection.circumference)
+            })
+            .collect()
+    };
+    let mut row = |ky: f64, lateral: f64| {
+        let ky_squared = ky * ky;
+        for &(kx_squared, longitudinal) in &aliases {
+            let k_squared = kx_squared + ky_squared;
+            if k_squared < classes.cut_offs[0] * classes.cut_offs[0] {
+                continue;
+            }
+            let shell = classes.cut_offs.partition_point(|&cut_off| cut_off * cut_off <= k_squared) - 1;
+            add(&mut shells[shell], lateral * longitudinal, k_squared);
+        }
+        for &(kx_squared, longitudinal) in &far_aliases {
+            add(&mut shells[count - 1], lateral * longitudinal, kx_squared + ky_squared);
+        }
+    };
+    for m in (1..=last_m).step_by(2) {
+        row(projection.ky(m), projection.lateral_weight(m));
+    }
+    // Odd m past the last one: half of the integral over m, from the middle between two of them.
+    let edge = last_m as f64 + 1.0;
+    for (t, weight) in NODES {
+        let m = edge / t;
+        let ky = PI * m / projection.width;
+        let mean = 2.0 / projection.width * 2.0 / (ky * projection.contact_width).powi(2);
+        row(ky, 0.5 * weight * edge / (t * t) * mean);
+    }
+    for class in (0..count.saturating_sub(1)).rev() {
+        for j in 0..TERMS {
+            shells[class][j] += shells[class + 1][j];
+        }
+    }
+    shells
+}

@@ -1,0 +1,93 @@
+//! What C_zz becomes at high wavenumbers: the elastic half-space of the tread's material.
+//!
+//! A normal load of wavenumber k on a half-space gives (Lamb 1904, here with s = i w and x = Q/(mu k^2), kappa = mu/(lambda + 2 mu))
+//!
+//! ```text
+//! mu k C_zz = phi(x) = a x/((2 + x)^2 - 4 a b),   a = sqrt(1 + kappa x),  b = sqrt(1 + x),
+//! ```
+//!
+//! with phi(0) = 1 - nu. phi has its nearest singularity at the Rayleigh pole, |x| > 0.76 for any nu > 0, so the power series converges
+//! like (|x|/0.76)^j. Hence a sum of C_zz over wavenumbers above some k_c needs no evaluation at all: with the moments
+//! M_j = sum weight k^-(2j+1), which depend on neither s nor the material's stiffness,
+//!
+//! ```text
+//! sum weight C_zz = (1/mu) sum_j phi_j (Q/mu)^j M_j.
+//! ```
+//!
+//! A layer of thickness h differs from the half-space by terms of the order (k h)^2 exp(-2 k h).
+
+use num_complex::Complex64;
+
+/// Terms of the power series that are kept.
+pub const TERMS: usize = 14;
+
+/// Largest |x| at which the series is used: (0.19/0.76)^14 = 4e-9.
+pub const LARGEST_ARGUMENT: f64 = 0.19;
+
+/// The power-series coefficients phi_j for a modulus ratio kappa = mu/(lambda + 2 mu) in (0, 1).
+///
+/// Both 1/denominator and numerator start at x, so the quotient of the shifted series is taken; the constant terms cancel exactly.
+pub fn series(kappa: f64) -> [f64; TERMS] {
+    // sqrt(1 + c x): coefficients binomial(1/2, j) c^j.
+    let root = |c: f64| {
+        let mut coefficients = [1.0; TERMS + 1];
+        for j in 1..=TERMS {
+            let order = j as f64;
+            coefficients[j] = coefficients[j - 1] * c * (1.5 - order) / order;
+        }
+        coefficients
+    };
+    let (a, b) = (root(kappa), root(1.0));
+    // ((2 + x)^2 - 4 a b)/x.
+    let mut denominator = [0.0; TERMS];
+    for (j, entry) in denominator.iter_mut().enumerate() {
+        let product: f64 = (0..=j + 1).map(|i| a[i] * b[j + 1 - i]).sum();
+        let square = match j {
+            0 => 4.0,
+            1 => 1.0,
+            _ => 0.0,
+        };
+        *entry = square - 4.0 * product;
+    }
+    let mut quotient = [0.0; TERMS];
+    for j in 0..TERMS {
+        let known: f64 = (0..j).map(|i| quotient[i] * denominator[j - i]).sum();
+        quotient[j] = (a[j] - known) / denominator[0];
+    }
+    quotient
+}
+
+/// phi(x) itself, for checking the series.
+pub fn closed_form(kappa: f64, x: Complex64) -> Complex64 {
+    let (a, b) = ((x * kappa + 1.0).sqrt(), (x + 1.0).sqrt());
+    a * x / ((x + 2.0) * (x + 2.0) - a * b * 4.0)
+}
+
+/// Wavenumber above which a layer of thickness `h` is a half-space to a relative `tolerance` \[1/m\].
+pub fn thickness_limit(h: f64, tolerance: f64) -> f64 {
+    // 4 (k h)^2 exp(-2 k h) = tolerance, by fixed-point iteration from the large-argument side.
+    let mut argument: f64 = 0.5 * (4.0 / tolerance).ln();
+    for _ in 0..8 {
+        argument = 0.5 * (4.0 * argument * argument / tolerance).ln();
+    }
+    argument / h
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_equals_the_closed_form_where_that_does_not_cancel_and_1_minus_nu_at_rest() {
+        for nu in [0.0, 0.3, 0.49, 0.4999] {
+            let kappa = super::super::material::modulus_ratio(nu);
+            let phi = series(kappa);
+            assert!((phi[0] - (1.0 - nu)).abs() < 1e-14, "{} {nu}", phi[0]);
+            for x in [Complex64::new(-0.19, 0.0), Complex64::new(0.1, 0.16), Complex64::new(0.19, 0.0)] {
+                let sum = phi.iter().rev().fold(Complex64::ZERO, |sum, &c| sum * x + c);
+                let exact = closed_form(kappa, x);
+                assert!((sum - exact).norm() < 1e-8 * exact.norm(), "nu {nu} x {x}: {sum} {exact}");
+            }
+        }
+    }
+}

@@ -137,9 +137,9 @@ mod tests {
         for law in [SliceLaw::Winkler, SliceLaw::HalfSpace] {
             let answer = answer(&heights, law, &at).unwrap();
             assert!((answer.displacement[0] + 1e-3).abs() < 1e-18, "a gap stays a gap");
-            for level in 1..at.len() {
-                let force: f64 = answer.pressure[level].iter().sum();
-                assert!((force / stiffness - answer.displacement[level]).abs() < 1e-15, "{law:?} at {}", at[level]);
+            for ((y, s), pressure) in at.iter().zip(&answer.displacement).zip(&answer.pressure).skip(1) {
+                let force: f64 = pressure.iter().sum();
+                assert!((force / stiffness - s).abs() < 1e-15, "{law:?} at {y}");
             }
         }
     }

@@ -215,18 +215,4 @@ mod tests {
         let curves = SliceBuilder::flat(3).unwrap().build_rows(&[0.0, 2.0, 1.0, -1.0, -3.0, -2.0]).unwrap();
         assert_eq!(curves, vec![StiffnessCurve::flat(2.0), StiffnessCurve::flat(-1.0)]);
     }
-
-    #[test]
-    #[ignore = "timing"]
-    fn timing() {
-        let heights = random_heights(100_000 * 80);
-        for builder in [SliceBuilder::winkler(80).unwrap(), SliceBuilder::half_space(80, 4e-3, 2e-3).unwrap()] {
-            for threads in [1, 2] {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let begin = std::time::Instant::now();
-                let n = pool.install(|| builder.build_rows(&heights).unwrap().len());
-                println!("{threads} threads: {n} slices {:?}", begin.elapsed());
-            }
-        }
-    }
 }

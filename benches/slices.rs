@@ -77,23 +77,35 @@ fn tables() {
         let mut growing = GrowingContact::default();
         let mut rounds: [Vec<f64>; 2] = Default::default();
         let mut ratio = 0.0;
+        // The thread's clock moves in ticks of some milliseconds: whole batches are timed, and the short side often.
+        const REPEATED: usize = 20;
         for _ in 0..3 {
-            let (mut work, mut spent) = (0, [0.0; 2]);
+            let begin = thread_seconds();
+            for _ in 0..REPEATED {
+                for row in all.chunks_exact(points) {
+                    growing.follow(&line, &depths(row), f64::INFINITY);
+                }
+            }
+            let followed = (thread_seconds() - begin) / REPEATED as f64;
             let before = growing.multiply_adds();
-            for row in all.chunks_exact(points) {
-                let depths = depths(row);
+            let (mut work, mut searching) = (0, 0.0);
+            for batch in all.chunks(points * slices.div_ceil(4)) {
+                let mut contacts = Vec::new();
+                for row in batch.chunks_exact(points) {
+                    growing.follow(&line, &depths(row), f64::INFINITY);
+                    contacts.push(growing.clone());
+                }
                 let begin = thread_seconds();
-                growing.follow(&line, &depths, f64::INFINITY);
-                let middle = thread_seconds();
-                let deepest = growing.events()[points - 1].0;
-                let (forces, adds) = searched(&line, &depths, deepest);
-                spent[0] += middle - begin;
-                spent[1] += thread_seconds() - middle;
-                work += adds;
-                checked(&growing, &line, &forces, deepest);
+                for (row, growing) in batch.chunks_exact(points).zip(&contacts) {
+                    let deepest = growing.events()[points - 1].0;
+                    let (forces, adds) = searched(&line, &depths(row), deepest);
+                    work += adds;
+                    checked(growing, &line, &forces, deepest);
+                }
+                searching += thread_seconds() - begin;
             }
             ratio = work as f64 / (growing.multiply_adds() - before) as f64;
-            for (round, spent) in rounds.iter_mut().zip(spent) {
+            for (round, spent) in rounds.iter_mut().zip([followed, searching]) {
                 round.push(1e6 * spent / slices as f64);
             }
         }

@@ -47,7 +47,7 @@ pub struct SliceArguments {
     #[arg(long, value_name = "P", default_value_t = 0.49, allow_negative_numbers = true)]
     pub poisson: f64,
     /// Indentations past the highest point [m], separated by commas.
-    #[arg(long, value_name = "Y1,Y2,...", value_delimiter = ',', required = true, allow_negative_numbers = true)]
+    #[arg(long, value_name = "Y1,Y2,...", value_delimiter = ',', required = true, allow_hyphen_values = true)]
     pub at: Vec<f64>,
 }
 
@@ -91,8 +91,7 @@ impl SliceArguments {
             SliceLaw::HalfSpace => SliceBuilder::half_space(columns, dx, dy)?,
         };
         let mut scratch = SliceScratch::default();
-        let curve = builder.build(&row.values, &mut scratch)?;
-        let pressures = builder.pressures(&row.values, dx, dy, &self.at, &mut scratch)?;
+        let (curve, pressures) = builder.build_with_pressures(&row.values, dx, dy, &self.at, &mut scratch)?;
         // Pressures come per unit of E/(1 - nu^2).
         let modulus = 1.0 / (1.0 - poisson * poisson);
         Ok(SliceAnswer {
@@ -107,8 +106,10 @@ impl SliceArguments {
 mod tests {
     use std::path::Path;
 
+    use clap::Parser;
     use npyz::WriterBuilder;
 
+    use super::super::{Command, CommandLine};
     use super::*;
     use crate::road::slices::SliceError;
 
@@ -161,5 +162,13 @@ mod tests {
             assert!(refused.to_string().contains("millimetres"), "{refused}");
         }
         assert!(matches!(answer(&[0.0, 1e-3], SliceLaw::Winkler, &[f64::NAN]), Err(CliError::Heights(_))));
+    }
+
+    #[test]
+    fn indentations_may_begin_with_a_gap() {
+        let line = "tyrewave slice --heights z.npy --dx 1e-3 --dy 1e-3 --law half-space --at -1e-4,2e-4";
+        let parsed = CommandLine::try_parse_from(line.split(' ')).unwrap();
+        let Command::Slice(arguments) = parsed.command else { panic!("another command") };
+        assert_eq!(arguments.at, [-1e-4, 2e-4]);
     }
 }

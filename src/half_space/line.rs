@@ -131,6 +131,13 @@ mod tests {
     }
 
     #[test]
+    fn contact_only_grows_on_very_many_cells() {
+        for aspect in [1e-2, 1.0, 100.0] {
+            assert!(LineInfluence::love(5000, aspect * 3e-5, 3e-5).only_grows(), "aspect {aspect}");
+        }
+    }
+
+    #[test]
     fn an_influence_whose_contact_may_shrink_is_not_certified() {
         // Stronger on the neighbour but one than on the neighbour: pressing there unloads the one between.
         assert!(!LineInfluence::from_row([1.0, 0.1, 0.5, 0.0].into()).only_grows());

@@ -56,14 +56,22 @@ impl SliceBuilder {
     /// An elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
     ///
     /// # Errors
-    /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size.
+    /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size, [`SliceError::MayShrink`] if
+    /// the grid is so extreme that rounding hides that contact only grows.
     pub fn half_space(columns: usize, length: f64, pitch: f64) -> Result<Self, SliceError> {
         for (what, value) in [("the length of a slice's cells", length), ("the width of a slice's cells", pitch)] {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(SliceError::Length { what, value });
             }
         }
-        Self::new(Law::HalfSpace(LineInfluence::love(columns, length, pitch)), columns)
+        if columns == 0 {
+            return Err(SliceError::Empty);
+        }
+        let line = LineInfluence::love(columns, length, pitch);
+        if !line.only_grows() {
+            return Err(SliceError::MayShrink { columns, length, pitch });
+        }
+        Self::new(Law::HalfSpace(line), columns)
     }
 
     fn new(law: Law, columns: usize) -> Result<Self, SliceError> {
@@ -112,22 +120,24 @@ impl SliceBuilder {
         Ok(if self.tolerance > 0.0 { reduce(&exact, self.tolerance).curve } else { exact })
     }
 
-    /// Pressure/E* of every cell at each of the penetrations `at` \[m\] past the highest point; 0 at or above it.
+    /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the highest point
+    /// (0 at or above it).
     ///
     /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the rigid rows
     /// of [`Self::flat`] know no cells: they are given the stiffness of the flat slice on cells of `length` by `pitch` \[m\].
     ///
     /// # Errors
     /// As [`Self::build`].
-    pub fn pressures(
+    pub fn build_with_pressures(
         &self,
         heights: &[f64],
         length: f64,
         pitch: f64,
         at: &[f64],
         scratch: &mut SliceScratch,
-    ) -> Result<Vec<Vec<f64>>, SliceError> {
-        let peak = self.build(heights, scratch)?.peak;
+    ) -> Result<(StiffnessCurve, Vec<Vec<f64>>), SliceError> {
+        let curve = self.build(heights, scratch)?;
+        let peak = curve.peak;
         let spring = match &self.law {
             Law::HalfSpace(_) => 0.0,
             Law::Flat | Law::Winkler => {
@@ -148,7 +158,8 @@ impl SliceBuilder {
             }
             pressure
         };
-        Ok(at.iter().map(row).collect())
+        let pressures = at.iter().map(row).collect();
+        Ok((curve, pressures))
     }
 
     /// The curves of many slices, in parallel on the current rayon pool; the same bits for any number of threads.

@@ -24,6 +24,18 @@ pub enum SliceError {
         /// What was found.
         value: f64,
     },
+    /// A grid on which contact cannot be shown to grow only; the curve follower needs that.
+    #[error(
+        "{columns} cells of {length} m by {pitch} m: rounding hides that contact on the half-space only grows; choose fewer cells or another shape"
+    )]
+    MayShrink {
+        /// Cells across.
+        columns: usize,
+        /// Length of a cell along the road \[m\].
+        length: f64,
+        /// Width of a cell \[m\].
+        pitch: f64,
+    },
     /// A cell or a tolerance that is not a positive length.
     #[error("{what} is {value} m: it must be positive and finite")]
     Length {

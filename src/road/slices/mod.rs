@@ -5,6 +5,7 @@ pub mod curve;
 pub mod error;
 mod half_space;
 pub mod reduce;
+pub mod statistics;
 mod winkler;
 
 pub use builder::{SliceBuilder, SliceScratch};

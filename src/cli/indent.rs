@@ -25,22 +25,22 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct IndentArguments {
-    /// Heights [m]: a two-dimensional .npy array, rows along x, columns along y.
+    /// Heights, in m: a two-dimensional .npy array, rows along x, columns along y.
     #[arg(long, value_name = "GRID.npy")]
     pub heights: PathBuf,
-    /// Spacing of the rows [m].
+    /// Spacing of the rows, in m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub dx: f64,
-    /// Spacing of the columns [m].
+    /// Spacing of the columns, in m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub dy: f64,
-    /// Young's modulus of the half-space [Pa].
+    /// Young's modulus of the half-space, in Pa.
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     pub modulus: f64,
     /// Poisson's ratio of the half-space.
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     pub poisson: f64,
-    /// Normal load [N].
+    /// Normal load, in N.
     #[arg(
         long,
         value_name = "N",
@@ -49,13 +49,13 @@ pub struct IndentArguments {
         allow_negative_numbers = true
     )]
     pub load: Option<f64>,
-    /// Penetration of the highest peak [m].
+    /// Penetration of the highest peak, in m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub penetration: Option<f64>,
     /// Tolerance of the contact conditions, relative to the penetration.
     #[arg(long, value_name = "T", default_value_t = Limits::default().tolerance, allow_negative_numbers = true)]
     pub tolerance: f64,
-    /// Where to write the pressure [Pa], an array of the heights' shape.
+    /// Where to write the pressure in Pa, an array of the heights' shape.
     #[arg(long, value_name = "PRESSURE.npy")]
     pub out: Option<PathBuf>,
 }

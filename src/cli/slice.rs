@@ -31,13 +31,13 @@ pub enum SliceLaw {
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SliceArguments {
-    /// Heights across the slice [m]: a one-dimensional .npy array.
+    /// Heights across the slice, in m: a one-dimensional .npy array.
     #[arg(long, value_name = "FILE.npy")]
     pub heights: PathBuf,
-    /// Length of the cells along the road [m].
+    /// Length of the cells along the road, in m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub dx: f64,
-    /// Width of the cells across the road [m].
+    /// Width of the cells across the road, in m.
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     pub dy: f64,
     /// How the slice deforms the tread.
@@ -46,7 +46,7 @@ pub struct SliceArguments {
     /// Poisson's ratio; it scales the pressures only.
     #[arg(long, value_name = "P", default_value_t = 0.49, allow_negative_numbers = true)]
     pub poisson: f64,
-    /// Indentations past the highest point [m], separated by commas.
+    /// Indentations past the highest point in m, separated by commas.
     #[arg(long, value_name = "Y1,Y2,...", value_delimiter = ',', required = true, allow_hyphen_values = true)]
     pub at: Vec<f64>,
 }

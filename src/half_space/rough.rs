@@ -17,7 +17,7 @@ use super::gradients::{Constraint, Progress, Solver};
 /// Grids with fewer rows or columns are not coarsened further.
 const COARSEST: usize = 48;
 /// Tolerance of the coarser levels: they only start the next one.
-const COARSE_TOLERANCE: f64 = 1e-2;
+const COARSE_TOLERANCE: f64 = 1e-3;
 /// By how much of the penetration the box of a given load is guessed too large.
 const BOX_MARGIN: f64 = 0.1;
 

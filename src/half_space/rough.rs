@@ -8,7 +8,7 @@
 //!    tolerance and its pressure starts the next finer one.
 //! 2. Box: p >= 0 makes u > 0, so a cell with z <= z_plane never touches. Only the bounding box of the others is solved;
 //!    with a given load it is guessed from the coarser level and checked, and widened if need be, afterwards.
-//! 3. On each level: constrained preconditioned conjugate gradients, [`super::gradients`].
+//! 3. On each level: constrained preconditioned conjugate gradients (module `gradients`).
 
 use super::HalfSpaceError;
 use super::convolution::Extent;

@@ -4,8 +4,11 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use super::heights::HeightsError;
+use crate::half_space::HalfSpaceError;
 use crate::pipeline::RunError;
 use crate::results::{PlotError, ResultsError};
+use crate::road::slices::SliceError;
 use crate::scene::SceneError;
 use crate::tyre::cases::CasesError;
 
@@ -49,6 +52,15 @@ pub enum CliError {
         /// What is wrong.
         source: CasesError,
     },
+    /// Heights or other values given on the command line cannot be used.
+    #[error(transparent)]
+    Heights(#[from] HeightsError),
+    /// A slice cannot be made.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
+    /// A contact with the half-space cannot be solved.
+    #[error(transparent)]
+    HalfSpace(#[from] HalfSpaceError),
     /// Standard output does not take the answer.
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
@@ -77,7 +89,9 @@ impl CliError {
         match self {
             Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
             Self::Interrupted { .. } => INTERRUPTED,
-            Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } => USAGE,
+            Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } | Self::Heights(_) | Self::Slice(_) => USAGE,
+            Self::HalfSpace(HalfSpaceError::NotConverged { .. } | HalfSpaceError::NotPositiveDefinite { .. }) => FAILED,
+            Self::HalfSpace(_) => USAGE,
             Self::Run(error) => match error {
                 RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) => USAGE,
                 RunError::Results(_) => NOT_WRITABLE,

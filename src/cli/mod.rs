@@ -5,12 +5,15 @@
 
 pub mod compliance;
 pub mod error;
+pub mod heights;
+pub mod indent;
 pub mod interrupt;
 pub mod mobility;
 pub mod options;
 pub mod progress;
 pub mod road;
 pub mod run;
+pub mod slice;
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -64,6 +67,10 @@ pub enum Command {
     Road(road::RoadArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
+    /// Compute the displacement and pressure of one road slice, as JSON.
+    Slice(slice::SliceArguments),
+    /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
+    Indent(indent::IndentArguments),
 }
 
 /// Writes to standard output; a closed pipe is no panic.
@@ -109,6 +116,8 @@ impl Command {
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
+            Self::Slice(arguments) => arguments.execute(),
+            Self::Indent(arguments) => arguments.execute(),
         }
     }
 }
@@ -155,7 +164,7 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in ["run", "mobility", "road", "compliance"] {
+        for name in ["run", "mobility", "road", "compliance", "slice", "indent"] {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }

@@ -112,6 +112,45 @@ impl SliceBuilder {
         Ok(if self.tolerance > 0.0 { reduce(&exact, self.tolerance).curve } else { exact })
     }
 
+    /// Pressure/E* of every cell at each of the penetrations `at` \[m\] past the highest point; 0 at or above it.
+    ///
+    /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the rigid rows
+    /// of [`Self::flat`] know no cells: they are given the stiffness of the flat slice on cells of `length` by `pitch` \[m\].
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn pressures(
+        &self,
+        heights: &[f64],
+        length: f64,
+        pitch: f64,
+        at: &[f64],
+        scratch: &mut SliceScratch,
+    ) -> Result<Vec<Vec<f64>>, SliceError> {
+        let peak = self.build(heights, scratch)?.peak;
+        let spring = match &self.law {
+            Law::HalfSpace(_) => 0.0,
+            Law::Flat | Law::Winkler => {
+                LineInfluence::love(self.columns, length, pitch).flat_stiffness() / self.columns as f64
+            }
+        };
+        let row = |&y: &f64| {
+            let mut pressure = vec![0.0; self.columns];
+            match self.law {
+                Law::HalfSpace(_) if y > 0.0 => scratch.contact.pressure_at(y, &mut pressure),
+                Law::HalfSpace(_) => {}
+                Law::Flat => pressure.fill(spring * y.max(0.0)),
+                Law::Winkler => {
+                    for (p, height) in pressure.iter_mut().zip(heights) {
+                        *p = spring * (y - (peak - height)).max(0.0);
+                    }
+                }
+            }
+            pressure
+        };
+        Ok(at.iter().map(row).collect())
+    }
+
     /// The curves of many slices, in parallel on the current rayon pool; the same bits for any number of threads.
     ///
     /// `heights`: rows x columns, row-major, one row per slice \[m\].
@@ -175,19 +214,5 @@ mod tests {
     fn the_flat_law_keeps_the_peak_only() {
         let curves = SliceBuilder::flat(3).unwrap().build_rows(&[0.0, 2.0, 1.0, -1.0, -3.0, -2.0]).unwrap();
         assert_eq!(curves, vec![StiffnessCurve::flat(2.0), StiffnessCurve::flat(-1.0)]);
-    }
-
-    #[test]
-    #[ignore = "timing"]
-    fn timing() {
-        let heights = random_heights(100_000 * 80);
-        for builder in [SliceBuilder::winkler(80).unwrap(), SliceBuilder::half_space(80, 4e-3, 2e-3).unwrap()] {
-            for threads in [1, 2] {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let begin = std::time::Instant::now();
-                let n = pool.install(|| builder.build_rows(&heights).unwrap().len());
-                println!("{threads} threads: {n} slices {:?}", begin.elapsed());
-            }
-        }
     }
 }

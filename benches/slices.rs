@@ -1,0 +1,168 @@
+//! Stiffness curves of road slices: growing factor against one search per level, scaling in slices and points, threads.
+//!
+//! `cargo bench --bench slices` measures; `-- --table` prints the tables.
+
+use std::time::Instant;
+
+use criterion::{BenchmarkId, Criterion};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tyrewave::half_space::{GrowingContact, LineInfluence, active_set};
+use tyrewave::road::slices::SliceBuilder;
+
+/// Levels at which the search is asked for the same curve.
+const LEVELS: u32 = 64;
+const WIDTH: f64 = 0.16;
+const LENGTH: f64 = 3.8e-3;
+
+/// Slices of `points` heights: a random walk of a millimetre or so across the width.
+fn heights(slices: usize, points: usize) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut z = 0.0;
+    let step = 2e-3 / (points as f64).sqrt();
+    (0..slices * points)
+        .map(|place| {
+            z = if place % points == 0 { 0.0 } else { 0.95 * z + step * (rng.random::<f64>() - 0.5) };
+            z
+        })
+        .collect()
+}
+
+fn depths(row: &[f64]) -> Vec<f64> {
+    let peak = row.iter().copied().fold(f64::MIN, f64::max);
+    row.iter().map(|z| peak - z).collect()
+}
+
+/// Force at all levels by one search each, started from the level below; and the multiply-adds.
+fn searched(line: &LineInfluence, depths: &[f64], deepest: f64) -> (Vec<f64>, u64) {
+    let (mut forces, mut work, mut guess) = (Vec::new(), 0, None::<Vec<bool>>);
+    for level in 1..=LEVELS {
+        let y = deepest * f64::from(level) / f64::from(LEVELS);
+        let contact = active_set::solve(line, depths, y, guess.as_deref()).expect("a solution");
+        forces.push(contact.pressure.iter().sum());
+        work += contact.multiply_adds;
+        guess = Some(contact.touching);
+    }
+    (forces, work)
+}
+
+/// The followed curve must hold the searched forces.
+fn checked(growing: &GrowingContact, line: &LineInfluence, forces: &[f64], deepest: f64) {
+    for (level, force) in (1..=LEVELS).zip(forces) {
+        let y = deepest * f64::from(level) / f64::from(LEVELS);
+        let followed: f64 = growing.events().iter().map(|&(touch, w)| w * (y - touch).max(0.0)).sum();
+        let error = (followed - force).abs() / (y * line.flat_stiffness());
+        assert!(error < 1e-11, "error {error:e} at {y}");
+    }
+}
+
+fn thread_seconds() -> f64 {
+    let read = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    read.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::NAN, |ns| ns * 1e-9)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn tables() {
+    println!(
+        "| points | curve by growing factor, us | {LEVELS} searches, us | time ratio | multiply-adds ratio |\n|---|---|---|---|---|"
+    );
+    for points in [20, 40, 80, 160, 320] {
+        let line = LineInfluence::love(points, LENGTH, WIDTH / points as f64);
+        let slices = (20_000 / points).max(20);
+        let all = heights(slices, points);
+        let mut growing = GrowingContact::default();
+        let mut rounds: [Vec<f64>; 2] = Default::default();
+        let mut ratio = 0.0;
+        for _ in 0..3 {
+            let (mut work, mut spent) = (0, [0.0; 2]);
+            let before = growing.multiply_adds();
+            for row in all.chunks_exact(points) {
+                let depths = depths(row);
+                let begin = thread_seconds();
+                growing.follow(&line, &depths, f64::INFINITY);
+                let middle = thread_seconds();
+                let deepest = growing.events()[points - 1].0;
+                let (forces, adds) = searched(&line, &depths, deepest);
+                spent[0] += middle - begin;
+                spent[1] += thread_seconds() - middle;
+                work += adds;
+                checked(&growing, &line, &forces, deepest);
+            }
+            ratio = work as f64 / (growing.multiply_adds() - before) as f64;
+            for (round, spent) in rounds.iter_mut().zip(spent) {
+                round.push(1e6 * spent / slices as f64);
+            }
+        }
+        let [followed, searched] = rounds.map(median);
+        println!("| {points} | {followed:.1} | {searched:.0} | {:.0} | {ratio:.1} |", searched / followed);
+    }
+    println!(
+        "\n| law | slices | points | 1 thread, CPU s | 1 thread, s | 2 threads, s | parallel efficiency |\n|---|---|---|---|---|---|---|"
+    );
+    let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+    let (one, two) = (pool(1), pool(2));
+    for (slices, points) in [(10_000, 80), (100_000, 80), (100_000, 20), (100_000, 40), (25_000, 160), (6_000, 320)] {
+        let all = heights(slices, points);
+        let half_space = SliceBuilder::half_space(points, LENGTH, WIDTH / points as f64).expect("cells of some size");
+        let laws = [("winkler", SliceBuilder::winkler(points).expect("some points")), ("half-space", half_space)];
+        for (law, builder) in laws {
+            let builder = builder.with_tolerance(1e-6).expect("a tolerance");
+            let mut times: [Vec<f64>; 3] = Default::default();
+            for _ in 0..3 {
+                let first = one.install(|| {
+                    let (begin, cpu) = (Instant::now(), thread_seconds());
+                    let curves = builder.build_rows(&all).expect("curves");
+                    times[0].push(thread_seconds() - cpu);
+                    times[1].push(begin.elapsed().as_secs_f64());
+                    curves
+                });
+                let begin = Instant::now();
+                let second = two.install(|| builder.build_rows(&all).expect("curves"));
+                times[2].push(begin.elapsed().as_secs_f64());
+                assert_eq!(first, second, "the number of threads changed the result");
+            }
+            let [cpu, wall, both] = times.map(median);
+            println!("| {law} | {slices} | {points} | {cpu:.2} | {wall:.2} | {both:.2} | {:.2} |", wall / (2.0 * both));
+        }
+    }
+}
+
+fn measure(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("slices");
+    group.sample_size(10);
+    for points in [20, 80] {
+        let line = LineInfluence::love(points, LENGTH, WIDTH / points as f64);
+        let depths = depths(&heights(1, points));
+        let mut growing = GrowingContact::default();
+        growing.follow(&line, &depths, f64::INFINITY);
+        let deepest = growing.events()[points - 1].0;
+        let (forces, _) = searched(&line, &depths, deepest);
+        checked(&growing, &line, &forces, deepest);
+        group.bench_with_input(BenchmarkId::new("growing_factor", points), &depths, |bencher, depths| {
+            bencher.iter(|| growing.follow(&line, depths, f64::INFINITY));
+        });
+        group.bench_with_input(BenchmarkId::new("search_at_64_levels", points), &depths, |bencher, depths| {
+            bencher.iter(|| searched(&line, depths, deepest));
+        });
+        let rows = heights(100, points);
+        let winkler = SliceBuilder::winkler(points).expect("some points");
+        group.bench_with_input(BenchmarkId::new("winkler_100_rows", points), &rows, |bencher, rows| {
+            bencher.iter(|| winkler.build_rows(rows).expect("curves"));
+        });
+    }
+    group.finish();
+}
+
+fn main() {
+    if std::env::args().any(|argument| argument == "--table") {
+        tables();
+        return;
+    }
+    let mut criterion = Criterion::default().configure_from_args();
+    measure(&mut criterion);
+    criterion.final_summary();
+}

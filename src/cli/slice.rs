@@ -1,0 +1,165 @@
+//! `tyrewave slice`: one slice's displacement and pressure at given indentations.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use super::heights::{HeightsError, poisson_ratio, positive, read_row};
+use super::{CliError, print};
+use crate::road::slices::{SliceBuilder, SliceScratch};
+
+const EXAMPLES: &str = "\
+Printed as JSON: indentation [m] past the highest point; S [m], the mean displacement normalised by the flat slice on the same grid (S = y for a \
+flat slice; below 0 the gap itself); pressure [Pa] on each cell for Young's modulus 1 Pa. The springs of the winkler law are given the stiffness \
+of the flat slice on the half-space, so that both laws press a flat slice equally hard.
+
+Examples:
+  tyrewave slice --heights across.npy --dx 0.0038 --dy 0.002 --law half-space --at 0.0005,0.001,0.002
+  tyrewave slice --heights across.npy --dx 0.0038 --dy 0.002 --law winkler --poisson 0.5 --at 1e-3";
+
+/// Slice laws that can be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SliceLaw {
+    /// Independent springs across the width.
+    Winkler,
+    /// Elastic half-space.
+    HalfSpace,
+}
+
+/// Arguments of `tyrewave slice`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct SliceArguments {
+    /// Heights across the slice [m]: a one-dimensional .npy array.
+    #[arg(long, value_name = "FILE.npy")]
+    pub heights: PathBuf,
+    /// Length of the cells along the road [m].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub dx: f64,
+    /// Width of the cells across the road [m].
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    pub dy: f64,
+    /// How the slice deforms the tread.
+    #[arg(long)]
+    pub law: SliceLaw,
+    /// Poisson's ratio; it scales the pressures only.
+    #[arg(long, value_name = "P", default_value_t = 0.49, allow_negative_numbers = true)]
+    pub poisson: f64,
+    /// Indentations past the highest point [m], separated by commas.
+    #[arg(long, value_name = "Y1,Y2,...", value_delimiter = ',', required = true, allow_negative_numbers = true)]
+    pub at: Vec<f64>,
+}
+
+/// What `tyrewave slice` answers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SliceAnswer {
+    /// Indentations past the highest point \[m\].
+    pub indentation: Vec<f64>,
+    /// S \[m\] at each.
+    #[serde(rename = "S")]
+    pub displacement: Vec<f64>,
+    /// Pressure \[Pa\] for E = 1 Pa: one row per indentation, one column per cell.
+    pub pressure: Vec<Vec<f64>>,
+}
+
+impl SliceArguments {
+    /// Prints the answer.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self) -> Result<(), CliError> {
+        let answer = self.answer()?;
+        print(&format!("{:#}\n", serde_json::json!(answer)))
+    }
+
+    /// Computes the answer.
+    ///
+    /// # Errors
+    /// [`CliError::Heights`] for what is wrong with the file or the options, [`CliError::Slice`] for holes.
+    pub fn answer(&self) -> Result<SliceAnswer, CliError> {
+        let (dx, dy) = (positive("--dx", self.dx)?, positive("--dy", self.dy)?);
+        let poisson = poisson_ratio(self.poisson)?;
+        if let Some(&value) = self.at.iter().find(|value| !value.is_finite()) {
+            return Err(HeightsError::Value { option: "--at", value, wanted: "must be finite" }.into());
+        }
+        let row = read_row(&self.heights)?;
+        row.check_unit(&self.heights, dx, dy)?;
+        let columns = row.columns;
+        let builder = match self.law {
+            SliceLaw::Winkler => SliceBuilder::winkler(columns)?,
+            SliceLaw::HalfSpace => SliceBuilder::half_space(columns, dx, dy)?,
+        };
+        let mut scratch = SliceScratch::default();
+        let curve = builder.build(&row.values, &mut scratch)?;
+        let pressures = builder.pressures(&row.values, dx, dy, &self.at, &mut scratch)?;
+        // Pressures come per unit of E/(1 - nu^2).
+        let modulus = 1.0 / (1.0 - poisson * poisson);
+        Ok(SliceAnswer {
+            indentation: self.at.clone(),
+            displacement: self.at.iter().map(|&y| curve.displacement_at(y)).collect(),
+            pressure: pressures.into_iter().map(|row| row.into_iter().map(|p| p * modulus).collect()).collect(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use npyz::WriterBuilder;
+
+    use super::*;
+    use crate::road::slices::SliceError;
+
+    fn write(path: &Path, heights: &[f64]) {
+        let mut bytes = Vec::new();
+        let options = npyz::WriteOptions::new().default_dtype().shape(&[heights.len() as u64]).writer(&mut bytes);
+        let mut writer = options.begin_nd().unwrap();
+        writer.extend(heights.iter()).unwrap();
+        writer.finish().unwrap();
+        std::fs::write(path, bytes).unwrap();
+    }
+
+    fn answer(heights: &[f64], law: SliceLaw, at: &[f64]) -> Result<SliceAnswer, CliError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("z.npy");
+        write(&path, heights);
+        SliceArguments { heights: path, dx: 4e-3, dy: 2e-3, law, poisson: 0.3, at: at.to_vec() }.answer()
+    }
+
+    #[test]
+    fn pressures_add_up_to_the_curve_for_both_laws() {
+        let heights: Vec<f64> = (0..40).map(|i| 1e-3 * (f64::from(i) * 0.7).sin()).collect();
+        let flat = answer(&[0.0; 40], SliceLaw::HalfSpace, &[1.0]).unwrap();
+        let stiffness: f64 = flat.pressure[0].iter().sum();
+        let at = [-1e-3, 0.0, 2e-4, 1e-3, 5e-3];
+        for law in [SliceLaw::Winkler, SliceLaw::HalfSpace] {
+            let answer = answer(&heights, law, &at).unwrap();
+            assert!((answer.displacement[0] + 1e-3).abs() < 1e-18, "a gap stays a gap");
+            for ((y, s), pressure) in at.iter().zip(&answer.displacement).zip(&answer.pressure).skip(1) {
+                let force: f64 = pressure.iter().sum();
+                assert!((force / stiffness - s).abs() < 1e-15, "{law:?} at {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn hard_input_is_answered_or_refused_by_name() {
+        for law in [SliceLaw::Winkler, SliceLaw::HalfSpace] {
+            let flat = answer(&[1e-3; 30], law, &[2e-3]).unwrap();
+            assert!((flat.displacement[0] - 2e-3).abs() < 1e-17);
+            let two = answer(&[0.0, -1e-3], law, &[5e-4, 4e-3]).unwrap();
+            assert!(two.pressure[0][1].abs() <= 0.0 && two.pressure[1][1] > 0.0);
+            let mut spike = vec![0.0; 31];
+            spike[15] = 5e-3;
+            assert!(answer(&spike, law, &[1e-3]).unwrap().displacement[0] < 3e-4);
+            spike[7] = f64::NAN;
+            assert!(matches!(answer(&spike, law, &[1e-3]), Err(CliError::Slice(SliceError::Hole { column: 7, .. }))));
+            let millimetres: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.7).sin()).collect();
+            let refused = answer(&millimetres, law, &[1e-3]).unwrap_err();
+            assert!(refused.to_string().contains("millimetres"), "{refused}");
+        }
+        assert!(matches!(answer(&[0.0, 1e-3], SliceLaw::Winkler, &[f64::NAN]), Err(CliError::Heights(_))));
+    }
+}

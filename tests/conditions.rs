@@ -149,7 +149,7 @@ fn text(case: &Case, road: &str) -> String {
 fn conditions_hold_on_a_rough_grid() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grid.npy");
-    let (rows, columns) = (260, 6);
+    let (rows, columns) = (300, 6);
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let heights: Vec<f64> = (0..rows * columns).map(|_| random.random_range(-1.2e-3..1.2e-3)).collect();
     write_grid(&path, columns, &heights);

@@ -28,8 +28,10 @@ fn assert_smooth(profile: &[f64]) {
     assert!(profile.iter().all(|&force| force > 0.0), "a hole: {profile:?}");
     let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b));
     let second: Vec<f64> = profile.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-    // Two points at either end belong to the square-root singularity of the ends.
-    let inside = &second[2..second.len() - 2];
+    // What the ends do, where the profile starts like a square root, does not count.
+    let ends = if profile.len() < 16 { 1 } else { 2 };
+    let inside = &second[ends..second.len() - ends];
+    assert!(inside.len() >= 4, "too few points to judge: {profile:?}");
     let turns = inside.windows(2).filter(|w| w[0] * w[1] < 0.0 && w[0].abs().min(w[1].abs()) > 1e-3 * peak).count();
     assert!(turns <= 2, "the second difference changes its sign {turns} times: {profile:?}");
     let largest = inside.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
@@ -38,10 +40,10 @@ fn assert_smooth(profile: &[f64]) {
 
 #[test]
 fn hard_case_4_short_the_force_on_a_smooth_road_settles() {
-    let rolling = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 1.2\naxle = { indentation = 0.012, ramp = 0.05 }";
-    let results = run(&scene_text(128, "kind = \"smooth\"", rolling, "memory = 0.7", ""));
+    let rolling = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 1.0\naxle = { indentation = 0.012, ramp = 0.05 }";
+    let results = run(&scene_text(256, "kind = \"smooth\"", rolling, "memory = 0.35", ""));
     let ratio = assert_settled(&results, 1e-6);
-    println!("N = 128: std/mean = {ratio:.1e}");
+    println!("N = 256: std/mean = {ratio:.1e}");
     assert_smooth(&last_profile(&results));
 }
 

@@ -10,9 +10,9 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::active_set::ActiveSet;
 use tyrewave::contact::factors::FactorCache;
-use tyrewave::contact::history::History;
-use tyrewave::contact::tread::ContactKernel;
-use tyrewave::scene::{DEFAULT, Scene, Tread};
+use tyrewave::contact::history::{DirectHistory, PastForces};
+use tyrewave::contact::tread::LagKernel;
+use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
@@ -47,16 +47,14 @@ fn history(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("history");
     group.sample_size(20);
     for (columns, lags) in [(48, 1024), (72, 1024), (72, 4096), (144, 4096)] {
-        let Ok(kernel) = ContactKernel::new(Tread::Elastic, &weights(lags), ELEMENTS, columns, 1, 0.0) else {
-            continue;
-        };
-        let mut history = History::new(columns, 1, kernel.lags());
+        let kernel = LagKernel::new(&weights(lags), ELEMENTS, columns, 1);
+        let mut history = DirectHistory::new(kernel.clone(), columns, 1);
         for step in 0..lags {
             history.push(step as i64, &forces(columns, step));
         }
         let mut old = vec![0.0; columns];
         let first = lags as i64;
-        let work = history.displacement(&kernel, first, &mut old);
+        let work = history.displacement(first, &mut old);
         // One column again, one product after the other.
         let column = columns / 2;
         let plain: f64 = (1..lags)
@@ -69,7 +67,7 @@ fn history(criterion: &mut Criterion) {
         assert!((plain - old[column]).abs() <= 1e-9 * plain.abs().max(1.0), "{plain} {}", old[column]);
         group.throughput(Throughput::Elements(work));
         group.bench_function(BenchmarkId::new(format!("window {columns}"), format!("lags {lags}")), |bench| {
-            bench.iter(|| history.displacement(&kernel, first, black_box(&mut old)));
+            bench.iter(|| history.displacement(first, black_box(&mut old)));
         });
     }
     group.finish();

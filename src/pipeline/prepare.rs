@@ -17,7 +17,7 @@ use crate::contact::march::March;
 use crate::contact::slice_queue::SliceQueue;
 use crate::contact::tread::Ring;
 use crate::meter::{Counter, Meter, Stage};
-use crate::road::slices::SliceBuilder;
+use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
@@ -133,10 +133,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
-    let builder = match scene.contact.slices {
-        Slices::None => SliceBuilder::flat(lattice.columns)?,
-        Slices::Winkler => SliceBuilder::winkler(lattice.columns)?,
-    };
+    let builder = slice_builder(scene.contact.slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let road = RoadAhead { surface, builder, queue, elements, heights: Vec::new() };
@@ -153,6 +150,20 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
     };
     Ok(Prepared { march: March::new(geometry, kernel, history, numerics), road, axle, at_rest, warnings })
+}
+
+/// The maker of a law's stiffness curves on a lattice.
+///
+/// # Errors
+/// As [`SliceBuilder`]'s constructors.
+pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+    match law {
+        // A road that is level across presses flat, by every law.
+        _ if lattice.columns == 1 => SliceBuilder::flat(1),
+        Slices::None => SliceBuilder::flat(lattice.columns),
+        Slices::Winkler => SliceBuilder::winkler(lattice.columns),
+        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, lattice.dx, lattice.dy),
+    }
 }
 
 /// Static contact under the scene's axle, and the spring compliance per element \[m/N\] of a bedding.

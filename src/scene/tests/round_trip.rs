@@ -134,10 +134,16 @@ fn contact() -> impl Strategy<Value = Contact> {
         Just((Tread::Uncoupled, None)),
         prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
-    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler)];
-    (tread, slices, prop::option::of(1..1000_usize)).prop_map(|((tread, bedding_stiffness), slices, lateral_points)| {
-        Contact { tread, slices, lateral_points, bedding_stiffness }
-    })
+    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
+    (tread, slices, prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
+        |((tread, bedding_stiffness), slices, lateral_points, slice_tolerance)| Contact {
+            tread,
+            slices,
+            lateral_points,
+            slice_tolerance,
+            bedding_stiffness,
+        },
+    )
 }
 
 fn numerics() -> impl Strategy<Value = Numerics> {

@@ -208,8 +208,9 @@ fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&Stiffnes
         .zip(&named)
         .map(|(pressure, name)| Series { name, points: across.iter().copied().zip(pressure.iter().copied()).collect() })
         .collect();
-    let all = pressures.iter().flatten().copied();
-    let plot = LinePlot { title, x: x(), y: Axis::linear_around("Pressure / E* on a half-space [1]", all), series };
+    let highest = pressures.iter().flatten().fold(0.0_f64, |highest, &pressure| highest.max(pressure));
+    let y = Axis::linear("Pressure / E* on a half-space [1]", 0.0..1.05 * highest);
+    let plot = LinePlot { title, x: x(), y, series };
     folder.write_text("slice_pressure.svg", &plot.to_svg()?)?;
 
     let deepest = 1.25 * levels[levels.len() - 1];

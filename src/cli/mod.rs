@@ -14,6 +14,7 @@ pub mod progress;
 pub mod road;
 pub mod run;
 pub mod slice;
+pub mod slices;
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -67,6 +68,8 @@ pub enum Command {
     Road(road::RoadArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
+    /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
+    Slices(slices::SlicesArguments),
     /// Compute the displacement and pressure of one road slice, as JSON.
     Slice(slice::SliceArguments),
     /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
@@ -116,6 +119,7 @@ impl Command {
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
+            Self::Slices(arguments) => arguments.execute(context),
             Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
         }
@@ -164,7 +168,7 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in ["run", "mobility", "road", "compliance", "slice", "indent"] {
+        for name in ["run", "mobility", "road", "compliance", "slices", "slice", "indent"] {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }

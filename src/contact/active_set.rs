@@ -3,7 +3,8 @@
 //! Find F with F >= 0, G0 F >= d and F.(G0 F - d) = 0. G0 is symmetric positive definite, so there is exactly one F.
 //!
 //! Block principal pivoting (Judice & Pires 1994, *Computers & Operations Research* 21, 587):
-//! 1. guess the set of points in contact: the previous step's, moved with the road;
+//! 1. guess the set of points in contact: the previous step's forces, moved with the road, brought near today's by [`SWEEPS`] sweeps of
+//!    projected Gauss-Seidel; where they are positive there is contact;
 //! 2. solve G0 F = d on the set (cached factors); points with F < 0 leave, points with G0 F < d join: the exchange of the paper;
 //! 3. while the number of such points falls, or for ten rounds in which it does not, exchange all of them at once;
 //! 4. otherwise exchange only the last of them (least-index pivoting, Murty 1974), until the number is below the lowest so far. For a positive definite
@@ -15,6 +16,9 @@ use super::factors::{FactorCache, FactorCounts, Singular};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 const PATIENCE: u32 = 10;
+
+/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of the patch.
+const SWEEPS: usize = 2;
 
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
 pub const HISTOGRAM_BINS: usize = 12;
@@ -64,6 +68,8 @@ pub struct ActiveSet {
     points: Vec<usize>,
     values: Vec<f64>,
     displacement: Vec<f64>,
+    /// Forces of the last step, moved with the road: where the guess starts from.
+    estimate: Vec<f64>,
     counts: SearchCounts,
 }
 
@@ -80,16 +86,37 @@ impl ActiveSet {
             points: Vec::with_capacity(columns),
             values: Vec::with_capacity(columns),
             displacement: vec![0.0; columns],
+            estimate: vec![0.0; columns],
             counts: SearchCounts::default(),
         }
     }
 
-    /// Moves the guess by a number of elements: what was column i is column i - `by`.
+    /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        let columns = self.active.len();
+        let columns = self.estimate.len();
         let by = by.min(columns);
-        self.active.copy_within(by.., 0);
-        self.active[columns - by..].fill(false);
+        self.estimate.copy_within(by.., 0);
+        self.estimate[columns - by..].fill(0.0);
+    }
+
+    /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.
+    fn guess(&mut self, d: &[f64]) {
+        let own = self.influence[0].recip();
+        self.displacement.fill(0.0);
+        for column in 0..d.len() {
+            add_influence(&mut self.displacement, &self.influence, column, self.estimate[column]);
+        }
+        for _ in 0..SWEEPS {
+            for column in 0..d.len() {
+                let force = (self.estimate[column] + (d[column] - self.displacement[column]) * own).max(0.0);
+                let change = force - self.estimate[column];
+                self.estimate[column] = force;
+                add_influence(&mut self.displacement, &self.influence, column, change);
+            }
+        }
+        for (active, &force) in self.active.iter_mut().zip(&self.estimate) {
+            *active = force > 0.0;
+        }
     }
 
     /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the residuals.
@@ -99,9 +126,12 @@ impl ActiveSet {
         forces.fill(0.0);
         if largest <= 0.0 {
             self.active.fill(false);
+            self.estimate.fill(0.0);
+            self.displacement.fill(0.0);
             self.counts.histogram[0] += 1;
             return Ok(Residuals::default());
         }
+        self.guess(d);
         let (mut lowest, mut patience, mut solves, mut fell_back) = (usize::MAX, self.patience, 0, false);
         loop {
             self.solve(d)?;
@@ -137,6 +167,7 @@ impl ActiveSet {
         self.counts.solves += solves as u64;
         self.counts.fallbacks += u64::from(fell_back);
         self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
+        self.estimate.copy_from_slice(forces);
         Ok(self.residuals(d, forces))
     }
 
@@ -171,13 +202,7 @@ impl ActiveSet {
         self.factors.solve(&self.points, &self.influence, &mut self.values)?;
         self.displacement.fill(0.0);
         for (&point, &force) in self.points.iter().zip(&self.values) {
-            let (before, after) = self.displacement.split_at_mut(point);
-            for (u, g) in before.iter_mut().rev().zip(&self.influence[1..]) {
-                *u += g * force;
-            }
-            for (u, g) in after.iter_mut().zip(&self.influence) {
-                *u += g * force;
-            }
+            add_influence(&mut self.displacement, &self.influence, point, force);
         }
         Ok(())
     }
@@ -192,6 +217,20 @@ impl ActiveSet {
             }
         }
         residuals
+    }
+}
+
+/// u += G0 F of one point.
+fn add_influence(displacement: &mut [f64], influence: &[f64], point: usize, force: f64) {
+    if force == 0.0 {
+        return;
+    }
+    let (before, after) = displacement.split_at_mut(point);
+    for (u, g) in before.iter_mut().rev().zip(&influence[1..]) {
+        *u += g * force;
+    }
+    for (u, g) in after.iter_mut().zip(influence) {
+        *u += g * force;
     }
 }
 

@@ -32,6 +32,9 @@ pub enum ContactError {
         /// Time \[s\].
         time: f64,
     },
+    /// A model of the influence functions was made for another displacement than the tread law needs.
+    #[error("the model of the influence functions does not hold the displacement that this tread law needs")]
+    NoSuchField,
     /// No axle height gives the load.
     #[error("no axle height carries {load} N: even {indentation:.4} m of indentation gives {force:.1} N")]
     LoadNotReached {

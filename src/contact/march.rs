@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use super::active_set::{ActiveSet, Residuals, SearchCounts};
 use super::error::ContactError;
 use super::geometry::Geometry;
-use super::history::History;
+use super::history::PastForces;
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::scene::{Numerics, Tread};
@@ -64,7 +64,7 @@ impl MarchTotals {
 pub struct March {
     geometry: Geometry,
     kernel: ContactKernel,
-    history: History,
+    history: Box<dyn PastForces>,
     search: ActiveSet,
     old: Vec<f64>,
     required: Vec<f64>,
@@ -75,12 +75,12 @@ pub struct March {
 
 impl March {
     /// Everything at rest, about to do step 0.
-    pub fn new(geometry: Geometry, kernel: ContactKernel, numerics: &Numerics) -> Self {
+    pub fn new(geometry: Geometry, kernel: ContactKernel, history: Box<dyn PastForces>, numerics: &Numerics) -> Self {
         let columns = geometry.columns;
         let mut influence = kernel.instant[..columns].to_vec();
         influence[0] += kernel.spring;
         Self {
-            history: History::new(columns, geometry.substeps, kernel.lags()),
+            history,
             search: ActiveSet::new(influence, columns, numerics.contact_tolerance, numerics.cached_factors),
             old: vec![0.0; columns],
             required: vec![0.0; columns],
@@ -132,7 +132,7 @@ impl March {
         let step = self.step;
         let first_element = self.geometry.first_element(step);
         let begin = Instant::now();
-        self.totals.multiply_adds += self.history.displacement(&self.kernel, first_element, &mut self.old);
+        self.totals.multiply_adds += self.history.displacement(first_element, &mut self.old);
         let after_history = Instant::now();
         for (column, (required, &old)) in self.required.iter_mut().zip(&self.old).enumerate() {
             let element = first_element + column as i64;

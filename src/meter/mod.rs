@@ -63,7 +63,9 @@ impl Stage {
 pub enum Counter {
     /// Evaluations of the layered compliance at one wavenumber and one s.
     ComplianceEvaluations,
-    /// Multiply-adds of the history convolution.
+    /// Poles of the rational models, conjugates counted.
+    Poles,
+    /// Multiply-adds of the history.
     HistoryMultiplyAdds,
     /// Road slices made.
     Slices,
@@ -89,8 +91,9 @@ pub enum Counter {
 
 impl Counter {
     /// All counters in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::ComplianceEvaluations,
+        Self::Poles,
         Self::HistoryMultiplyAdds,
         Self::Slices,
         Self::Steps,

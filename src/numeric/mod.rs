@@ -2,6 +2,7 @@
 
 pub mod complex_field;
 pub mod matrix2;
+pub mod rational;
 pub mod scaled_series;
 
 pub use complex_field::ComplexField;

@@ -5,6 +5,7 @@
 //! 3. [`run`]: steps, arrays, spectra, plots, summary.
 
 pub mod error;
+pub mod past;
 pub mod plan;
 pub mod prepare;
 pub mod progress;

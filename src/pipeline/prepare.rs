@@ -7,20 +7,20 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 use super::error::RunError;
+use super::past::Past;
 use super::plan::Plan;
 use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, matching_spring};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::slice_queue::SliceQueue;
-use crate::contact::tread::ContactKernel;
+use crate::contact::tread::Ring;
 use crate::meter::{Counter, Meter, Stage};
-use crate::road::slices::SliceBuilder;
+use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
-use crate::scene::{Axle, LoadedScene, Scene, SceneError, Slices, Tread};
-use crate::tyre::convolution_quadrature::{Weights, resolved_symbol};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
+use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
 
 /// Rows of road that are made at a time.
@@ -133,42 +133,37 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
-    let builder = match scene.contact.slices {
-        Slices::None => SliceBuilder::flat(lattice.columns)?,
-        Slices::Winkler => SliceBuilder::winkler(lattice.columns)?,
-    };
+    let builder = slice_builder(scene.contact.slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let road = RoadAhead { surface, builder, queue, elements, heights: Vec::new() };
 
-    let weights =
-        meter.time(Stage::Influence, || Weights::new(&sum, field, numerics.time_rule, plan.time_step, plan.lags));
-    meter.count(Counter::ComplianceEvaluations, weights.evaluations);
-    let truncated = weights.truncated();
-    if truncated > 0.01 && plan.lags as u64 <= plan.steps {
-        warnings.push(format!(
-            "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more exact",
-            numerics.memory,
-            100.0 * truncated
-        ));
-    }
-    let kernel = meter.time(Stage::Influence, || {
-        ContactKernel::new(
-            scene.contact.tread,
-            &weights,
-            numerics.elements,
-            geometry.columns,
-            numerics.substeps,
-            spring,
-        )
-    })?;
+    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring };
+    let (kernel, history) = match numerics.history {
+        History::Direct => past.direct(meter, &mut warnings)?,
+        History::Modal => past.modal(meter)?,
+    };
     let axle = match scene.rolling.axle {
         Axle::Indentation { indentation, .. } => {
             AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
         }
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
     };
-    Ok(Prepared { march: March::new(geometry, kernel, numerics), road, axle, at_rest, warnings })
+    Ok(Prepared { march: March::new(geometry, kernel, history, numerics), road, axle, at_rest, warnings })
+}
+
+/// The maker of a law's stiffness curves on a lattice.
+///
+/// # Errors
+/// As [`SliceBuilder`]'s constructors.
+pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+    match law {
+        // A road that is level across presses flat, by every law.
+        _ if lattice.columns == 1 => SliceBuilder::flat(1),
+        Slices::None => SliceBuilder::flat(lattice.columns),
+        Slices::Winkler => SliceBuilder::winkler(lattice.columns),
+        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, lattice.dx, lattice.dy),
+    }
 }
 
 /// Static contact under the scene's axle, and the spring compliance per element \[m/N\] of a bedding.
@@ -195,15 +190,8 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
 /// Static influence of the element j further on, j = 0..N \[m/N\].
 fn static_row(sum: &InfluenceSum, field: Field) -> Vec<f64> {
     let elements = sum.projection().elements;
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(elements);
-    let (mut spectrum, mut row) = (inverse.make_input_vec(), inverse.make_output_vec());
     let at_rest = sum.at(Complex64::ZERO);
-    for (n, entry) in spectrum.iter_mut().enumerate() {
-        *entry = sum.value(n, &at_rest, field).value.re.into();
-    }
-    // Planned lengths and a real spectrum: nothing to refuse.
-    let _ = inverse.process(&mut spectrum, &mut row);
-    row
+    Ring::new(elements).elements_of(|n| sum.value(n, &at_rest, field).value.re).to_vec()
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.

@@ -65,6 +65,8 @@ pub fn run(
     loaded.check_time_domain()?;
     let plan = Plan::new(&loaded.scene);
     plan.check(loaded)?;
+    // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when there is something to put in.
+    drop(ResultsFolder::create(&options.target)?);
     let mut meter = Meter::default();
     progress.stage(Stage::Influence);
     let mut prepared = prepare(loaded, &plan, &mut meter)?;

@@ -41,6 +41,7 @@ fn counters(meter: &Meter) -> Table {
 const fn counter_title(counter: Counter) -> &'static str {
     match counter {
         Counter::ComplianceEvaluations => "compliance evaluations",
+        Counter::Poles => "poles of the influence functions",
         Counter::HistoryMultiplyAdds => "history multiply-adds",
         Counter::Slices => "road slices",
         Counter::Steps => "time steps",

@@ -12,4 +12,5 @@ pub mod layer;
 pub mod material;
 pub mod mobility;
 pub mod moments;
+pub mod rational;
 pub mod surface_asymptote;

@@ -12,6 +12,8 @@ pub struct Contact {
     /// Cells across the contact width; default: about 2 mm each (a grid that fits exactly keeps its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_points: Option<usize>,
+    /// Largest error of a slice's displacement curve that dropping breakpoints may make \[m\]; 0 keeps it exact.
+    pub slice_tolerance: f64,
     /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: the one that gives the smooth static contact the stiffness of the elastic tread.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bedding_stiffness: Option<f64>,
@@ -39,4 +41,6 @@ pub enum Slices {
     /// Independent springs across the width.
     #[default]
     Winkler,
+    /// An elastic half-space across the width.
+    HalfSpace,
 }

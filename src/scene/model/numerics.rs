@@ -11,8 +11,12 @@ pub struct Numerics {
     pub substeps: usize,
     /// Convolution quadrature rule.
     pub time_rule: TimeRule,
-    /// Length of the force history that is kept \[s\].
+    /// How the past is carried along.
+    pub history: History,
+    /// Length of the force history that is kept, `direct` only \[s\].
     pub memory: f64,
+    /// Tolerance of the rational models of the influence functions, `modal` only; of each one's largest value.
+    pub pole_tolerance: f64,
     /// Relative tolerance of the wavenumber sums, of the influence function's static value.
     pub influence_tolerance: f64,
     /// Tolerance of the contact conditions, relative to the largest required displacement.
@@ -37,7 +41,9 @@ impl Default for Numerics {
             elements: 512,
             substeps: 1,
             time_rule: TimeRule::Bdf2,
+            history: History::Direct,
             memory: 0.7,
+            pole_tolerance: 1e-6,
             influence_tolerance: 1e-7,
             contact_tolerance: 1e-12,
             lateral_terms: None,
@@ -47,6 +53,17 @@ impl Default for Numerics {
             time_limit: 24.0,
         }
     }
+}
+
+/// How the displacement left over from past forces is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum History {
+    /// The convolution sum over `memory` seconds: the reference.
+    #[default]
+    Direct,
+    /// A recursion per pole of the rational model: the whole past, much faster.
+    Modal,
 }
 
 /// Convolution quadrature rule.

@@ -10,6 +10,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     let tread = table.or("tread", &OneOf::<Tread>::new(), Tread::default());
     let slices = table.or("slices", &OneOf::<Slices>::new(), Slices::default());
     let lateral_points = table.optional("lateral_points", &Count(1));
+    let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), 0.0);
     let bedding_stiffness = match tread {
         Some(Tread::Elastic) => refuse_stiffness(table, "tread = \"elastic\""),
         Some(Tread::Uncoupled) => refuse_stiffness(table, "tread = \"uncoupled\""),
@@ -19,6 +20,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         tread: tread?,
         slices: slices?,
         lateral_points: lateral_points?,
+        slice_tolerance: slice_tolerance?,
         bedding_stiffness: bedding_stiffness?,
     })
 }

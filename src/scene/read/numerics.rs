@@ -2,7 +2,7 @@
 
 use super::super::kind::{Bounds, Count, Flag, Kind, OneOf};
 use super::super::table::{Nested, Table, Value};
-use super::super::{Numerics, Outputs, Problem, TimeRule};
+use super::super::{History, Numerics, Outputs, Problem, TimeRule};
 
 pub(super) const NUMERICS: Nested<Numerics> =
     Nested { title: "[numerics]", wanted: "the table [numerics]", read: numerics };
@@ -12,6 +12,8 @@ pub(super) const OUTPUTS: Nested<Outputs> = Nested { title: "[outputs]", wanted:
 const FEWEST_ELEMENTS: u64 = 16;
 /// Below a few units of rounding no sum of thousands of terms converges.
 const INFLUENCE: Bounds = Bounds::between(1e-14, 0.1, "");
+/// What a fit in double precision can reach, and what still is one.
+const POLES: Bounds = Bounds::between(1e-10, 1e-2, "");
 /// Likewise for the residual of a linear solve; above, a contact condition would say nothing.
 const CONDITION: Bounds = Bounds::between(1e-15, 1e-3, "");
 
@@ -44,6 +46,8 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
     let elements = table.or("elements", &Elements, default.elements);
     let substeps = table.or("substeps", &Count(1), default.substeps);
     let time_rule = table.or("time_rule", &OneOf::<TimeRule>::new(), default.time_rule);
+    let history = table.or("history", &OneOf::<History>::new(), default.history);
+    let pole_tolerance = table.or("pole_tolerance", &POLES, default.pole_tolerance);
     let memory = table.or("memory", &Bounds::positive("s"), default.memory);
     let influence_tolerance = table.or("influence_tolerance", &INFLUENCE, default.influence_tolerance);
     let contact_tolerance = table.or("contact_tolerance", &CONDITION, default.contact_tolerance);
@@ -56,7 +60,9 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
         elements: elements?,
         substeps: substeps?,
         time_rule: time_rule?,
+        history: history?,
         memory: memory?,
+        pole_tolerance: pole_tolerance?,
         influence_tolerance: influence_tolerance?,
         contact_tolerance: contact_tolerance?,
         lateral_terms: lateral_terms?,

@@ -134,23 +134,40 @@ fn contact() -> impl Strategy<Value = Contact> {
         Just((Tread::Uncoupled, None)),
         prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
-    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler)];
-    (tread, slices, prop::option::of(1..1000_usize)).prop_map(|((tread, bedding_stiffness), slices, lateral_points)| {
-        Contact { tread, slices, lateral_points, bedding_stiffness }
-    })
+    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
+    (tread, slices, prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
+        |((tread, bedding_stiffness), slices, lateral_points, slice_tolerance)| Contact {
+            tread,
+            slices,
+            lateral_points,
+            slice_tolerance,
+            bedding_stiffness,
+        },
+    )
 }
 
 fn numerics() -> impl Strategy<Value = Numerics> {
     let rule = prop_oneof![Just(TimeRule::Bdf1), Just(TimeRule::Bdf2), Just(TimeRule::Trapezoidal)];
+    let history = (prop_oneof![Just(History::Direct), Just(History::Modal)], 1e-10..1e-2_f64);
     let sizes = (8..1_000_000_000_usize, 1..9_usize, 1..9999_usize);
     let tolerances = (1e-14..0.1_f64, 1e-15..1e-3_f64);
     let fixed = (prop::option::of(1..999_usize), prop::option::of(0..999_usize));
-    (sizes, rule, tolerances, fixed, positive(), (positive(), positive())).prop_map(
-        |((half, substeps, cached_factors), time_rule, tolerances, fixed, memory, (memory_limit, time_limit))| {
+    (sizes, rule, history, tolerances, fixed, positive(), (positive(), positive())).prop_map(
+        |(
+            (half, substeps, cached_factors),
+            time_rule,
+            history,
+            tolerances,
+            fixed,
+            memory,
+            (memory_limit, time_limit),
+        )| {
             Numerics {
                 elements: 2 * half,
                 substeps,
                 time_rule,
+                history: history.0,
+                pole_tolerance: history.1,
                 memory,
                 influence_tolerance: tolerances.0,
                 contact_tolerance: tolerances.1,

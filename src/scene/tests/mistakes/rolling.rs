@@ -61,10 +61,10 @@ fn contact_laws() {
     );
     refused(
         "tread = \"elastic\"",
-        "slices = \"half-space\"",
+        "slices = \"half-plane\"",
         23,
         "contact.slices",
-        "\"half-space\"",
+        "\"half-plane\"",
         "accepted: \"none\", \"winkler\"",
     );
     refused("tread = \"elastic\"", "lateral_points = 0", 23, "contact.lateral_points", "0 is too small", "at least 1");

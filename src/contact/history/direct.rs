@@ -12,14 +12,16 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::tread::{ContactKernel, padded};
+use super::PastForces;
+use crate::contact::tread::{LagKernel, padded};
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
 const CHUNKS: usize = 32;
 
 /// Ring of past forces and the sums over it.
 #[derive(Clone, Debug)]
-pub struct History {
+pub struct DirectHistory {
+    kernel: LagKernel,
     columns: usize,
     substeps: usize,
     /// Past forces, row by step modulo the number of lags.
@@ -39,10 +41,12 @@ struct Mark {
     to: u32,
 }
 
-impl History {
-    /// An empty history (everything at rest) for `lags` steps.
-    pub fn new(columns: usize, substeps: usize, lags: usize) -> Self {
+impl DirectHistory {
+    /// An empty history (everything at rest).
+    pub fn new(kernel: LagKernel, columns: usize, substeps: usize) -> Self {
+        let lags = kernel.lags();
         Self {
+            kernel,
             columns,
             substeps,
             forces: vec![0.0; columns * lags],
@@ -52,19 +56,11 @@ impl History {
             steps: 0,
         }
     }
+}
 
-    /// Appends the forces of a step.
-    pub fn push(&mut self, first_element: i64, forces: &[f64]) {
-        let row = (self.steps % self.marks.len() as u64) as usize;
-        self.forces[row * self.columns..(row + 1) * self.columns].copy_from_slice(forces);
-        let from = forces.iter().position(|&force| force > 0.0).unwrap_or(0);
-        let to = forces.iter().rposition(|&force| force > 0.0).map_or(from, |last| last + 1);
-        self.marks[row] = Mark { first_element, from: from as u32, to: to as u32 };
-        self.steps += 1;
-    }
-
-    /// u_old of the window that starts at `first_element`; returns the multiply-adds it took.
-    pub fn displacement(&mut self, kernel: &ContactKernel, first_element: i64, out: &mut [f64]) -> u64 {
+impl PastForces for DirectHistory {
+    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> u64 {
+        let kernel = &self.kernel;
         let width = padded(self.columns);
         let lags = (self.steps as usize).min(kernel.lags() - 1);
         let chunk = (kernel.lags() - 1).div_ceil(CHUNKS).max(1);
@@ -94,6 +90,15 @@ impl History {
         }
         work
     }
+
+    fn push(&mut self, first_element: i64, forces: &[f64]) {
+        let row = (self.steps % self.marks.len() as u64) as usize;
+        self.forces[row * self.columns..(row + 1) * self.columns].copy_from_slice(forces);
+        let from = forces.iter().position(|&force| force > 0.0).unwrap_or(0);
+        let to = forces.iter().rposition(|&force| force > 0.0).map_or(from, |last| last + 1);
+        self.marks[row] = Mark { first_element, from: from as u32, to: to as u32 };
+        self.steps += 1;
+    }
 }
 
 /// The ring, borrowed.
@@ -109,7 +114,7 @@ struct Past<'a> {
 /// The sum over the lags `from..to`.
 struct LagSum<'a> {
     past: Past<'a>,
-    kernel: &'a ContactKernel,
+    kernel: &'a LagKernel,
     first_element: i64,
     from: usize,
     to: usize,

@@ -1,0 +1,42 @@
+//! Rational approximation of transfer functions H(s) with H(conj s) = conj H(s), sampled on the upper imaginary axis.
+//!
+//! - [`partial_fractions`]: sum of residues over poles, plus a constant: the form in which everything is handed on;
+//! - [`least_squares`]: Householder elimination, shared by all that follows;
+//! - [`aaa`]: adaptive Antoulas-Anderson, the start: finds how many poles are needed, and roughly where;
+//! - [`vector_fitting`]: moves given poles to where several responses want them, stable by construction, and refits residues;
+//! - [`passivity`]: Re(s H) >= 0 on the axis, checked, and mended by the smallest change of the residues.
+
+pub mod aaa;
+pub mod least_squares;
+pub mod partial_fractions;
+pub mod passivity;
+pub mod vector_fitting;
+
+pub use partial_fractions::PartialFractions;
+
+use thiserror::Error;
+
+/// What can go wrong in a rational fit.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RationalError {
+    /// Too few samples to determine the unknowns.
+    #[error("{samples} samples cannot determine {unknowns} real unknowns")]
+    TooFewSamples {
+        /// Complex samples given.
+        samples: usize,
+        /// Real unknowns.
+        unknowns: usize,
+    },
+    /// A sample or a result that is not finite.
+    #[error("{stage} met a value that is not finite")]
+    NotFinite {
+        /// Where.
+        stage: &'static str,
+    },
+    /// The eigenvalue or singular value iteration did not converge.
+    #[error("{stage}: the iteration for eigenvalues or singular values did not converge")]
+    NoConvergence {
+        /// Where.
+        stage: &'static str,
+    },
+}

@@ -1,0 +1,282 @@
+//! Vector fitting: moves given poles to where the data want them.
+//!
+//! Relaxed form with common poles for several responses (Gustavsen & Semlyen 1999, *IEEE Trans. Power Deliv.* 14, 1052; Gustavsen 2006, 21, 1587; elimination
+//! of the residues by QR: Deschrijver et al. 2008, *IEEE Microw. Wirel. Compon. Lett.* 18, 383):
+//!
+//! 1. sigma(s) = d + sum c_r phi_r(s), and sigma H_q = constant_q + sum c_qr phi_r(s) for each response q, are both linear in the unknowns;
+//! 2. the columns of c_qr are the same for all responses (weights are one number a response): eliminated once by Householder reflections, what
+//!    is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma over the samples is 1;
+//! 3. the zeros of sigma, eigenvalues of A - b c^T/d, are the new poles; unstable ones are mirrored.
+//!
+//! Everything is real: a pair has the basis functions 1/(s - p) + 1/(s - conj p) and i/(s - p) - i/(s - conj p), each sample gives a real and an
+//! imaginary row. Basis functions are scaled by |Re p|, their size on the axis.
+//!
+//! Cost: with M samples, P poles and Q responses 2 M P^2 (1 + 2 Q) flops for the elimination, 25 P^3 for the eigenvalues.
+
+use faer::Mat;
+use num_complex::Complex64;
+
+use super::least_squares::{back_substitute, eliminate};
+use super::partial_fractions::{fold_conjugates, is_pair, order, stabilise};
+use super::{PartialFractions, RationalError};
+
+/// Samples of Q responses at common points.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// s_k \[1/s\].
+    pub points: Vec<Complex64>,
+    /// Row q: H_q(s_k).
+    pub responses: Vec<Vec<Complex64>>,
+    /// One weight a response: 1/(what an error of 1 is).
+    pub weights: Vec<f64>,
+}
+
+impl Samples {
+    fn check(&self, unknowns: usize, stage: &'static str) -> Result<(), RationalError> {
+        if 2 * self.points.len() < unknowns {
+            return Err(RationalError::TooFewSamples { samples: self.points.len(), unknowns });
+        }
+        let finite = self.responses.iter().flatten().all(|value| value.is_finite());
+        if finite { Ok(()) } else { Err(RationalError::NotFinite { stage }) }
+    }
+}
+
+/// Calls `column(index, scale-free value of the basis function)` for every real basis function at s.
+fn basis(poles: &[Complex64], s: Complex64, mut column: impl FnMut(usize, Complex64)) {
+    let mut index = 0;
+    for &pole in poles {
+        let scale = -pole.re;
+        if is_pair(pole) {
+            let (near, far) = ((s - pole).inv() * scale, (s - pole.conj()).inv() * scale);
+            column(index, near + far);
+            column(index + 1, Complex64::i() * (near - far));
+            index += 2;
+        } else {
+            column(index, (s - pole).inv() * scale);
+            index += 1;
+        }
+    }
+}
+
+/// One relocation: the poles that fit the samples better than `poles`. `with_constant`: whether the responses have one.
+pub fn relocate(samples: &Samples, poles: &[Complex64], with_constant: bool) -> Result<Vec<Complex64>, RationalError> {
+    let count = order(poles);
+    let left = count + usize::from(with_constant);
+    let right = count + 1;
+    samples.check(left + right, "vector fitting")?;
+    let (points, responses) = (samples.points.len(), samples.responses.len());
+    let rows = 2 * points;
+    let mut matrix = Mat::<f64>::zeros(rows, left + right * responses);
+    let mut sums = vec![0.0; right];
+    for (k, &s) in samples.points.iter().enumerate() {
+        basis(poles, s, |index, value| {
+            matrix[(k, index)] = value.re;
+            matrix[(points + k, index)] = value.im;
+            sums[index] += value.re;
+            for (q, response) in samples.responses.iter().enumerate() {
+                let product = response[k] * value * -samples.weights[q];
+                matrix[(k, left + q * right + index)] = product.re;
+                matrix[(points + k, left + q * right + index)] = product.im;
+            }
+        });
+        if with_constant {
+            matrix[(k, count)] = 1.0;
+        }
+        sums[count] += 1.0;
+        for (q, response) in samples.responses.iter().enumerate() {
+            let value = response[k] * -samples.weights[q];
+            matrix[(k, left + q * right + count)] = value.re;
+            matrix[(points + k, left + q * right + count)] = value.im;
+        }
+    }
+    eliminate(matrix.as_mut(), left);
+
+    let kept = rows - left;
+    let mut reduced = Mat::<f64>::zeros(kept * responses + 1, right + 1);
+    for q in 0..responses {
+        for j in 0..right {
+            for i in 0..kept {
+                reduced[(q * kept + i, j)] = matrix[(left + i, left + q * right + j)];
+            }
+        }
+    }
+    // The row that forbids sigma = 0: mean of Re sigma = 1, as heavy as all samples of a response of size 1 together.
+    let heavy = (responses as f64 / points as f64).sqrt();
+    for (j, sum) in sums.iter().enumerate() {
+        reduced[(kept * responses, j)] = sum * heavy;
+    }
+    reduced[(kept * responses, right)] = points as f64 * heavy;
+    eliminate(reduced.as_mut(), right);
+    let mut sigma = vec![0.0; right];
+    back_substitute(&reduced, right, right, &mut sigma);
+    zeros(poles, &sigma)
+}
+
+/// Zeros of sigma = d + sum c_r phi_r, mirrored into the left half plane. `sigma` holds the c_r (scaled basis), then d.
+fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalError> {
+    let count = sigma.len() - 1;
+    let largest = sigma[..count].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
+    // d -> 0 sends a pole to infinity; keep it finite.
+    let d = if sigma[count].abs() > 1e-8 * largest.max(1e-300) { sigma[count] } else { 1e-8 * largest.max(1e-300) };
+    let mut matrix = Mat::<f64>::zeros(count, count);
+    let (mut b, mut c) = (vec![0.0; count], vec![0.0; count]);
+    let mut index = 0;
+    for &pole in poles {
+        let scale = -pole.re;
+        if is_pair(pole) {
+            matrix[(index, index)] = pole.re;
+            matrix[(index, index + 1)] = pole.im;
+            matrix[(index + 1, index)] = -pole.im;
+            matrix[(index + 1, index + 1)] = pole.re;
+            let share = [sigma[index] * scale / d, sigma[index + 1] * scale / d];
+            // A similarity that makes b and c of one pole equally large.
+            let size = share[0].hypot(share[1]);
+            let balance = if size > 0.0 { (0.5 * size).sqrt() } else { 1.0 };
+            b[index] = 2.0 * balance;
+            c[index] = share[0] / balance;
+            c[index + 1] = share[1] / balance;
+            index += 2;
+        } else {
+            matrix[(index, index)] = pole.re;
+            let share = sigma[index] * scale / d;
+            let balance = if share != 0.0 { share.abs().sqrt() } else { 1.0 };
+            b[index] = balance;
+            c[index] = share / balance;
+            index += 1;
+        }
+    }
+    for j in 0..count {
+        for i in 0..count {
+            matrix[(i, j)] -= b[i] * c[j];
+            if !matrix[(i, j)].is_finite() {
+                return Err(RationalError::NotFinite { stage: "vector fitting" });
+            }
+        }
+    }
+    let roots = matrix.eigenvalues().map_err(|_| RationalError::NoConvergence { stage: "vector fitting" })?;
+    let mut moved = fold_conjugates(&roots);
+    stabilise(&mut moved);
+    Ok(moved)
+}
+
+/// Residues (and constants) of given poles for every response, by least squares.
+pub fn residues(
+    samples: &Samples,
+    poles: &[Complex64],
+    with_constant: bool,
+) -> Result<Vec<PartialFractions>, RationalError> {
+    let count = order(poles);
+    let left = count + usize::from(with_constant);
+    samples.check(left, "residue fit")?;
+    let (points, responses) = (samples.points.len(), samples.responses.len());
+    let mut matrix = Mat::<f64>::zeros(2 * points, left + responses);
+    for (k, &s) in samples.points.iter().enumerate() {
+        basis(poles, s, |index, value| {
+            matrix[(k, index)] = value.re;
+            matrix[(points + k, index)] = value.im;
+        });
+        if with_constant {
+            matrix[(k, count)] = 1.0;
+        }
+        for (q, response) in samples.responses.iter().enumerate() {
+            matrix[(k, left + q)] = response[k].re * samples.weights[q];
+            matrix[(points + k, left + q)] = response[k].im * samples.weights[q];
+        }
+    }
+    eliminate(matrix.as_mut(), left);
+    let mut solution = vec![0.0; left];
+    let mut models = Vec::with_capacity(responses);
+    for q in 0..responses {
+        back_substitute(&matrix, left, left + q, &mut solution);
+        models.push(from_scaled(poles, &solution, count, with_constant, samples.weights[q]));
+    }
+    Ok(models)
+}
+
+/// Partial fractions from coefficients of the scaled real basis.
+fn from_scaled(
+    poles: &[Complex64],
+    solution: &[f64],
+    count: usize,
+    with_constant: bool,
+    weight: f64,
+) -> PartialFractions {
+    let mut residues = Vec::with_capacity(poles.len());
+    let mut index = 0;
+    for &pole in poles {
+        let scale = -pole.re / weight;
+        if is_pair(pole) {
+            residues.push(Complex64::new(solution[index] * scale, solution[index + 1] * scale));
+            index += 2;
+        } else {
+            residues.push(Complex64::new(solution[index] * scale, 0.0));
+            index += 1;
+        }
+    }
+    let constant = if with_constant { solution[count] / weight } else { 0.0 };
+    PartialFractions { poles: poles.to_vec(), residues, constant }
+}
+
+/// Starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to `highest` angular frequency \[rad/s\], and a real
+/// pole at the lowest.
+pub fn starting_poles(pairs: usize, lowest: f64, highest: f64) -> Vec<Complex64> {
+    let step = (highest / lowest).ln() / (pairs.max(2) - 1) as f64;
+    let mut poles: Vec<Complex64> = (0..pairs)
+        .map(|i| lowest * (step * i as f64).exp())
+        .map(|frequency| Complex64::new(-0.05 * frequency, frequency))
+        .collect();
+    poles.push(Complex64::new(-lowest, 0.0));
+    poles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model() -> PartialFractions {
+        PartialFractions {
+            poles: vec![Complex64::new(-20.0, 600.0), Complex64::new(-300.0, 9e3), (-50.0).into()],
+            residues: vec![Complex64::new(3.0, -900.0), Complex64::new(-40.0, 2e3), 7.0.into()],
+            constant: 0.125,
+        }
+    }
+
+    fn samples_of(models: &[PartialFractions]) -> Samples {
+        let points: Vec<_> =
+            (0..120).map(|k| Complex64::new(0.0, 10.0 * 10f64.powf(k as f64 * 3.5 / 119.0))).collect();
+        let responses = models.iter().map(|model| points.iter().map(|&s| model.evaluate(s)).collect()).collect();
+        Samples { points, responses, weights: vec![1.0; models.len()] }
+    }
+
+    #[test]
+    fn a_rational_function_is_found_again_from_wrong_poles() {
+        let exact = model();
+        let mut second = exact.clone();
+        second.residues.iter_mut().for_each(|residue| *residue = *residue * 0.3 + residue.re);
+        second.constant = -1.0;
+        let samples = samples_of(&[exact.clone(), second]);
+        let mut poles = starting_poles(2, 100.0, 2e4);
+        for _ in 0..12 {
+            poles = relocate(&samples, &poles, true).unwrap();
+        }
+        for (found, pole) in poles.iter().zip(&exact.poles) {
+            assert!((found - pole).norm() < 1e-8 * pole.norm(), "{found} {pole}");
+        }
+        let fitted = residues(&samples, &poles, true).unwrap();
+        for (found, residue) in fitted[0].residues.iter().zip(&exact.residues) {
+            assert!((found - residue).norm() < 1e-7 * residue.norm(), "{found} {residue}");
+        }
+        assert!((fitted[0].constant - 0.125).abs() < 1e-9);
+        assert!((fitted[1].constant + 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn too_few_samples_and_values_that_are_not_finite_are_refused() {
+        let mut samples = samples_of(&[model()]);
+        samples.responses[0][3] = Complex64::new(f64::NAN, 0.0);
+        let poles = starting_poles(3, 10.0, 1e4);
+        assert!(matches!(relocate(&samples, &poles, false), Err(RationalError::NotFinite { .. })));
+        let few = Samples { points: samples.points[..4].to_vec(), ..samples };
+        assert!(matches!(relocate(&few, &poles, false), Err(RationalError::TooFewSamples { samples: 4, .. })));
+    }
+}

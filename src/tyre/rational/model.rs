@@ -1,0 +1,185 @@
+//! Poles and residues of the folded influence functions of one tyre at one resolution.
+
+use num_complex::Complex64;
+use serde::Serialize;
+
+use crate::numeric::rational::partial_fractions::{evaluate, is_pair};
+use crate::tyre::influence::Field;
+
+/// What the fit of one wavenumber took and reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct FitStatistics {
+    /// Poles, conjugates counted.
+    pub order: usize,
+    /// Samples that the fit used.
+    pub samples: usize,
+    /// Samples that only checked it.
+    pub fresh_samples: usize,
+    /// Evaluations of the layered compliance.
+    pub evaluations: u64,
+    /// Relocations of the poles.
+    pub relocations: usize,
+    /// Largest error on fresh samples of the axis, relative to the largest |H_n| over the band.
+    pub error: f64,
+    /// The same on the positive real axis.
+    pub real_axis_error: f64,
+    /// Largest error of the belt, relative to the largest |D_n| of all wavenumbers.
+    pub bottom_error: f64,
+    /// Smallest Re(s H_n)/(|s| max |H_n|) over axis points inside the band and far beyond: not below minus the tolerance.
+    pub passivity: f64,
+}
+
+/// H_n(s) ~ constant + sum_r R_r/(s - lambda_r), n = 0..=N/2, for the driven face and, with the same poles, the innermost face.
+///
+/// A complex pole is stored once, Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0 and a real residue. Within a
+/// wavenumber the pairs come first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RationalModel {
+    /// Elements N round the tyre.
+    pub elements: usize,
+    /// Where the force acts and the displacement is observed: [`Field::Surface`], or [`Field::UnderTread`] for a bedding.
+    pub driven: Field,
+    /// Top of the band that was fitted \[rad/s\].
+    pub top: f64,
+    /// The tolerance that was asked for.
+    pub tolerance: f64,
+    /// Position of the first pole of wavenumber n; one more at the end.
+    pub(super) offsets: Vec<usize>,
+    /// Position of the first real pole of wavenumber n.
+    pub(super) first_real: Vec<usize>,
+    /// lambda \[1/s\].
+    pub(super) poles: Vec<Complex64>,
+    /// R of the driven face \[m/(N s)\].
+    pub(super) driven_residues: Vec<Complex64>,
+    /// R of the innermost face \[m/(N s)\].
+    pub(super) bottom_residues: Vec<Complex64>,
+    /// H_n(infinity) of the driven and of the innermost face \[m/N\].
+    pub(super) constants: Vec<[f64; 2]>,
+    /// What each wavenumber took and reached.
+    pub(super) statistics: Vec<FitStatistics>,
+}
+
+/// The poles of one wavenumber with the residues of one face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Modes<'a> {
+    /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
+    pub poles: &'a [Complex64],
+    /// R, in the same order \[m/(N s)\].
+    pub residues: &'a [Complex64],
+    /// Number of conjugate pairs.
+    pub pairs: usize,
+    /// The part that follows the force at once \[m/N\].
+    pub constant: f64,
+}
+
+impl Modes<'_> {
+    /// Value at s \[m/N\].
+    pub fn evaluate(&self, s: Complex64) -> Complex64 {
+        evaluate(self.poles, self.residues, self.constant, s)
+    }
+}
+
+impl RationalModel {
+    /// Largest wavenumber N/2.
+    pub fn largest_wavenumber(&self) -> usize {
+        self.elements / 2
+    }
+
+    /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any other is `None`.
+    pub fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
+        let (residues, face) = match field {
+            Field::Bottom => (&self.bottom_residues, 1),
+            field if field == self.driven => (&self.driven_residues, 0),
+            _ => return None,
+        };
+        let range = self.offsets[n]..self.offsets[n + 1];
+        Some(Modes {
+            poles: &self.poles[range.clone()],
+            residues: &residues[range],
+            pairs: self.first_real[n] - self.offsets[n],
+            constant: self.constants[n][face],
+        })
+    }
+
+    /// H_n(s) of a face \[m/N\]; see [`Self::modes`].
+    pub fn evaluate(&self, n: usize, s: Complex64, field: Field) -> Option<Complex64> {
+        self.modes(n, field).map(|modes| modes.evaluate(s))
+    }
+
+    /// H_n(0) of a face \[m/N\], n = 0..=N/2.
+    pub fn at_rest(&self, field: Field) -> Option<Vec<f64>> {
+        (0..=self.largest_wavenumber()).map(|n| Some(self.evaluate(n, Complex64::ZERO, field)?.re)).collect()
+    }
+
+    /// Stored poles (a pair counts once) of all wavenumbers: what a time step pays for.
+    pub fn stored_poles(&self) -> usize {
+        self.poles.len()
+    }
+
+    /// Poles of all wavenumbers, conjugates counted.
+    pub fn order(&self) -> usize {
+        self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
+    }
+
+    /// Largest number of stored poles of one wavenumber.
+    pub fn most_stored_poles(&self) -> usize {
+        self.offsets.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0)
+    }
+
+    /// What the wavenumbers took and reached, n = 0..=N/2.
+    pub fn statistics(&self) -> &[FitStatistics] {
+        &self.statistics
+    }
+
+    /// Evaluations of the compliance that the whole fit took.
+    pub fn evaluations(&self) -> u64 {
+        self.statistics.iter().map(|entry| entry.evaluations).sum()
+    }
+
+    /// A model put together from one entry for each wavenumber n = 0..=N/2.
+    pub(super) fn assemble(
+        elements: usize,
+        driven: Field,
+        top: f64,
+        tolerance: f64,
+        entries: impl IntoIterator<Item = Entry>,
+    ) -> Self {
+        let mut model = Self {
+            elements,
+            driven,
+            top,
+            tolerance,
+            offsets: vec![0],
+            first_real: Vec::new(),
+            poles: Vec::new(),
+            driven_residues: Vec::new(),
+            bottom_residues: Vec::new(),
+            constants: Vec::new(),
+            statistics: Vec::new(),
+        };
+        for entry in entries {
+            let pairs = entry.poles.iter().filter(|&&pole| is_pair(pole)).count();
+            model.first_real.push(model.poles.len() + pairs);
+            model.poles.extend_from_slice(&entry.poles);
+            model.driven_residues.extend_from_slice(&entry.residues[0]);
+            model.bottom_residues.extend_from_slice(&entry.residues[1]);
+            model.offsets.push(model.poles.len());
+            model.constants.push(entry.constants);
+            model.statistics.push(entry.statistics);
+        }
+        model
+    }
+}
+
+/// The fit of one wavenumber.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Entry {
+    /// lambda, in the stored order.
+    pub poles: Vec<Complex64>,
+    /// R of the driven and of the innermost face.
+    pub residues: [Vec<Complex64>; 2],
+    /// Constants of both.
+    pub constants: [f64; 2],
+    /// What it took.
+    pub statistics: FitStatistics,
+}

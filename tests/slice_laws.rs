@@ -40,12 +40,16 @@ fn both_slice_laws_on_three_roads() {
         ("dense asphalt", "[road]\nkind = \"made\"\nseed = 1".to_owned(), None),
         (
             "chip seal",
-            format!("[road]\nkind = \"profile\"\nfile = \"{shared}captif_aylesbury_station_10.dat\"\nlateral = \"isotropic\"\nseed = 1"),
+            format!(
+                "[road]\nkind = \"profile\"\nfile = \"{shared}captif_aylesbury_station_10.dat\"\nlateral = \"isotropic\"\nseed = 1"
+            ),
             Some(format!("{shared}captif_aylesbury_station_10.dat")),
         ),
         (
             "cobbles",
-            format!("[road]\nkind = \"opencrg\"\nfile = \"{shared}belgian_block.crg\"\nlongest_wavelength = 1.0\nat_end = \"mirror\""),
+            format!(
+                "[road]\nkind = \"opencrg\"\nfile = \"{shared}belgian_block.crg\"\nlongest_wavelength = 1.0\nat_end = \"mirror\""
+            ),
             Some(format!("{shared}belgian_block.crg")),
         ),
     ];
@@ -57,7 +61,11 @@ fn both_slice_laws_on_three_roads() {
         let folder = tempfile::tempdir().unwrap();
         let (winkler, mean_w, length_w) = levels(&road, "winkler", folder.path());
         let (half_space, mean_h, length_h) = levels(&road, "half-space", folder.path());
-        println!("{name}: mean force {mean_w:.0} and {mean_h:.0} N, contact {:.1} and {:.1} mm", 1e3 * length_w, 1e3 * length_h);
+        println!(
+            "{name}: mean force {mean_w:.0} and {mean_h:.0} N, contact {:.1} and {:.1} mm",
+            1e3 * length_w,
+            1e3 * length_h
+        );
         println!("   band [Hz]   winkler   half-space   difference [dB]");
         let mut largest = 0.0_f64;
         for ((band, a), (_, b)) in winkler.iter().zip(&half_space) {

@@ -152,7 +152,13 @@ fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64], columns: usize) -> 
         let [winkler, half_space] = values;
         let difference = (winkler.zip(half_space).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / count).sqrt();
         let contact = depths.iter().filter(|&&depth| depth < y).count() as f64 / (count * columns as f64);
-        Spread { penetration: y, mean, deviation, difference: difference / (0.5 * (mean[0] + mean[1])), contact_fraction: contact }
+        Spread {
+            penetration: y,
+            mean,
+            deviation,
+            difference: difference / (0.5 * (mean[0] + mean[1])),
+            contact_fraction: contact,
+        }
     };
     [0.25, 0.5, 1.0, 2.0].map(at).into()
 }
@@ -202,7 +208,8 @@ fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&Stiffnes
     folder.write_text("slice_profile.svg", &plot.to_svg()?)?;
 
     let builder = slice_builder(Slices::HalfSpace, lattice)?;
-    let pressures = builder.pressures(row, lattice.dx, lattice.dy, &levels, &mut SliceScratch::default())?;
+    let (_, pressures) =
+        builder.build_with_pressures(row, lattice.dx, lattice.dy, &levels, &mut SliceScratch::default())?;
     let series: Vec<Series<'_>> = pressures
         .iter()
         .zip(&named)

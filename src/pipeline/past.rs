@@ -69,11 +69,7 @@ impl Past<'_> {
             tolerance: scene.numerics.pole_tolerance,
             // The sums must be exacter than the fit to them.
             influence_tolerance: scene.numerics.influence_tolerance.min(0.1 * scene.numerics.pole_tolerance),
-            ..FitOptions::new(
-                &scene.tyre,
-                scene.numerics.elements,
-                self.plan.speed * scene.numerics.substeps as f64,
-            )
+            ..FitOptions::new(&scene.tyre, scene.numerics.elements, self.plan.speed * scene.numerics.substeps as f64)
         };
         let model = meter.time(Stage::Influence, || fit(&scene.tyre, &options)).map_err(|error| {
             let right = "another tolerance, or history = \"direct\"";

@@ -300,17 +300,10 @@ impl Attempt<'_> {
         Ok(poles)
     }
 
-    fn run(
-        &mut self,
-        start: &Start,
-        sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>),
-    ) -> Result<Fitted, Refusal> {
+    fn run(&mut self, start: &Start, sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>)) -> Result<Fitted, Refusal> {
         let refuse = |error: f64, poles: &[Complex64], reason| Refusal { error, order: order(poles), reason };
-        let broken = |_: RationalError| Refusal {
-            error: f64::INFINITY,
-            order: 0,
-            reason: RefusalReason::NotATransferFunction,
-        };
+        let broken =
+            |_: RationalError| Refusal { error: f64::INFINITY, order: 0, reason: RefusalReason::NotATransferFunction };
         let mut poles = if start.poles.is_empty() { self.first_poles().map_err(broken)? } else { start.poles.clone() };
         let mut best = f64::INFINITY;
         let (mut accepted, mut reason) = (None, RefusalReason::Rounds);
@@ -378,12 +371,7 @@ impl Attempt<'_> {
         (poles, models, errors)
     }
 
-    fn finish(
-        &self,
-        poles: Vec<Complex64>,
-        models: Vec<PartialFractions>,
-        errors: Errors,
-    ) -> Result<Fitted, Refusal> {
+    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Result<Fitted, Refusal> {
         let passivity = self.passivity(&models[0]);
         if passivity < -self.target.tolerance {
             return Err(Refusal { error: errors.largest(), order: order(&poles), reason: RefusalReason::Passivity });

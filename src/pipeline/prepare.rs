@@ -168,7 +168,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
         }
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
     };
-    Ok(Prepared { march: March::new(geometry, kernel, numerics), road, axle, at_rest, warnings })
+    Ok(Prepared { march: March::new(geometry, kernel, numerics, plan.time_step), road, axle, at_rest, warnings })
 }
 
 /// Static contact under the scene's axle, and the spring compliance per element \[m/N\] of a bedding.

@@ -127,14 +127,24 @@ fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
     let found = points(&results);
     assert!(found[found.len() / 2..].iter().all(|&points| points == 1), "{found:?}");
 
-    // A rim like wall to wall: the tyre pushed in by half its radius, window and contact reach far round it.
-    let deep = INDENTED.replace("0.012", "0.15").replace("ramp = 0.03", "ramp = 0.1");
-    let results = run(&scene_text(64, SMOOTH, &deep, "memory = 0.2", ""));
-    results.assert_sound("deep");
+    // A cup of the tyre's own radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it hardly moves.
+    let n = 64;
+    let (element, radius) = (CIRCUMFERENCE / n as f64, CIRCUMFERENCE / (2.0 * PI));
+    let cup = |row: usize| {
+        let x = (row as f64 * element - 1.0).abs().min(radius);
+        radius - (radius * radius - x * x).sqrt()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cup.npy");
+    write_grid(&path, 1, &(0..5 * n).map(cup).collect::<Vec<_>>());
+    let rolling =
+        "start = 1.0\nspeed_kmh = 80.0\nwarm_up = 0.0\nduration = 5e-4\naxle = { indentation = 0.05, ramp = 1e-6 }";
+    let results = run(&scene_text(n, &grid_road(&path, n, 1), rolling, "substeps = 16\nmemory = 0.01", ""));
+    results.assert_sound("cup");
     let (_, columns, _) = results.patch();
     let most = points(&results).into_iter().max().unwrap();
     println!("{most} of {columns} columns in contact");
-    assert!(most >= 20, "{most} of {columns}");
+    assert!(columns >= 20 && most + 2 >= columns, "{most} of {columns}");
 }
 
 /// A run over a road of one column, its heights by row; the tyre starts at 1 m, the road at 0.
@@ -238,8 +248,8 @@ fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
 fn hard_case_6_unbounded_motion_above_the_critical_speed_is_named() {
     // Far above it the force on the travelling contact feeds the waves: the motion grows, at much the same rate for every time rule and
     // resolution. While it is small the conditions hold; what it becomes is no result and must not look like one.
-    let short = at_speed(400.0, 0.1, SMOOTH).unwrap();
-    short.assert_sound("400 km/h, the first 0.1 s");
+    let short = at_speed(400.0, 0.05, SMOOTH).unwrap();
+    short.assert_sound("400 km/h, the first 0.05 s");
     let ended = at_speed(400.0, 0.5, SMOOTH).err().unwrap();
     println!("{ended}");
     assert!(matches!(ended, RunError::Contact(ContactError::Unbounded { .. })), "{ended}");

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use common::{CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid};
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
+use tyrewave::contact::ContactError;
 use tyrewave::pipeline::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
 use tyrewave::tyre::convolution_quadrature::symbol;
@@ -63,7 +64,7 @@ fn hard_case_3_weights_at_negative_lags_vanish_for_causal_laws_only() {
         }
         let hysteretic = precursor(Law::Hysteretic, n, TimeRule::Bdf2);
         println!("n = {n}, hysteretic: {hysteretic:.1e}");
-        assert!(hysteretic > 1e-5, "n = {n}: the textbook law should not be causal: {hysteretic:e}");
+        assert!(hysteretic > 1e-3, "n = {n}: the textbook law should not be causal: {hysteretic:e}");
     }
 }
 
@@ -124,16 +125,26 @@ fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
     let results = run(&scene_text(64, SMOOTH, &touch, "memory = 0.1", ""));
     results.assert_sound("one element");
     let found = points(&results);
-    assert!(found[200..].iter().all(|&points| points == 1), "{found:?}");
+    assert!(found[found.len() / 2..].iter().all(|&points| points == 1), "{found:?}");
 
-    // A rim like wall to wall: the tyre pushed in by half its radius, window and contact reach far round it.
-    let deep = INDENTED.replace("0.012", "0.15").replace("ramp = 0.03", "ramp = 0.1");
-    let results = run(&scene_text(64, SMOOTH, &deep, "memory = 0.2", ""));
-    results.assert_sound("deep");
+    // A cup of the tyre's own radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it hardly moves.
+    let n = 64;
+    let (element, radius) = (CIRCUMFERENCE / n as f64, CIRCUMFERENCE / (2.0 * PI));
+    let cup = |row: usize| {
+        let x = (row as f64 * element - 1.0).abs().min(radius);
+        radius - (radius * radius - x * x).sqrt()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cup.npy");
+    write_grid(&path, 1, &(0..5 * n).map(cup).collect::<Vec<_>>());
+    let rolling =
+        "start = 1.0\nspeed_kmh = 80.0\nwarm_up = 0.0\nduration = 5e-4\naxle = { indentation = 0.05, ramp = 1e-6 }";
+    let results = run(&scene_text(n, &grid_road(&path, n, 1), rolling, "substeps = 16\nmemory = 0.01", ""));
+    results.assert_sound("cup");
     let (_, columns, _) = results.patch();
     let most = points(&results).into_iter().max().unwrap();
     println!("{most} of {columns} columns in contact");
-    assert!(most >= 20, "{most} of {columns}");
+    assert!(columns >= 20 && most + 2 >= columns, "{most} of {columns}");
 }
 
 /// A run over a road of one column, its heights by row; the tyre starts at 1 m, the road at 0.
@@ -208,22 +219,40 @@ fn hard_case_5_lift_off_and_landing() {
     assert!((force[last] / smooth[last] - 1.0).abs() < 0.05, "{} after landing, {} before", force[last], smooth[last]);
 }
 
+/// A run at a speed for a time, half of it warm-up, on a road.
+fn at_speed(speed: f64, time: f64, road: &str) -> Result<Results, RunError> {
+    let rolling = format!(
+        "speed_kmh = {speed:?}\nwarm_up = {:?}\nduration = {:?}\naxle = {{ indentation = 0.012, ramp = {:?} }}",
+        0.5 * time,
+        0.5 * time,
+        0.25 * time
+    );
+    try_run(&scene(&scene_text(64, road, &rolling, &format!("memory = {time:?}"), "")))
+}
+
 #[test]
 fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
-    // Belt waves: sqrt(Tx/m'') = sqrt(6e4/22.8) = 51 m/s = 185 km/h without bending stiffness and foundation, which raise it.
-    for (speed, time) in [(1.0, 4.0), (30.0, 0.3), (185.0, 0.1), (300.0, 0.06), (400.0, 0.05)] {
-        let rolling = format!(
-            "speed_kmh = {speed:?}\nwarm_up = {time:?}\nduration = {time:?}\naxle = {{ indentation = 0.012, ramp = {:?} }}",
-            0.5 * time
-        );
+    // The slowest belt wave of the default tyre: the resonances of n = 4, 5, 6 give 71.9, 67.3, 65 m/s; about 220 km/h is critical.
+    for (speed, time) in [(1.0, 8.0), (30.0, 0.6), (185.0, 0.3), (250.0, 0.3)] {
         for road in [SMOOTH, "kind = \"made\"\nseed = 8"] {
-            let results = run(&scene_text(64, road, &rolling, &format!("memory = {:?}", 2.0 * time), ""));
+            let results = at_speed(speed, time, road).unwrap();
             results.assert_sound(&format!("{speed} km/h"));
             let mean = results.report.summary.outcome.mean_force.unwrap();
             println!("{speed} km/h, {road:?}: {mean:.0} N");
-            assert!((100.0..20_000.0).contains(&mean), "{speed} km/h: {mean} N");
+            assert!((1000.0..4000.0).contains(&mean), "{speed} km/h: {mean} N");
         }
     }
+}
+
+#[test]
+fn hard_case_6_unbounded_motion_above_the_critical_speed_is_named() {
+    // Far above it the force on the travelling contact feeds the waves: the motion grows, at much the same rate for every time rule and
+    // resolution. While it is small the conditions hold; what it becomes is no result and must not look like one.
+    let short = at_speed(400.0, 0.05, SMOOTH).unwrap();
+    short.assert_sound("400 km/h, the first 0.05 s");
+    let ended = at_speed(400.0, 0.5, SMOOTH).err().unwrap();
+    println!("{ended}");
+    assert!(matches!(ended, RunError::Contact(ContactError::Unbounded { .. })), "{ended}");
 }
 
 #[test]

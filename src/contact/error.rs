@@ -35,6 +35,21 @@ pub enum ContactError {
     /// A model of the influence functions was made for another displacement than the tread law needs.
     #[error("the model of the influence functions does not hold the displacement that this tread law needs")]
     NoSuchField,
+    /// The motion has left everything that a linear tyre can mean.
+    #[error(
+        "the tread would have to move by {displacement:.3} m at step {step} (t = {time:.6} s), more than the tyre's radius of {radius:.3} m: the \
+         motion grows without bound, as rolling contact can do above the speed of the waves in the belt; choose a lower speed or more damping"
+    )]
+    Unbounded {
+        /// Time step.
+        step: u64,
+        /// Time \[s\].
+        time: f64,
+        /// Required displacement \[m\].
+        displacement: f64,
+        /// Radius of the tyre \[m\].
+        radius: f64,
+    },
     /// No axle height gives the load.
     #[error("no axle height carries {load} N: even {indentation:.4} m of indentation gives {force:.1} N")]
     LoadNotReached {

@@ -70,12 +70,19 @@ pub struct March {
     required: Vec<f64>,
     forces: Vec<f64>,
     step: u64,
+    time_step: f64,
     totals: MarchTotals,
 }
 
 impl March {
-    /// Everything at rest, about to do step 0.
-    pub fn new(geometry: Geometry, kernel: ContactKernel, history: Box<dyn PastForces>, numerics: &Numerics) -> Self {
+    /// Everything at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    pub fn new(
+        geometry: Geometry,
+        kernel: ContactKernel,
+        history: Box<dyn PastForces>,
+        numerics: &Numerics,
+        time_step: f64,
+    ) -> Self {
         let columns = geometry.columns;
         let mut influence = kernel.instant[..columns].to_vec();
         influence[0] += kernel.spring;
@@ -86,6 +93,7 @@ impl March {
             required: vec![0.0; columns],
             forces: vec![0.0; columns],
             step: 0,
+            time_step,
             totals: MarchTotals::default(),
             geometry,
             kernel,
@@ -165,9 +173,13 @@ impl March {
         self.totals.search_time += after_history.elapsed();
         self.totals.history_time += after_history - begin;
         let total_force: f64 = self.forces.iter().sum();
+        let time = step as f64 * self.time_step;
         if !total_force.is_finite() || self.required.iter().any(|required| required.is_nan()) {
-            let time = step as f64 * self.geometry.element / self.geometry.substeps as f64;
             return Err(ContactError::NotFinite { step, time });
+        }
+        let (displacement, radius) = (self.required.iter().fold(0.0_f64, |a, &b| a.max(b)), self.geometry.radius);
+        if displacement > radius {
+            return Err(ContactError::Unbounded { step, time, displacement, radius });
         }
         self.history.push(first_element, &self.forces);
         self.record(residuals);

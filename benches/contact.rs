@@ -2,6 +2,7 @@
 //! cached factors, with fresh ones, and by projected Gauss-Seidel sweeps, each with its error.
 //!
 //! `cargo bench --bench contact`.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
 use std::hint::black_box;
 

@@ -2,6 +2,7 @@
 //! solution checked; and one criterion measurement with the convolution's plain alternative beside it.
 //!
 //! `cargo bench --bench rough_contact` measures; `-- --table 128,256,512` prints the table.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
 use std::f64::consts::PI;
 use std::time::Instant;

@@ -2,6 +2,7 @@
 //! sum of the smallest tolerance.
 //!
 //! `cargo bench --bench tyre`.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
 use std::f64::consts::PI;
 use std::hint::black_box;

@@ -1,4 +1,5 @@
 //! The axle: held by a load or by a height; and the tread laws on the same axle.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Bad input through the program: a clear message, the documented exit code, and nothing written.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Hard case 9: the same bytes whatever the number of threads.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! Each module of the library knows only those before it, in the order that src/lib.rs documents.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use std::collections::BTreeSet;
 use std::fs;

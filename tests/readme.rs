@@ -1,4 +1,5 @@
 //! What the README says is so.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use std::fs;
 use std::process::Command;

@@ -2,6 +2,7 @@
 //! contact force at equal load on dense asphalt, chip seal and cobbles.
 //!
 //! `cargo test --release --test slice_laws -- --ignored --nocapture`
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -1,4 +1,5 @@
 //! The third-octave bands of `spectra.csv` share the mean square of the written time signal among them.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
 

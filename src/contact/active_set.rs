@@ -107,8 +107,8 @@ impl ActiveSet {
             add_influence(&mut self.displacement, &self.influence, column, self.estimate[column]);
         }
         for _ in 0..SWEEPS {
-            for column in 0..d.len() {
-                let force = (self.estimate[column] + (d[column] - self.displacement[column]) * own).max(0.0);
+            for (column, &d) in d.iter().enumerate() {
+                let force = (self.estimate[column] + (d - self.displacement[column]) * own).max(0.0);
                 let change = force - self.estimate[column];
                 self.estimate[column] = force;
                 add_influence(&mut self.displacement, &self.influence, column, change);

@@ -149,7 +149,13 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
         }
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
     };
-    Ok(Prepared { march: March::new(geometry, kernel, history, numerics, plan.time_step), road, axle, at_rest, warnings })
+    Ok(Prepared {
+        march: March::new(geometry, kernel, history, numerics, plan.time_step),
+        road,
+        axle,
+        at_rest,
+        warnings,
+    })
 }
 
 /// The maker of a law's stiffness curves on a lattice.

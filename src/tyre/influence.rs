@@ -161,7 +161,7 @@ impl InfluenceSum {
     /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail` then becomes `Bounded`.
     pub fn with(tyre: &Tyre, projection: Projection, truncation: Truncation, tolerance: f64, largest_s: f64) -> Self {
         let stack = Stack::new(tyre);
-        let tread = stack.layers().last().filter(|tread| tread.tension == [0.0; 2]).cloned();
+        let tread = stack.layers().last().filter(|tread| !tread.is_tense()).cloned();
         let (truncation, asymptote) = match (truncation, tread) {
             (Truncation::Tail, Some(tread)) => {
                 let at = stack.at(Complex64::new(largest_s, 0.0));

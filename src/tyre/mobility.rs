@@ -48,7 +48,7 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
     let ky = |index: usize| PI * (2 * index + 1) as f64 / width;
     let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));
     let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, length, width)).collect();
-    let tread = stack.layers().last().filter(|tread| tread.tension == [0.0; 2]);
+    let tread = stack.layers().last().filter(|tread| !tread.is_tense());
     // The asymptotic series must converge at the highest frequency.
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let at_top = stack.at(Complex64::new(0.0, 2.0 * PI * top));

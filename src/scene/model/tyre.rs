@@ -47,6 +47,13 @@ pub struct Layer {
     pub material: Material,
 }
 
+impl Layer {
+    /// Whether the layer is under tension in any direction.
+    pub fn is_tense(&self) -> bool {
+        self.tension.iter().any(|tension| tension.abs() > 0.0)
+    }
+}
+
 impl Tyre {
     /// Rolling radius R = L/(2 pi) \[m\].
     pub fn radius(&self) -> f64 {

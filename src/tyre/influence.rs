@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Ways to the double sum over p and m, all selectable:
-//! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber k_c where the tread has become a half-space; everything above is the
-//!   asymptotic series of [`super::surface_asymptote`] with moments that are summed once for all s. Needs a tread without tension.
+//! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; above, first the bands of [`super::half_space_bands`], then, from k_c on,
+//!   the asymptotic series of [`super::surface_asymptote`], both with moments that are summed once for all s. Needs a tread without tension.
 //! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
@@ -20,6 +20,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 
 use super::compliance::{Stack, StackAt};
+use super::half_space_bands::{self, BAND_TERMS};
 use super::moments::{Moments, TailClasses};
 use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 use crate::scene::{Numerics, Tyre};
@@ -119,6 +120,8 @@ pub struct InfluenceSum {
 /// The tail's series and moments.
 #[derive(Clone, Debug)]
 struct Asymptote {
+    /// k h from which a layer is a half-space at rest.
+    decay: f64,
     coefficients: [f64; TERMS],
     classes: TailClasses,
     moments: Moments,
@@ -128,7 +131,11 @@ struct Asymptote {
 #[derive(Clone, Debug)]
 pub struct SumAt {
     stack: StackAt,
-    /// Class of the cut-off wavenumber.
+    /// Class of the wavenumber below which the layered compliance is evaluated.
+    explicit: usize,
+    /// Chebyshev coefficients of the half-space in the bands from there to the class of the series.
+    bands: Vec<[Complex64; BAND_TERMS]>,
+    /// Class above which the series is used.
     class: usize,
     /// phi_j (Q/mu)^j/mu.
     tail: [Complex64; TERMS],
@@ -167,10 +174,12 @@ impl InfluenceSum {
                 let at = stack.at(Complex64::new(largest_s, 0.0));
                 let ratio = at.tread().inertia * at.tread().inverse_shear;
                 let largest = (ratio.norm() / LARGEST_ARGUMENT).sqrt();
-                let classes = TailClasses::new(thickness_limit(tread.thickness, tolerance), largest);
+                let smallest = thickness_limit(tread.thickness, tolerance);
+                let classes = TailClasses::new(smallest, largest);
                 let moments = Moments::new(&projection, &classes);
                 let coefficients = series(super::material::modulus_ratio(tread.material.poisson));
-                (Truncation::Tail, Some(Asymptote { coefficients, classes, moments }))
+                let decay = smallest * tread.thickness;
+                (Truncation::Tail, Some(Asymptote { decay, coefficients, classes, moments }))
             }
             (Truncation::Tail, None) => (Truncation::Bounded, None),
             (other, _) => (other, None),
@@ -192,6 +201,7 @@ impl InfluenceSum {
     pub fn at(&self, s: Complex64) -> SumAt {
         let stack = self.stack.at(s);
         let (mut class, mut tail, mut converges) = (0, [Complex64::ZERO; TERMS], true);
+        let (mut explicit, mut bands) = (0, Vec::new());
         if let Some(asymptote) = &self.asymptote {
             let tread = stack.tread();
             let ratio = tread.inertia * tread.inverse_shear;
@@ -201,8 +211,18 @@ impl InfluenceSum {
                 *entry = power * coefficient;
                 power *= ratio;
             }
+            let classes = &asymptote.classes;
+            let smooth = |class: usize| {
+                half_space_bands::is_half_space(tread, classes.cut_off(class), asymptote.decay)
+                    && half_space_bands::is_resolved(tread, classes.band(class), self.tolerance)
+            };
+            explicit = class;
+            while explicit > 0 && smooth(explicit - 1) {
+                explicit -= 1;
+            }
+            bands = (explicit..class).map(|class| half_space_bands::coefficients(tread, classes.band(class))).collect();
         }
-        SumAt { stack, class, tail, converges }
+        SumAt { stack, explicit, bands, class, tail, converges }
     }
 
     /// Ht_n(s) of a field. `n` from 0 to N/2.
@@ -229,7 +249,9 @@ impl InfluenceSum {
         field: Field,
         compliance: impl Fn(f64, f64) -> Complex64,
     ) -> InfluenceValue {
-        let cut_off = asymptote.classes.cut_off(at.class);
+        // The faces below do not see the half-space; they keep the larger cut-off.
+        let class = if field == Field::Surface { at.explicit } else { at.class };
+        let cut_off = asymptote.classes.cut_off(class);
         let (mut value, mut evaluations, mut explicit) = (Complex64::ZERO, 0, 0.0);
         let mut last = Complex64::ZERO;
         for alias in aliases_below(n, &self.projection, cut_off) {
@@ -255,6 +277,10 @@ impl InfluenceSum {
             Field::Surface if at.converges => {
                 let moments = asymptote.moments.of(n, at.class);
                 value += at.tail.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+                for (class, coefficients) in (at.explicit..).zip(&at.bands) {
+                    let moments = asymptote.moments.band(n, class);
+                    value += coefficients.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+                }
             }
             // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
             // frequency) the rest is bounded by the last value times the weight that is left.

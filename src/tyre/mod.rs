@@ -7,6 +7,7 @@
 pub mod cases;
 pub mod compliance;
 pub mod convolution_quadrature;
+pub mod half_space_bands;
 pub mod influence;
 pub mod layer;
 pub mod material;

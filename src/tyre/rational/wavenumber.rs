@@ -20,6 +20,10 @@ use crate::numeric::rational::{PartialFractions, RationalError, aaa};
 const FIRST_INTERVALS: usize = 64;
 /// Relocations between two looks at the error.
 const RELOCATIONS: usize = 2;
+/// Rungs that join the grid in one round.
+const MOST_JOINING: usize = 12;
+/// Samples per pole past which more samples are no remedy.
+const MOST_SAMPLES: usize = 4;
 /// Rounds of adding rungs or poles.
 const ROUNDS: usize = 40;
 /// Points beyond the band where passivity is checked: factors of 2 above the top.
@@ -278,10 +282,14 @@ impl Attempt<'_> {
             let (s, values) = (self.ladder.axis[rung], self.value(rung));
             (0..2).map(|face| (models[face].evaluate(s) - values[face]).norm() / self.scales[face]).fold(0.0, f64::max)
         };
-        let joining: Vec<usize> = self.fresh.iter().copied().filter(|&rung| errors(rung) > limit).collect();
+        let mut joining: Vec<(f64, usize)> =
+            self.fresh.iter().map(|&rung| (errors(rung), rung)).filter(|&(error, _)| error > limit).collect();
+        joining.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        joining.truncate(MOST_JOINING);
         if joining.is_empty() {
             return false;
         }
+        let joining = joining.into_iter().map(|(_, rung)| rung);
         self.grid.extend(joining);
         self.grid.sort_unstable();
         self.refresh(sample);
@@ -332,7 +340,8 @@ impl Attempt<'_> {
                 accepted = Some((poles.clone(), models, errors));
                 break;
             }
-            if errors.fresh > self.target.tolerance && errors.fresh > 2.0 * errors.fitted {
+            let dense = self.grid.len() > MOST_SAMPLES * order(&poles) + FIRST_INTERVALS;
+            if errors.fresh > self.target.tolerance && errors.fresh > 2.0 * errors.fitted && !dense {
                 if self.refine(&models, sample) {
                     continue;
                 }

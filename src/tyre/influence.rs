@@ -115,6 +115,8 @@ pub struct InfluenceSum {
     truncation: Truncation,
     tolerance: f64,
     asymptote: Option<Asymptote>,
+    /// [ky, lateral weight] of odd m up to the largest cut-off; empty without a tail.
+    lateral: Vec<[f64; 2]>,
 }
 
 /// The tail's series and moments.
@@ -154,6 +156,18 @@ pub struct InfluenceValue {
     pub omitted: f64,
 }
 
+impl SumAt {
+    /// Whether the half-space's series converges above the largest cut-off.
+    pub(super) fn converges(&self) -> bool {
+        self.converges
+    }
+
+    /// The stack.
+    pub(super) fn stack(&self) -> &StackAt {
+        &self.stack
+    }
+}
+
 impl InfluenceSum {
     /// Prepares the sums. `largest_s` is the largest |s| at which they will be wanted (it sets the range of cut-offs).
     pub fn new(tyre: &Tyre, numerics: &Numerics, largest_s: f64) -> Self {
@@ -184,7 +198,38 @@ impl InfluenceSum {
             (Truncation::Tail, None) => (Truncation::Bounded, None),
             (other, _) => (other, None),
         };
-        Self { stack, projection, truncation, tolerance, asymptote }
+        let highest = asymptote.as_ref().map_or(0.0, |asymptote: &Asymptote| asymptote.classes.highest());
+        let lateral = (1..)
+            .step_by(2)
+            .map(|m| [projection.ky(m), projection.lateral_weight(m)])
+            .take_while(|[ky, _]| *ky < highest)
+            .collect();
+        Self { stack, projection, truncation, tolerance, asymptote, lateral }
+    }
+
+    /// [ky, weight] of the odd m below the largest cut-off; empty where the sums have no tail.
+    pub(super) fn lateral(&self) -> &[[f64; 2]] {
+        &self.lateral
+    }
+
+    /// Square of the wavenumber below which the layered compliance is evaluated for the surface \[1/m^2\].
+    pub(super) fn cut_off_squared(&self, at: &SumAt) -> f64 {
+        self.asymptote.as_ref().map_or(f64::INFINITY, |asymptote| asymptote.classes.cut_off(at.explicit).powi(2))
+    }
+
+    /// The surface's share of all wavenumbers above that cut-off.
+    pub(super) fn half_space_rest(&self, n: usize, at: &SumAt) -> Complex64 {
+        let Some(asymptote) = &self.asymptote else { return Complex64::ZERO };
+        if !at.converges {
+            return Complex64::ZERO;
+        }
+        let moments = asymptote.moments.of(n, at.class);
+        let mut rest = at.tail.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+        for (class, coefficients) in (at.explicit..).zip(&at.bands) {
+            let moments = asymptote.moments.band(n, class);
+            rest += coefficients.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+        }
+        rest
     }
 
     /// The wavenumbers and weights.
@@ -275,12 +320,7 @@ impl InfluenceSum {
         match field {
             // Above the cut-off the surface is the half-space's.
             Field::Surface if at.converges => {
-                let moments = asymptote.moments.of(n, at.class);
-                value += at.tail.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
-                for (class, coefficients) in (at.explicit..).zip(&at.bands) {
-                    let moments = asymptote.moments.band(n, class);
-                    value += coefficients.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
-                }
+                value += self.half_space_rest(n, at);
             }
             // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
             // frequency) the rest is bounded by the last value times the weight that is left.
@@ -379,7 +419,7 @@ impl InfluenceSum {
 }
 
 /// Integer wavenumbers n + p N with |kx| below the cut-off, p = 0, 1, -1, 2, ...
-fn aliases_below(n: usize, projection: &Projection, cut_off: f64) -> impl Iterator<Item = i64> + '_ {
+pub(super) fn aliases_below(n: usize, projection: &Projection, cut_off: f64) -> impl Iterator<Item = i64> + '_ {
     let largest = (cut_off * projection.circumference / (2.0 * PI)) as i64;
     let elements = projection.elements as i64;
     let n = n as i64;

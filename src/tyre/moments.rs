@@ -41,6 +41,11 @@ impl TailClasses {
         self.cut_offs[class]
     }
 
+    /// The largest cut-off \[1/m\].
+    pub fn highest(&self) -> f64 {
+        self.cut_offs[self.cut_offs.len() - 1]
+    }
+
     /// The band of k^2 between the cut-offs of a class and the next \[1/m^2\].
     pub fn band(&self, class: usize) -> [f64; 2] {
         [self.cut_offs[class].powi(2), self.cut_offs[class + 1].powi(2)]

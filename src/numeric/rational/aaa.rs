@@ -114,13 +114,13 @@ pub fn approximate(
     let mut taken = vec![false; values.len()];
     let mut model = Barycentric::default();
     loop {
-        let worst = (0..values.len())
-            .filter(|&k| !taken[k])
-            .map(|k| (k, (values[k] - current[k]).norm()))
-            .fold(None, |best: Option<(usize, f64)>, next| match best {
+        let worst = (0..values.len()).filter(|&k| !taken[k]).map(|k| (k, (values[k] - current[k]).norm())).fold(
+            None,
+            |best: Option<(usize, f64)>, next| match best {
                 Some(best) if best.1 >= next.1 => Some(best),
                 _ => Some(next),
-            });
+            },
+        );
         let Some((worst, error)) = worst else { break };
         model.error = error;
         if (error <= tolerance * scale && !model.points.is_empty()) || model.points.len() == most {

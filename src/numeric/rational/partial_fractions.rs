@@ -26,7 +26,10 @@ impl PartialFractions {
 
 /// Value at s of given poles, residues and constant; see the module for the convention.
 pub fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f64, s: Complex64) -> Complex64 {
-    poles.iter().zip(residues).fold(Complex64::new(constant, 0.0), |sum, (&pole, &residue)| sum + term(pole, residue, s))
+    poles
+        .iter()
+        .zip(residues)
+        .fold(Complex64::new(constant, 0.0), |sum, (&pole, &residue)| sum + term(pole, residue, s))
 }
 
 /// One pole's share: of the pair, or of the real pole.

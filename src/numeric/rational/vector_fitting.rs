@@ -242,8 +242,7 @@ mod tests {
     }
 
     fn samples_of(models: &[PartialFractions]) -> Samples {
-        let points: Vec<_> =
-            (0..120).map(|k| Complex64::new(0.0, 10.0 * 10f64.powf(k as f64 * 3.5 / 119.0))).collect();
+        let points: Vec<_> = (0..120).map(|k| Complex64::new(0.0, 10.0 * 10f64.powf(k as f64 * 3.5 / 119.0))).collect();
         let responses = models.iter().map(|model| points.iter().map(|&s| model.evaluate(s)).collect()).collect();
         Samples { points, responses, weights: vec![1.0; models.len()] }
     }

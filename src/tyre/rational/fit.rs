@@ -10,9 +10,10 @@ use thiserror::Error;
 
 use super::ladder::Ladder;
 use super::model::RationalModel;
-use super::wavenumber::{Fitted, Refusal, RefusalReason, Rung, Sample, Start, Target, fit_wavenumber};
+use super::wavenumber::{Fitted, Refusal, RefusalReason, Rung, Start, Target, fit_wavenumber};
 use crate::scene::Tyre;
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::influence_batch::FaceValues;
 
 /// What a model has to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +85,9 @@ impl std::fmt::Display for RefusalReason {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.write_str(match self {
             Self::Poles => "the largest number of poles is reached; allow more, or a larger tolerance",
-            Self::Resolution => "resonances are sharper than the sampling can follow; more damping or a lower top frequency is needed",
+            Self::Resolution => {
+                "resonances are sharper than the sampling can follow; more damping or a lower top frequency is needed"
+            }
             Self::Rounds => "neither more poles nor more samples helped; the function may not be causal",
             Self::Passivity => "the fit would generate energy; a smaller tolerance may mend that",
             Self::NotATransferFunction => "a sample is not finite",
@@ -118,7 +121,8 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
         removals: 8,
     };
     let one = |n: usize, start: &Start, target: &Target| {
-        let mut sample = |rungs: &[Rung], values: &mut Vec<Sample>| sample(&sum, &ladder, options.driven, n, rungs, values);
+        let mut sample =
+            |rungs: &[Rung], values: &mut Vec<FaceValues>| sample(&sum, &ladder, options.driven, n, rungs, values);
         fit_wavenumber(&ladder, target, start, &mut sample).map_err(|refusal| refused(n, options, &refusal))
     };
     // The belt follows most at n = 0: the scale of its errors.
@@ -135,8 +139,9 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
                 let target = Target { removals, ..target };
                 let start = start_of(&done, n, stride);
                 // A start that leads nowhere is not held against the function.
-                let fitted = one(n, &start, &target)
-                    .or_else(|error| if start.poles.is_empty() { Err(error) } else { one(n, &Start::default(), &target) });
+                let fitted = one(n, &start, &target).or_else(|error| {
+                    if start.poles.is_empty() { Err(error) } else { one(n, &Start::default(), &target) }
+                });
                 (n, fitted)
             })
             .collect();
@@ -170,14 +175,10 @@ fn refused(n: usize, options: &FitOptions, refusal: &Refusal) -> FitError {
 }
 
 /// Exact values of both faces on rungs.
-fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[Rung], values: &mut Vec<Sample>) {
-    for &rung in rungs {
-        let at = match rung {
-            Rung::Axis(rung) => &ladder.axis_at[rung],
-            Rung::Real(rung) => &ladder.real_at[rung],
-        };
-        let face = sum.value(n, at, driven);
-        let bottom = sum.value(n, at, Field::Bottom);
-        values.push(([face.value, bottom.value], face.evaluations));
-    }
+fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[Rung], values: &mut Vec<FaceValues>) {
+    let at = rungs.iter().map(|rung| match *rung {
+        Rung::Axis(rung) => &ladder.axis_at[rung],
+        Rung::Real(rung) => &ladder.real_at[rung],
+    });
+    sum.faces(n, at, driven, values);
 }

@@ -15,6 +15,7 @@ use super::model::{Entry, FitStatistics};
 use crate::numeric::rational::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
 use crate::numeric::rational::vector_fitting::{Samples, relocate, residues};
 use crate::numeric::rational::{PartialFractions, RationalError, aaa};
+use crate::tyre::influence_batch::FaceValues;
 
 /// Intervals of the first grid.
 const FIRST_INTERVALS: usize = 64;
@@ -90,9 +91,6 @@ pub enum RefusalReason {
     NotATransferFunction,
 }
 
-/// Values of both faces and the number of compliance evaluations.
-pub type Sample = ([Complex64; 2], u64);
-
 /// A rung of one of the ladders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rung {
@@ -143,7 +141,7 @@ pub fn fit_wavenumber(
     ladder: &Ladder,
     target: &Target,
     start: &Start,
-    sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>),
+    sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>),
 ) -> Result<Fitted, Refusal> {
     let grid = if start.grid.is_empty() {
         (0..=FIRST_INTERVALS).map(|i| i * (RUNGS / FIRST_INTERVALS)).collect()
@@ -167,7 +165,7 @@ pub fn fit_wavenumber(
 
 impl Attempt<'_> {
     /// Brings `fresh` up to date with the grid and evaluates what is missing.
-    fn refresh(&mut self, sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>)) {
+    fn refresh(&mut self, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) {
         self.fresh =
             self.grid.windows(2).filter(|pair| pair[1] - pair[0] > 1).map(|pair| (pair[0] + pair[1]) / 2).collect();
         let mut wanted: Vec<Rung> = self
@@ -181,10 +179,13 @@ impl Attempt<'_> {
             self.real = vec![[Complex64::ZERO; 2]; REAL_RUNGS];
             wanted.extend((0..REAL_RUNGS).map(Rung::Real));
         }
+        // Neighbouring rungs side by side.
+        wanted.sort_unstable();
         let mut values = Vec::with_capacity(wanted.len());
         sample(&wanted, &mut values);
-        for (rung, (value, evaluations)) in wanted.into_iter().zip(values) {
-            self.evaluations += evaluations;
+        for (rung, faces) in wanted.into_iter().zip(values) {
+            self.evaluations += faces.evaluations;
+            let value = [faces.driven, faces.bottom];
             match rung {
                 Rung::Axis(rung) => self.axis[rung] = Some(value),
                 Rung::Real(rung) => self.real[rung] = value,
@@ -276,7 +277,7 @@ impl Attempt<'_> {
     }
 
     /// Moves fresh rungs with a large error into the grid. `false` if there is nothing left to halve.
-    fn refine(&mut self, models: &[PartialFractions], sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>)) -> bool {
+    fn refine(&mut self, models: &[PartialFractions], sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) -> bool {
         let limit = 0.5 * self.target.tolerance;
         let errors = |rung: usize| {
             let (s, values) = (self.ladder.axis[rung], self.value(rung));
@@ -308,17 +309,10 @@ impl Attempt<'_> {
         Ok(poles)
     }
 
-    fn run(
-        &mut self,
-        start: &Start,
-        sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>),
-    ) -> Result<Fitted, Refusal> {
+    fn run(&mut self, start: &Start, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) -> Result<Fitted, Refusal> {
         let refuse = |error: f64, poles: &[Complex64], reason| Refusal { error, order: order(poles), reason };
-        let broken = |_: RationalError| Refusal {
-            error: f64::INFINITY,
-            order: 0,
-            reason: RefusalReason::NotATransferFunction,
-        };
+        let broken =
+            |_: RationalError| Refusal { error: f64::INFINITY, order: 0, reason: RefusalReason::NotATransferFunction };
         let mut poles = if start.poles.is_empty() { self.first_poles().map_err(broken)? } else { start.poles.clone() };
         let mut best = f64::INFINITY;
         let (mut accepted, mut reason) = (None, RefusalReason::Rounds);
@@ -387,12 +381,7 @@ impl Attempt<'_> {
         (poles, models, errors)
     }
 
-    fn finish(
-        &self,
-        poles: Vec<Complex64>,
-        models: Vec<PartialFractions>,
-        errors: Errors,
-    ) -> Result<Fitted, Refusal> {
+    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Result<Fitted, Refusal> {
         let passivity = self.passivity(&models[0]);
         if passivity < -self.target.tolerance {
             return Err(Refusal { error: errors.largest(), order: order(&poles), reason: RefusalReason::Passivity });

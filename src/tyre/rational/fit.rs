@@ -119,6 +119,7 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
         constant: options.constant,
         bottom_scale: 0.0,
         removals: 8,
+        removal_below: 1.0,
     };
     let one = |n: usize, start: &Start, target: &Target| {
         let mut sample =
@@ -135,8 +136,9 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
         let fitted: Vec<(usize, Result<Fitted, FitError>)> = level
             .into_par_iter()
             .map(|n| {
-                let removals = if stride > 4 { 6 } else { 1 };
-                let target = Target { removals, ..target };
+                // Far from its start a fit is worth tidying; close to it, its start was tidy.
+                let (removals, removal_below) = if stride > 4 { (6, 0.7) } else { (2, 0.3) };
+                let target = Target { removals, removal_below, ..target };
                 let start = start_of(&done, n, stride);
                 // A start that leads nowhere is not held against the function.
                 let fitted = one(n, &start, &target).or_else(|error| {

@@ -19,16 +19,20 @@ use crate::tyre::influence_batch::FaceValues;
 
 /// Intervals of the first grid.
 const FIRST_INTERVALS: usize = 64;
-/// Relocations between two looks at the error.
-const RELOCATIONS: usize = 2;
+/// Relocations that have to fail before samples or poles are added.
+const IDLE_RELOCATIONS: usize = 2;
+/// Relocations that may make up for a pole that was taken away.
+const REMOVAL_RELOCATIONS: usize = 2;
 /// Rungs that join the grid in one round.
 const MOST_JOINING: usize = 12;
 /// Samples per pole past which more samples are no remedy.
 const MOST_SAMPLES: usize = 4;
 /// Rounds of adding rungs or poles.
-const ROUNDS: usize = 40;
-/// Points beyond the band where passivity is checked: factors of 2 above the top.
-const BEYOND: usize = 10;
+const ROUNDS: usize = 120;
+/// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
+const BEYOND: usize = 20;
+/// Rounds of mending passivity.
+const MENDING_ROUNDS: usize = 8;
 
 /// What a fit has to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +47,8 @@ pub struct Target {
     pub bottom_scale: f64,
     /// How many times poles may be taken away.
     pub removals: usize,
+    /// Poles are only taken away where the error is below this fraction of the tolerance.
+    pub removal_below: f64,
 }
 
 /// Where a fit starts: poles of a neighbour and the rungs it ended with.
@@ -316,24 +322,23 @@ impl Attempt<'_> {
         let mut poles = if start.poles.is_empty() { self.first_poles().map_err(broken)? } else { start.poles.clone() };
         let mut best = f64::INFINITY;
         let (mut accepted, mut reason) = (None, RefusalReason::Rounds);
+        // Error when samples or poles were last changed or relocation last paid, and relocations since.
+        let (mut before, mut idle) = (f64::INFINITY, 0);
         for _ in 0..ROUNDS {
-            // Enough samples for the unknowns, with a margin.
-            while self.grid.len() < order(&poles) + 12 {
-                let before = self.grid.len();
-                self.grid.extend(self.fresh.iter().copied());
-                self.grid.sort_unstable();
-                self.refresh(sample);
-                if self.grid.len() == before {
-                    break;
-                }
-            }
-            let (moved, models, errors) = self.improve(&poles, RELOCATIONS).map_err(broken)?;
+            self.enough_samples(order(&poles), sample);
+            let (moved, models, errors) = self.improve(&poles, 1).map_err(broken)?;
             poles = moved;
             best = best.min(errors.largest());
             if errors.largest() <= self.target.tolerance {
                 accepted = Some((poles.clone(), models, errors));
                 break;
             }
+            idle += 1;
+            if idle < IDLE_RELOCATIONS || errors.largest() < 0.6 * before {
+                before = before.min(errors.largest());
+                continue;
+            }
+            (before, idle) = (f64::INFINITY, 0);
             let dense = self.grid.len() > MOST_SAMPLES * order(&poles) + FIRST_INTERVALS;
             if errors.fresh > self.target.tolerance && errors.fresh > 2.0 * errors.fitted && !dense {
                 if self.refine(&models, sample) {
@@ -353,6 +358,15 @@ impl Attempt<'_> {
         self.finish(poles, models, errors)
     }
 
+    /// Takes fresh rungs into the grid until it determines the unknowns with a margin.
+    fn enough_samples(&mut self, order: usize, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) {
+        while self.grid.len() < order + 12 && !self.fresh.is_empty() {
+            self.grid.extend(self.fresh.iter().copied());
+            self.grid.sort_unstable();
+            self.refresh(sample);
+        }
+    }
+
     /// Takes poles away as long as the tolerance holds.
     fn reduce(
         &mut self,
@@ -369,20 +383,31 @@ impl Attempt<'_> {
             if poles.len() < 2 {
                 break;
             }
+            if errors.largest() > self.target.removal_below * self.target.tolerance {
+                break;
+            }
             let mut fewer = poles.clone();
             fewer.remove(least);
-            match self.improve(&fewer, RELOCATIONS) {
-                Ok((moved, refitted, new)) if new.largest() <= self.target.tolerance => {
-                    (poles, models, errors) = (moved, refitted, new);
+            let mut found = false;
+            for _ in 0..REMOVAL_RELOCATIONS {
+                let Ok((moved, refitted, new)) = self.improve(&fewer, 1) else { break };
+                fewer = moved;
+                if new.largest() <= self.target.tolerance {
+                    (poles, models, errors) = (fewer.clone(), refitted, new);
+                    found = true;
+                    break;
                 }
-                _ => break,
+            }
+            if !found {
+                break;
             }
         }
         (poles, models, errors)
     }
 
     fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Result<Fitted, Refusal> {
-        let passivity = self.passivity(&models[0]);
+        let (models, errors) = self.passive(&poles, models, errors);
+        let passivity = self.passivity(&models[0]).0;
         if passivity < -self.target.tolerance {
             return Err(Refusal { error: errors.largest(), order: order(&poles), reason: RefusalReason::Passivity });
         }
@@ -408,12 +433,47 @@ impl Attempt<'_> {
         Ok(Fitted { entry, grid: self.grid.clone(), scales: self.scales })
     }
 
-    /// Smallest Re(s H)/(|s| max |H|) on every eighth rung and beyond the band.
-    fn passivity(&self, model: &PartialFractions) -> f64 {
+    /// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where the model is asked for its own real part and no
+    /// energy. Most offences lie beyond the band, where nothing else determines it. Only what stays within the tolerance is taken.
+    fn passive(
+        &self,
+        poles: &[Complex64],
+        mut models: Vec<PartialFractions>,
+        mut errors: Errors,
+    ) -> (Vec<PartialFractions>, Errors) {
+        let mut samples = self.samples(true);
+        for _ in 0..MENDING_ROUNDS {
+            let (least, s) = self.passivity(&models[0]);
+            if least >= 0.0 {
+                break;
+            }
+            for s in [s * 0.93, s, s * 1.07] {
+                samples.points.push(s);
+                for (face, (response, model)) in samples.responses.iter_mut().zip(&models).enumerate() {
+                    let value = model.evaluate(s);
+                    let margin = -0.5 * self.target.tolerance * self.scales[0];
+                    response.push(if face == 0 { Complex64::new(value.re, margin) } else { value });
+                }
+            }
+            let Ok(mended) = residues(&samples, poles, self.target.constant) else { break };
+            let new = self.errors(&mended);
+            if new.largest() > self.target.tolerance {
+                break;
+            }
+            (models, errors) = (mended, new);
+        }
+        (models, errors)
+    }
+
+    /// Smallest Re(s H)/(|s| max |H|) on every eighth rung and beyond the band, and where.
+    fn passivity(&self, model: &PartialFractions) -> (f64, Complex64) {
         let top = self.ladder.axis[RUNGS].im;
-        let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, top * 2f64.powi(i as i32)));
+        let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, top * 2f64.powf(0.5 * i as f64)));
         let inside = self.ladder.axis.iter().skip(4).step_by(8).copied();
-        inside.chain(beyond).map(|s| -model.evaluate(s).im / self.scales[0]).fold(f64::INFINITY, f64::min)
+        inside
+            .chain(beyond)
+            .map(|s| (-model.evaluate(s).im / self.scales[0], s))
+            .fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
     }
 }
 

@@ -161,7 +161,7 @@ fn start_of(done: &[Option<Fitted>], n: usize, stride: usize) -> Start {
     let neighbour = |n: usize| done.get(n).and_then(Option::as_ref);
     let from = n.checked_sub(stride).and_then(neighbour).or_else(|| neighbour(n + stride));
     match from {
-        Some(fitted) => Start { poles: fitted.entry.poles.clone(), grid: fitted.grid.clone() },
+        Some(fitted) => Start { poles: fitted.entry.poles.clone(), grid: fitted.grid.clone(), dense: false },
         None => Start::default(),
     }
 }

@@ -58,6 +58,8 @@ pub struct Start {
     pub poles: Vec<Complex64>,
     /// Rungs of the grid, rising; empty: the first grid.
     pub grid: Vec<usize>,
+    /// Whether the first grid is twice as dense.
+    pub dense: bool,
 }
 
 /// A fit, what the next one can start from, and its scale.
@@ -150,7 +152,8 @@ pub fn fit_wavenumber(
     sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>),
 ) -> Result<Fitted, Refusal> {
     let grid = if start.grid.is_empty() {
-        (0..=FIRST_INTERVALS).map(|i| i * (RUNGS / FIRST_INTERVALS)).collect()
+        let intervals = FIRST_INTERVALS * if start.dense { 2 } else { 1 };
+        (0..=intervals).map(|i| i * (RUNGS / intervals)).collect()
     } else {
         start.grid.clone()
     };
@@ -330,8 +333,19 @@ impl Attempt<'_> {
             poles = moved;
             best = best.min(errors.largest());
             if errors.largest() <= self.target.tolerance {
-                accepted = Some((poles.clone(), models, errors));
-                break;
+                let (models, errors) = self.passive(&poles, models, errors);
+                let (least, s) = self.passivity(&models[0]);
+                if least >= -self.target.tolerance {
+                    accepted = Some((poles.clone(), models, errors));
+                    break;
+                }
+                if order(&poles) < self.target.most_poles {
+                    // Freedom where the energy comes from.
+                    poles.push(Complex64::new(-s.im, 0.0));
+                    reason = RefusalReason::Passivity;
+                    continue;
+                }
+                return Err(refuse(best, &poles, RefusalReason::Passivity));
             }
             idle += 1;
             if idle < IDLE_RELOCATIONS || errors.largest() < 0.6 * before {
@@ -355,7 +369,7 @@ impl Attempt<'_> {
         }
         let Some((poles, models, errors)) = accepted else { return Err(refuse(best, &poles, reason)) };
         let (poles, models, errors) = self.reduce(poles, models, errors);
-        self.finish(poles, models, errors)
+        Ok(self.finish(poles, models, errors))
     }
 
     /// Takes fresh rungs into the grid until it determines the unknowns with a margin.
@@ -393,6 +407,10 @@ impl Attempt<'_> {
                 let Ok((moved, refitted, new)) = self.improve(&fewer, 1) else { break };
                 fewer = moved;
                 if new.largest() <= self.target.tolerance {
+                    let (refitted, new) = self.passive(&fewer, refitted, new);
+                    if self.passivity(&refitted[0]).0 < -self.target.tolerance {
+                        continue;
+                    }
                     (poles, models, errors) = (fewer.clone(), refitted, new);
                     found = true;
                     break;
@@ -405,12 +423,8 @@ impl Attempt<'_> {
         (poles, models, errors)
     }
 
-    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Result<Fitted, Refusal> {
-        let (models, errors) = self.passive(&poles, models, errors);
+    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Fitted {
         let passivity = self.passivity(&models[0]).0;
-        if passivity < -self.target.tolerance {
-            return Err(Refusal { error: errors.largest(), order: order(&poles), reason: RefusalReason::Passivity });
-        }
         let statistics = FitStatistics {
             order: order(&poles),
             samples: self.grid.len() + REAL_RUNGS / 2,
@@ -430,7 +444,7 @@ impl Attempt<'_> {
             constants: [driven.constant, bottom.constant],
             statistics,
         };
-        Ok(Fitted { entry, grid: self.grid.clone(), scales: self.scales })
+        Fitted { entry, grid: self.grid.clone(), scales: self.scales }
     }
 
     /// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where the model is asked for its own real part and no

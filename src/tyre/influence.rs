@@ -18,6 +18,7 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
+use serde::Serialize;
 
 use super::compliance::{Stack, StackAt};
 use super::half_space_bands::{self, BAND_TERMS};
@@ -26,7 +27,7 @@ use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit}
 use crate::scene::{Numerics, Tyre};
 
 /// Which displacement a force on the tread element is related to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Field {
     /// The tread surface.
     Surface,

@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
+use serde::Serialize;
 use thiserror::Error;
 
 use super::ladder::Ladder;
@@ -16,7 +17,7 @@ use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::influence_batch::FaceValues;
 
 /// What a model has to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FitOptions {
     /// Elements N round the tyre; even.
     pub elements: usize,
@@ -35,6 +36,11 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
+    /// The same with another tolerance; the sums are made a hundred times as accurate, so that the fit sees no noise.
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
+    }
+
     /// Defaults for N elements: 1e-6 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at `highest_speed` \[m/s\] with one step an element.
     pub fn new(tyre: &Tyre, elements: usize, highest_speed: f64) -> Self {
         let reach = 4.0 * highest_speed * elements as f64 / tyre.circumference;
@@ -88,7 +94,7 @@ impl std::fmt::Display for RefusalReason {
             Self::Resolution => {
                 "resonances are sharper than the sampling can follow; more damping or a lower top frequency is needed"
             }
-            Self::Rounds => "neither more poles nor more samples helped; the function may not be causal",
+            Self::Rounds => "neither more poles nor more samples helped; resonances too sharp and too many for this tolerance, or a law that is not causal",
             Self::Passivity => "the fit would generate energy; a smaller tolerance may mend that",
             Self::NotATransferFunction => "a sample is not finite",
         })

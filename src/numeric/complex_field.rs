@@ -17,8 +17,8 @@ pub trait ComplexField:
     + Add<f64, Output = Self>
     + Neg<Output = Self>
 {
-    /// A real constant.
-    fn real(value: f64) -> Self;
+    /// A real constant, in as many lanes as `self` has.
+    fn like(self, value: f64) -> Self;
     /// 1/z.
     fn reciprocal(self) -> Self;
     /// The square root with non-negative real part.
@@ -30,7 +30,7 @@ pub trait ComplexField:
 }
 
 impl ComplexField for Complex64 {
-    fn real(value: f64) -> Self {
+    fn like(self, value: f64) -> Self {
         Self::new(value, 0.0)
     }
 

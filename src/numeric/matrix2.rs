@@ -10,12 +10,14 @@ pub struct Matrix2<T>(pub [[T; 2]; 2]);
 
 impl<T: ComplexField> Matrix2<T> {
     /// diag(a, b).
+    #[inline(always)]
     pub fn diagonal(a: T, b: T) -> Self {
-        let zero = T::real(0.0);
+        let zero = a.like(0.0);
         Self([[a, zero], [zero, b]])
     }
 
     /// a b^-1 by cofactors. A singular `b` gives non-finite entries.
+    #[inline(always)]
     pub fn over(self, b: Self) -> Self {
         let [[p, q], [r, s]] = b.0;
         let scale = (p * s - q * r).reciprocal();
@@ -23,6 +25,7 @@ impl<T: ComplexField> Matrix2<T> {
     }
 
     /// a^-1 b by cofactors. A singular `a` gives non-finite entries.
+    #[inline(always)]
     pub fn solve(self, b: Self) -> Self {
         let [[p, q], [r, s]] = self.0;
         let scale = (p * s - q * r).reciprocal();
@@ -30,14 +33,17 @@ impl<T: ComplexField> Matrix2<T> {
     }
 
     /// All entries times a factor.
+    #[inline(always)]
     pub fn scaled(self, factor: T) -> Self {
-        Self(self.0.map(|row| row.map(|entry| entry * factor)))
+        let [[a, b], [c, d]] = self.0;
+        Self([[a * factor, b * factor], [c * factor, d * factor]])
     }
 }
 
 impl<T: ComplexField> Add for Matrix2<T> {
     type Output = Self;
 
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         let ([[a, b], [c, d]], [[e, f], [g, h]]) = (self.0, other.0);
         Self([[a + e, b + f], [c + g, d + h]])
@@ -47,6 +53,7 @@ impl<T: ComplexField> Add for Matrix2<T> {
 impl<T: ComplexField> Sub for Matrix2<T> {
     type Output = Self;
 
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         let ([[a, b], [c, d]], [[e, f], [g, h]]) = (self.0, other.0);
         Self([[a - e, b - f], [c - g, d - h]])
@@ -56,6 +63,7 @@ impl<T: ComplexField> Sub for Matrix2<T> {
 impl<T: ComplexField> Mul for Matrix2<T> {
     type Output = Self;
 
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let ([[a, b], [c, d]], [[e, f], [g, h]]) = (self.0, other.0);
         Self([[a * e + b * g, a * f + b * h], [c * e + d * g, c * f + d * h]])

@@ -42,11 +42,12 @@ pub struct HyperbolicPair<T> {
 }
 
 /// Evaluates the series for |a|, |b| <= [`SERIES_LIMIT`].
+#[inline(always)]
 pub fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
-    let one = T::real(1.0);
+    let one = a.like(1.0);
     let (mut power_a, mut power_b, mut homogeneous) = (one, one, one);
     let mut pair =
-        HyperbolicPair { cosh: one, sinhc: one, cosh_difference: T::real(EVEN[1]), sinhc_difference: T::real(ODD[1]) };
+        HyperbolicPair { cosh: one, sinhc: one, cosh_difference: a.like(EVEN[1]), sinhc_difference: a.like(ODD[1]) };
     for j in 1..=TERMS {
         power_a = power_a * a;
         pair.cosh = pair.cosh + power_a * EVEN[j];
@@ -62,9 +63,10 @@ pub fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
 }
 
 /// (exp(z) - 1)/z for |z| < 1/2 by series.
+#[inline(always)]
 pub fn exponential_quotient<T: ComplexField>(z: T) -> T {
     // Horner from 1/14!: 0.5^13/14! = 1e-15 of the last kept term's neighbour is below rounding.
-    let mut sum = T::real(1.0);
+    let mut sum = z.like(1.0);
     let mut j = 14.0;
     while j > 1.5 {
         sum = z * sum * (1.0 / j) + 1.0;

@@ -9,9 +9,9 @@
 
 use num_complex::Complex64;
 
-use super::layer::{LayerAt, Way, choose_way};
+use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
 use super::material;
-use crate::numeric::Matrix2;
+use crate::numeric::{ComplexField, Matrix2};
 use crate::scene::{Foundation, Layer, Tyre};
 
 /// A 3x3 matrix over x, y, z: displacement i \[m\] per unit traction j \[Pa\].
@@ -79,39 +79,37 @@ impl Stack {
 }
 
 impl StackAt {
+    /// The layers, from the rim outwards.
+    pub(super) fn layers(&self) -> &[LayerAt<Complex64>] {
+        &self.layers
+    }
+
+    /// Tangential and normal foundation stiffness per area \[N/m^3\].
+    pub(super) fn foundation(&self) -> [Complex64; 2] {
+        self.foundation
+    }
+
     /// The outermost layer.
     pub fn tread(&self) -> &LayerAt<Complex64> {
         // A checked scene has at least one layer.
         &self.layers[self.layers.len() - 1]
     }
 
-    fn way(layer: &LayerAt<Complex64>, exponents: &super::layer::Exponents<Complex64>) -> Way {
+    fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
         let h_squared = layer.thickness * layer.thickness;
         choose_way(exponents.alpha_squared.norm() * h_squared, exponents.beta_squared.norm() * h_squared)
     }
 
-    /// P-SV pass through the lowest `count` layers: displacement and traction on their top for two states, and the product of the
-    /// displacement transfers from there to the bottom (`None` when `count` is 0).
+    /// [`climb`] by the way that suits each layer.
     fn climb(
         layers: &[LayerAt<Complex64>],
         foundation: Matrix2<Complex64>,
         kx: f64,
         ky: f64,
-    ) -> Option<(super::layer::FaceState<Complex64>, Matrix2<Complex64>)> {
-        let mut under = foundation;
-        let mut last: Option<(super::layer::FaceState<Complex64>, Matrix2<Complex64>)> = None;
-        for layer in layers {
-            let exponents = layer.exponents(kx, ky);
-            let result = layer.p_sv(&exponents, Self::way(layer, &exponents), under);
-            let step = result.bottom_displacement.over(result.top.displacement);
-            let transfer = match last {
-                Some((_, below)) => below * step,
-                None => step,
-            };
-            under = result.top.traction.over(result.top.displacement);
-            last = Some((result.top, transfer));
-        }
-        last
+    ) -> Option<(FaceState<Complex64>, Matrix2<Complex64>)> {
+        climb(layers, foundation, kx, ky, |layer, exponents, under| {
+            layer.p_sv(exponents, Self::way(layer, exponents), under)
+        })
     }
 
     /// Surface and bottom compliance for normal traction.
@@ -176,6 +174,32 @@ impl StackAt {
         let direction = if k > 0.0 { [kx / k, ky / k] } else { [1.0, 0.0] };
         (turn(p_sv_surface, surface, direction), turn(p_sv_bottom, transfer * surface, direction))
     }
+}
+
+/// P-SV pass upwards through layers, each by `pass`: displacement and traction on the last top face for two states, and the product of the
+/// displacement transfers from there to the bottom (`None` without layers).
+#[inline(always)]
+pub(super) fn climb<T: ComplexField>(
+    layers: &[LayerAt<T>],
+    foundation: Matrix2<T>,
+    kx: f64,
+    ky: f64,
+    mut pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
+) -> Option<(FaceState<T>, Matrix2<T>)> {
+    let mut under = foundation;
+    let mut last: Option<(FaceState<T>, Matrix2<T>)> = None;
+    for layer in layers {
+        let exponents = layer.exponents(kx, ky);
+        let result = pass(layer, &exponents, under);
+        let step = result.bottom_displacement.over(result.top.displacement);
+        let transfer = match last {
+            Some((_, below)) => below * step,
+            None => step,
+        };
+        under = result.top.traction.over(result.top.displacement);
+        last = Some((result.top, transfer));
+    }
+    last
 }
 
 /// From (w, u_z; tau, sigma) and SH in the direction of k to x, y, z. With u_r = -i w and tau = i sigma_rz.

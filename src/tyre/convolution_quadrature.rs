@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
-use super::influence::{Field, InfluenceSum};
+use super::influence::{Field, InfluenceSum, Truncation};
 use crate::scene::TimeRule;
 
 /// What wraps round, relative to itself: rho^K.
@@ -93,14 +93,23 @@ impl Weights {
             .par_chunks_mut(lags)
             .enumerate()
             .map_init(
-                || (inverse.make_input_vec(), inverse.make_output_vec(), inverse.make_scratch_vec()),
-                |(spectrum, signal, scratch), (n, row)| {
+                || (inverse.make_input_vec(), inverse.make_output_vec(), inverse.make_scratch_vec(), Vec::new()),
+                |(spectrum, signal, scratch, faces), (n, row)| {
                     let (mut evaluations, mut omitted) = (0, 0.0_f64);
-                    for (entry, at) in spectrum.iter_mut().zip(&at) {
-                        let value = sum.value(n, at, field);
-                        *entry = value.value;
-                        evaluations += value.evaluations;
-                        omitted = omitted.max(value.omitted);
+                    if field == Field::Surface && *sum.truncation() == Truncation::Tail {
+                        faces.clear();
+                        sum.faces(n, &at, field, faces);
+                        for (entry, faces) in spectrum.iter_mut().zip(faces.iter()) {
+                            *entry = faces.driven;
+                            evaluations += faces.evaluations;
+                        }
+                    } else {
+                        for (entry, at) in spectrum.iter_mut().zip(&at) {
+                            let value = sum.value(n, at, field);
+                            *entry = value.value;
+                            evaluations += value.evaluations;
+                            omitted = omitted.max(value.omitted);
+                        }
                     }
                     // The two real points of the circle.
                     spectrum[0].im = 0.0;

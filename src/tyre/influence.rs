@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Ways to the double sum over p and m, all selectable:
-//! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber k_c where the tread has become a half-space; everything above is the
-//!   asymptotic series of [`super::surface_asymptote`] with moments that are summed once for all s. Needs a tread without tension.
+//! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; above, first the bands of [`super::half_space_bands`], then, from k_c on,
+//!   the asymptotic series of [`super::surface_asymptote`], both with moments that are summed once for all s. Needs a tread without tension.
 //! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
@@ -18,14 +18,16 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
+use serde::Serialize;
 
 use super::compliance::{Stack, StackAt};
+use super::half_space_bands::{self, BAND_TERMS};
 use super::moments::{Moments, TailClasses};
 use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 use crate::scene::{Numerics, Tyre};
 
 /// Which displacement a force on the tread element is related to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Field {
     /// The tread surface.
     Surface,
@@ -114,11 +116,15 @@ pub struct InfluenceSum {
     truncation: Truncation,
     tolerance: f64,
     asymptote: Option<Asymptote>,
+    /// [ky, lateral weight] of odd m up to the largest cut-off; empty without a tail.
+    lateral: Vec<[f64; 2]>,
 }
 
 /// The tail's series and moments.
 #[derive(Clone, Debug)]
 struct Asymptote {
+    /// k h from which a layer is a half-space at rest.
+    decay: f64,
     coefficients: [f64; TERMS],
     classes: TailClasses,
     moments: Moments,
@@ -128,7 +134,11 @@ struct Asymptote {
 #[derive(Clone, Debug)]
 pub struct SumAt {
     stack: StackAt,
-    /// Class of the cut-off wavenumber.
+    /// Class of the wavenumber below which the layered compliance is evaluated.
+    explicit: usize,
+    /// Chebyshev coefficients of the half-space in the bands from there to the class of the series.
+    bands: Vec<[Complex64; BAND_TERMS]>,
+    /// Class above which the series is used.
     class: usize,
     /// phi_j (Q/mu)^j/mu.
     tail: [Complex64; TERMS],
@@ -145,6 +155,18 @@ pub struct InfluenceValue {
     pub evaluations: u64,
     /// Bound on what was left out, where it is bounded \[m/N\].
     pub omitted: f64,
+}
+
+impl SumAt {
+    /// Whether the half-space's series converges above the largest cut-off.
+    pub(super) fn converges(&self) -> bool {
+        self.converges
+    }
+
+    /// The stack.
+    pub(super) fn stack(&self) -> &StackAt {
+        &self.stack
+    }
 }
 
 impl InfluenceSum {
@@ -167,15 +189,48 @@ impl InfluenceSum {
                 let at = stack.at(Complex64::new(largest_s, 0.0));
                 let ratio = at.tread().inertia * at.tread().inverse_shear;
                 let largest = (ratio.norm() / LARGEST_ARGUMENT).sqrt();
-                let classes = TailClasses::new(thickness_limit(tread.thickness, tolerance), largest);
+                let smallest = thickness_limit(tread.thickness, tolerance);
+                let classes = TailClasses::new(smallest, largest);
                 let moments = Moments::new(&projection, &classes);
                 let coefficients = series(super::material::modulus_ratio(tread.material.poisson));
-                (Truncation::Tail, Some(Asymptote { coefficients, classes, moments }))
+                let decay = smallest * tread.thickness;
+                (Truncation::Tail, Some(Asymptote { decay, coefficients, classes, moments }))
             }
             (Truncation::Tail, None) => (Truncation::Bounded, None),
             (other, _) => (other, None),
         };
-        Self { stack, projection, truncation, tolerance, asymptote }
+        let highest = asymptote.as_ref().map_or(0.0, |asymptote: &Asymptote| asymptote.classes.highest());
+        let lateral = (1..)
+            .step_by(2)
+            .map(|m| [projection.ky(m), projection.lateral_weight(m)])
+            .take_while(|[ky, _]| *ky < highest)
+            .collect();
+        Self { stack, projection, truncation, tolerance, asymptote, lateral }
+    }
+
+    /// [ky, weight] of the odd m below the largest cut-off; empty where the sums have no tail.
+    pub(super) fn lateral(&self) -> &[[f64; 2]] {
+        &self.lateral
+    }
+
+    /// Square of the wavenumber below which the layered compliance is evaluated for the surface \[1/m^2\].
+    pub(super) fn cut_off_squared(&self, at: &SumAt) -> f64 {
+        self.asymptote.as_ref().map_or(f64::INFINITY, |asymptote| asymptote.classes.cut_off(at.explicit).powi(2))
+    }
+
+    /// The surface's share of all wavenumbers above that cut-off.
+    pub(super) fn half_space_rest(&self, n: usize, at: &SumAt) -> Complex64 {
+        let Some(asymptote) = &self.asymptote else { return Complex64::ZERO };
+        if !at.converges {
+            return Complex64::ZERO;
+        }
+        let moments = asymptote.moments.of(n, at.class);
+        let mut rest = at.tail.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+        for (class, coefficients) in (at.explicit..).zip(&at.bands) {
+            let moments = asymptote.moments.band(n, class);
+            rest += coefficients.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+        }
+        rest
     }
 
     /// The wavenumbers and weights.
@@ -192,6 +247,7 @@ impl InfluenceSum {
     pub fn at(&self, s: Complex64) -> SumAt {
         let stack = self.stack.at(s);
         let (mut class, mut tail, mut converges) = (0, [Complex64::ZERO; TERMS], true);
+        let (mut explicit, mut bands) = (0, Vec::new());
         if let Some(asymptote) = &self.asymptote {
             let tread = stack.tread();
             let ratio = tread.inertia * tread.inverse_shear;
@@ -201,8 +257,18 @@ impl InfluenceSum {
                 *entry = power * coefficient;
                 power *= ratio;
             }
+            let classes = &asymptote.classes;
+            let smooth = |class: usize| {
+                half_space_bands::is_half_space(tread, classes.cut_off(class), asymptote.decay)
+                    && half_space_bands::is_resolved(tread, classes.band(class), self.tolerance)
+            };
+            explicit = class;
+            while explicit > 0 && smooth(explicit - 1) {
+                explicit -= 1;
+            }
+            bands = (explicit..class).map(|class| half_space_bands::coefficients(tread, classes.band(class))).collect();
         }
-        SumAt { stack, class, tail, converges }
+        SumAt { stack, explicit, bands, class, tail, converges }
     }
 
     /// Ht_n(s) of a field. `n` from 0 to N/2.
@@ -229,7 +295,9 @@ impl InfluenceSum {
         field: Field,
         compliance: impl Fn(f64, f64) -> Complex64,
     ) -> InfluenceValue {
-        let cut_off = asymptote.classes.cut_off(at.class);
+        // The faces below do not see the half-space; they keep the larger cut-off.
+        let class = if field == Field::Surface { at.explicit } else { at.class };
+        let cut_off = asymptote.classes.cut_off(class);
         let (mut value, mut evaluations, mut explicit) = (Complex64::ZERO, 0, 0.0);
         let mut last = Complex64::ZERO;
         for alias in aliases_below(n, &self.projection, cut_off) {
@@ -253,8 +321,7 @@ impl InfluenceSum {
         match field {
             // Above the cut-off the surface is the half-space's.
             Field::Surface if at.converges => {
-                let moments = asymptote.moments.of(n, at.class);
-                value += at.tail.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+                value += self.half_space_rest(n, at);
             }
             // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
             // frequency) the rest is bounded by the last value times the weight that is left.
@@ -353,7 +420,7 @@ impl InfluenceSum {
 }
 
 /// Integer wavenumbers n + p N with |kx| below the cut-off, p = 0, 1, -1, 2, ...
-fn aliases_below(n: usize, projection: &Projection, cut_off: f64) -> impl Iterator<Item = i64> + '_ {
+pub(super) fn aliases_below(n: usize, projection: &Projection, cut_off: f64) -> impl Iterator<Item = i64> + '_ {
     let largest = (cut_off * projection.circumference / (2.0 * PI)) as i64;
     let elements = projection.elements as i64;
     let n = n as i64;

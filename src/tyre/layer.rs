@@ -109,6 +109,7 @@ pub struct Exponents<T> {
 
 impl<T: ComplexField> LayerAt<T> {
     /// Exponents at a wavenumber (kx, ky).
+    #[inline(always)]
     pub fn exponents(&self, kx: f64, ky: f64) -> Exponents<T> {
         let k_squared = kx * kx + ky * ky;
         let q = self.inertia + (self.prestress[0] * kx * kx + self.prestress[1] * ky * ky);
@@ -123,6 +124,7 @@ impl<T: ComplexField> LayerAt<T> {
     }
 
     /// P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by the given way.
+    #[inline(always)]
     pub fn p_sv(&self, exponents: &Exponents<T>, way: Way, under: Matrix2<T>) -> LayerResult<T> {
         match way {
             Way::Thin => self.p_sv_thin(exponents, self.thickness, under),
@@ -141,7 +143,8 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
-    fn p_sv_thin(&self, exponents: &Exponents<T>, h: f64, under: Matrix2<T>) -> LayerResult<T> {
+    #[inline(always)]
+    pub(super) fn p_sv_thin(&self, exponents: &Exponents<T>, h: f64, under: Matrix2<T>) -> LayerResult<T> {
         let Exponents { k, q, q_over_shear, alpha_squared, beta_squared } = *exponents;
         let (kappa, mu) = (self.modulus_ratio, self.shear);
         let h_squared = h * h;
@@ -150,22 +153,22 @@ impl<T: ComplexField> LayerAt<T> {
         let scale = (1.0 - kappa) * h_squared;
         let (cosh_difference, sinhc_difference) = (pair.cosh_difference * scale, pair.sinhc_difference * scale);
         let v = q_over_shear + 2.0 * k * k;
-        let two_k_squared = T::real(-2.0 * k * k);
+        let two_k_squared = q.like(-2.0 * k * k);
         let k_over_mu = self.inverse_shear * k;
         let two_mu_k_v = mu * v * (2.0 * k);
         let pr = Matrix2([[v, k_over_mu], [-two_mu_k_v, two_k_squared]]);
         let rp = Matrix2([[two_k_squared, -k_over_mu], [two_mu_k_v, v]]);
-        let p = Matrix2([[T::real(k), self.inverse_shear], [q, T::real(-k)]]);
+        let p = Matrix2([[q.like(k), self.inverse_shear], [q, q.like(-k)]]);
         let nu = 1.0 - 2.0 * kappa;
         let r = Matrix2([
-            [T::real(-nu * k), self.inverse_shear * kappa],
-            [mu * (4.0 * (1.0 - kappa) * k * k) + q, T::real(nu * k)],
+            [q.like(-nu * k), self.inverse_shear * kappa],
+            [mu * (4.0 * (1.0 - kappa) * k * k) + q, q.like(nu * k)],
         ]);
         let cosh = Matrix2::diagonal(pair.cosh, pair.cosh);
         let sinhc = Matrix2::diagonal(pair.sinhc, pair.sinhc);
         let xx = (cosh + pr.scaled(cosh_difference)).0;
         let yy = (cosh + rp.scaled(cosh_difference)).0;
-        let s_pr = (sinhc + pr.scaled(sinhc_difference)).scaled(T::real(h));
+        let s_pr = (sinhc + pr.scaled(sinhc_difference)).scaled(q.like(h));
         let xy = (s_pr * p).0;
         let yx = (r * s_pr).0;
         // From (w, sigma | u_z, tau) to (w, u_z | tau, sigma).
@@ -175,11 +178,12 @@ impl<T: ComplexField> LayerAt<T> {
         let t22 = Matrix2([[yy[1][1], yx[1][1]], [xy[1][1], xx[1][1]]]);
         LayerResult {
             top: FaceState { displacement: t11 + t12 * under, traction: t21 + t22 * under },
-            bottom_displacement: Matrix2::diagonal(T::real(1.0), T::real(1.0)),
+            bottom_displacement: Matrix2::diagonal(q.like(1.0), q.like(1.0)),
         }
     }
 
-    fn p_sv_thick(&self, exponents: &Exponents<T>, under: Matrix2<T>) -> LayerResult<T> {
+    #[inline(always)]
+    pub(super) fn p_sv_thick(&self, exponents: &Exponents<T>, under: Matrix2<T>) -> LayerResult<T> {
         let Exponents { k, q, q_over_shear, alpha_squared, beta_squared } = *exponents;
         let (kappa, mu, h) = (self.modulus_ratio, self.shear, self.thickness);
         let (alpha, beta) = (alpha_squared.square_root(), beta_squared.square_root());
@@ -194,34 +198,26 @@ impl<T: ComplexField> LayerAt<T> {
         let shear_traction = mu * (2.0 * k * k) + q;
         let two_mu_k = mu * (2.0 * k);
         // Wave P: displacement (-k, alpha), traction (-2 mu k alpha, 2 mu k^2 + Q).
-        let p_displacement = [T::real(-k), alpha];
+        let p_displacement = [q.like(-k), alpha];
         let p_traction = [-(two_mu_k * alpha), shear_traction];
         // Wave SV: displacement (beta, -k), traction (2 mu k^2 + Q, -2 mu k beta); enters through (P + SV) mu/Q only.
         let over_beta = (beta + k).reciprocal();
         let over_alpha = (alpha + k).reciprocal();
         let d_displacement = [over_beta, over_alpha * kappa];
         let d_traction = [mu * (over_alpha * (-2.0 * kappa * k) + 1.0), q * over_beta * over_beta];
-        let sv_displacement = [beta, T::real(-k)];
+        let sv_displacement = [beta, q.like(-k)];
         let sv_traction = [shear_traction, -(two_mu_k * beta)];
 
-        let columns = |p: [T; 2], d: [T; 2]| Matrix2([[p[0], d[0]], [p[1], d[1]]]);
-        let away = |p: [T; 2], d: [T; 2], sv: [T; 2]| {
-            columns(p.map(|x| x * decay_p), [d[0] * decay_p + sv[0] * delta, d[1] * decay_p + sv[1] * delta])
-        };
         // Waves that decay downwards from the top face: on the top face, and on the bottom face.
         let down = FaceState {
             displacement: columns(p_displacement, d_displacement),
             traction: columns(p_traction, d_traction),
         };
         let down_far = FaceState {
-            displacement: away(p_displacement, d_displacement, sv_displacement),
-            traction: away(p_traction, d_traction, sv_traction),
+            displacement: away(p_displacement, d_displacement, sv_displacement, decay_p, delta),
+            traction: away(p_traction, d_traction, sv_traction, decay_p, delta),
         };
         // Waves that decay upwards are their mirror images: u_z and tau change sign.
-        let mirror = |face: FaceState<T>| FaceState {
-            displacement: Matrix2([face.displacement.0[0], face.displacement.0[1].map(|x| -x)]),
-            traction: Matrix2([face.traction.0[0].map(|x| -x), face.traction.0[1]]),
-        };
         let (up, up_far) = (mirror(down), mirror(down_far));
         let reflected =
             (under * up.displacement - up.traction).solve(down_far.traction - under * down_far.displacement);
@@ -243,7 +239,7 @@ impl<T: ComplexField> LayerAt<T> {
             let s = pair.sinhc * h;
             let displacement = pair.cosh + s * self.inverse_shear * under;
             let traction = self.shear * exponents.beta_squared * s + pair.cosh * under;
-            [displacement, traction, T::real(1.0)]
+            [displacement, traction, under.like(1.0)]
         } else {
             let beta = exponents.beta_squared.square_root();
             let decay = (beta * -h).exponential();
@@ -257,4 +253,25 @@ impl<T: ComplexField> LayerAt<T> {
             ]
         }
     }
+}
+
+// Functions, not closures: they are inlined by force, since the vector instructions of the lanes end at a call.
+
+#[inline(always)]
+fn columns<T: ComplexField>(p: [T; 2], d: [T; 2]) -> Matrix2<T> {
+    Matrix2([[p[0], d[0]], [p[1], d[1]]])
+}
+
+/// The two waves on the far face.
+#[inline(always)]
+fn away<T: ComplexField>(p: [T; 2], d: [T; 2], sv: [T; 2], decay_p: T, delta: T) -> Matrix2<T> {
+    columns([p[0] * decay_p, p[1] * decay_p], [d[0] * decay_p + sv[0] * delta, d[1] * decay_p + sv[1] * delta])
+}
+
+/// Mirrored in the middle plane: u_z and tau change sign.
+#[inline(always)]
+fn mirror<T: ComplexField>(face: FaceState<T>) -> FaceState<T> {
+    let [above, [a, b]] = face.displacement.0;
+    let [[c, d], below] = face.traction.0;
+    FaceState { displacement: Matrix2([above, [-a, -b]]), traction: Matrix2([[-c, -d], below]) }
 }

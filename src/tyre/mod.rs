@@ -7,10 +7,15 @@
 pub mod cases;
 pub mod compliance;
 pub mod convolution_quadrature;
+pub mod half_space_bands;
 pub mod influence;
+pub mod influence_batch;
+pub mod lane_compliance;
 pub mod layer;
 pub mod material;
 pub mod mobility;
 pub mod moments;
 pub mod rational;
+#[cfg(test)]
+mod samples;
 pub mod surface_asymptote;

@@ -4,22 +4,25 @@
 //! sixteen lobes of the element and several hundred m; beyond, each sum is an integral over a smooth function:
 //! sinc^2(kx dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 is replaced by its mean 2/(b ky)^2 (the oscillation
 //! about it sums to order m^-3). Both substitute x = X/t and use Gauss-Legendre nodes on 0 < t < 1.
+//!
+//! Between two neighbouring cut-offs lies a band with its own Chebyshev moments (see [`super::half_space_bands`]).
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
+use super::half_space_bands::{self, BAND_TERMS};
 use super::influence::Projection;
 use super::surface_asymptote::TERMS;
 
-/// Cut-off wavenumbers in steps of sqrt(2).
+/// Cut-off wavenumbers in steps of 2^(1/4).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TailClasses {
     cut_offs: Vec<f64>,
 }
 
 /// Number of classes at most: a cut-off of 2^12 times the smallest.
-const MOST_CLASSES: usize = 24;
+const MOST_CLASSES: usize = 48;
 
 impl TailClasses {
     /// Classes from `smallest` until `largest` is reached \[1/m\].
@@ -27,7 +30,7 @@ impl TailClasses {
         let mut cut_offs = vec![smallest];
         let mut next = smallest;
         while next < largest && cut_offs.len() < MOST_CLASSES {
-            next *= std::f64::consts::SQRT_2;
+            next *= std::f64::consts::SQRT_2.sqrt();
             cut_offs.push(next);
         }
         Self { cut_offs }
@@ -36,6 +39,16 @@ impl TailClasses {
     /// The cut-off of a class \[1/m\].
     pub fn cut_off(&self, class: usize) -> f64 {
         self.cut_offs[class]
+    }
+
+    /// The largest cut-off \[1/m\].
+    pub fn highest(&self) -> f64 {
+        self.cut_offs[self.cut_offs.len() - 1]
+    }
+
+    /// The band of k^2 between the cut-offs of a class and the next \[1/m^2\].
+    pub fn band(&self, class: usize) -> [f64; 2] {
+        [self.cut_offs[class].powi(2), self.cut_offs[class + 1].powi(2)]
     }
 
     /// The smallest class at or above a wavenumber, and whether there is one.
@@ -50,6 +63,7 @@ impl TailClasses {
 pub struct Moments {
     classes: usize,
     values: Vec<[f64; TERMS]>,
+    bands: Vec<[f64; BAND_TERMS]>,
 }
 
 /// Lobes of sinc^2 that are summed one by one, counted from the cut-off.
@@ -73,11 +87,19 @@ impl Moments {
     /// Sums the moments for n = 0..=N/2.
     pub fn new(projection: &Projection, classes: &TailClasses) -> Self {
         let count = classes.cut_offs.len();
-        let values = (0..=projection.elements / 2)
-            .into_par_iter()
-            .flat_map_iter(|n| for_wavenumber(projection, classes, n))
-            .collect();
-        Self { classes: count, values }
+        let rows: Vec<_> =
+            (0..=projection.elements / 2).into_par_iter().map(|n| for_wavenumber(projection, classes, n)).collect();
+        let (mut values, mut bands) = (Vec::with_capacity(rows.len() * count), Vec::with_capacity(rows.len() * count));
+        for (row_values, row_bands) in rows {
+            values.extend(row_values);
+            bands.extend(row_bands);
+        }
+        Self { classes: count, values, bands }
+    }
+
+    /// Chebyshev moments nu_j(n) of the band between a class and the next.
+    pub fn band(&self, n: usize, class: usize) -> &[f64; BAND_TERMS] {
+        &self.bands[n * self.classes + class]
     }
 
     /// M_j(n) of a class.
@@ -96,8 +118,14 @@ pub(super) fn add(moments: &mut [f64; TERMS], weight: f64, k_squared: f64) {
     }
 }
 
-fn for_wavenumber(projection: &Projection, classes: &TailClasses, n: usize) -> Vec<[f64; TERMS]> {
+/// Power moments above every cut-off, and Chebyshev moments between neighbouring ones (the last entry stays empty).
+fn for_wavenumber(
+    projection: &Projection,
+    classes: &TailClasses,
+    n: usize,
+) -> (Vec<[f64; TERMS]>, Vec<[f64; BAND_TERMS]>) {
     let count = classes.cut_offs.len();
+    let mut bands = vec![[0.0; BAND_TERMS]; count];
     // Shell c holds what lies between cut-off c and c + 1; the last one everything above.
     let mut shells = vec![[0.0; TERMS]; count];
     let highest = classes.cut_offs[count - 1];
@@ -136,6 +164,9 @@ fn for_wavenumber(projection: &Projection, classes: &TailClasses, n: usize) -> V
             }
             let shell = classes.cut_offs.partition_point(|&cut_off| cut_off * cut_off <= k_squared) - 1;
             add(&mut shells[shell], lateral * longitudinal, k_squared);
+            if shell + 1 < count {
+                half_space_bands::add(&mut bands[shell], lateral * longitudinal, k_squared, classes.band(shell));
+            }
         }
         for &(kx_squared, longitudinal) in &far_aliases {
             add(&mut shells[count - 1], lateral * longitudinal, kx_squared + ky_squared);
@@ -158,5 +189,5 @@ fn for_wavenumber(projection: &Projection, classes: &TailClasses, n: usize) -> V
             *moment += more;
         }
     }
-    shells
+    (shells, bands)
 }

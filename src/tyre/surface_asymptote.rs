@@ -21,8 +21,8 @@ use num_complex::Complex64;
 /// Terms of the power series that are kept.
 pub const TERMS: usize = 14;
 
-/// Largest |x| at which the series is used: (0.19/0.76)^14 = 4e-9.
-pub const LARGEST_ARGUMENT: f64 = 0.19;
+/// Largest |x| at which the series is used: (0.12/0.76)^14 = 6e-12.
+pub const LARGEST_ARGUMENT: f64 = 0.12;
 
 /// The power-series coefficients phi_j for a modulus ratio kappa = mu/(lambda + 2 mu) in (0, 1).
 ///

@@ -6,16 +6,18 @@
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
+use serde::Serialize;
 use thiserror::Error;
 
 use super::ladder::Ladder;
 use super::model::RationalModel;
-use super::wavenumber::{Fitted, Refusal, RefusalReason, Rung, Sample, Start, Target, fit_wavenumber};
+use super::wavenumber::{Fitted, Refusal, RefusalReason, Rung, Start, Target, fit_wavenumber};
 use crate::scene::Tyre;
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::influence_batch::FaceValues;
 
 /// What a model has to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FitOptions {
     /// Elements N round the tyre; even.
     pub elements: usize,
@@ -34,6 +36,11 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
+    /// The same with another tolerance; the sums are made a hundred times as accurate, so that the fit sees no noise.
+    pub fn with_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
+    }
+
     /// Defaults for N elements: 1e-6 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at `highest_speed` \[m/s\] with one step an element.
     pub fn new(tyre: &Tyre, elements: usize, highest_speed: f64) -> Self {
         let reach = 4.0 * highest_speed * elements as f64 / tyre.circumference;
@@ -87,7 +94,7 @@ impl std::fmt::Display for RefusalReason {
             Self::Resolution => {
                 "resonances are sharper than the sampling can follow; more damping or a lower top frequency is needed"
             }
-            Self::Rounds => "neither more poles nor more samples helped; the function may not be causal",
+            Self::Rounds => "neither more poles nor more samples helped; resonances too sharp and too many for this tolerance, or a law that is not causal",
             Self::Passivity => "the fit would generate energy; a smaller tolerance may mend that",
             Self::NotATransferFunction => "a sample is not finite",
         })
@@ -118,10 +125,11 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
         constant: options.constant,
         bottom_scale: 0.0,
         removals: 8,
+        removal_below: 1.0,
     };
     let one = |n: usize, start: &Start, target: &Target| {
         let mut sample =
-            |rungs: &[Rung], values: &mut Vec<Sample>| sample(&sum, &ladder, options.driven, n, rungs, values);
+            |rungs: &[Rung], values: &mut Vec<FaceValues>| sample(&sum, &ladder, options.driven, n, rungs, values);
         fit_wavenumber(&ladder, target, start, &mut sample).map_err(|refusal| refused(n, options, &refusal))
     };
     // The belt follows most at n = 0: the scale of its errors.
@@ -134,8 +142,9 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
         let fitted: Vec<(usize, Result<Fitted, FitError>)> = level
             .into_par_iter()
             .map(|n| {
-                let removals = if stride > 4 { 6 } else { 1 };
-                let target = Target { removals, ..target };
+                // Far from its start a fit is worth tidying; close to it, its start was tidy.
+                let (removals, removal_below) = if stride > 4 { (6, 0.7) } else { (2, 0.3) };
+                let target = Target { removals, removal_below, ..target };
                 let start = start_of(&done, n, stride);
                 // A start that leads nowhere is not held against the function.
                 let fitted = one(n, &start, &target).or_else(|error| {
@@ -158,7 +167,7 @@ fn start_of(done: &[Option<Fitted>], n: usize, stride: usize) -> Start {
     let neighbour = |n: usize| done.get(n).and_then(Option::as_ref);
     let from = n.checked_sub(stride).and_then(neighbour).or_else(|| neighbour(n + stride));
     match from {
-        Some(fitted) => Start { poles: fitted.entry.poles.clone(), grid: fitted.grid.clone() },
+        Some(fitted) => Start { poles: fitted.entry.poles.clone(), grid: fitted.grid.clone(), dense: false },
         None => Start::default(),
     }
 }
@@ -174,14 +183,10 @@ fn refused(n: usize, options: &FitOptions, refusal: &Refusal) -> FitError {
 }
 
 /// Exact values of both faces on rungs.
-fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[Rung], values: &mut Vec<Sample>) {
-    for &rung in rungs {
-        let at = match rung {
-            Rung::Axis(rung) => &ladder.axis_at[rung],
-            Rung::Real(rung) => &ladder.real_at[rung],
-        };
-        let face = sum.value(n, at, driven);
-        let bottom = sum.value(n, at, Field::Bottom);
-        values.push(([face.value, bottom.value], face.evaluations));
-    }
+fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[Rung], values: &mut Vec<FaceValues>) {
+    let at = rungs.iter().map(|rung| match *rung {
+        Rung::Axis(rung) => &ladder.axis_at[rung],
+        Rung::Real(rung) => &ladder.real_at[rung],
+    });
+    sum.faces(n, at, driven, values);
 }

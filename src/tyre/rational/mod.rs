@@ -3,17 +3,21 @@
 //! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
 //! - [`ladder`]: the points at which the exact functions may be sampled;
 //! - [`wavenumber`]: the adaptive fit of one wavenumber;
-//! - [`fit`]: all wavenumbers, each started from a neighbour, in parallel.
+//! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
+//! - [`cache`]: models on disk.
 //!
 //! What the tolerance means. H_n and its model are analytic and bounded for Re s >= 0 (all poles are stable) and vanish or become constant at infinity, so by the maximum
 //! principle the error anywhere in the right half plane is at most the largest on the imaginary axis. The axis is sampled up to the top frequency only; what lies beyond
 //! acts on a point s of the right half plane with the harmonic measure 1 - (2/pi) atan(top/|s|) (two-constants theorem), which is small for |s| << top but not near it: so the
 //! positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
 
+pub mod cache;
+mod codec;
 pub mod fit;
 pub mod ladder;
 pub mod model;
 pub mod wavenumber;
 
+pub use cache::Cache;
 pub use fit::{FitError, FitOptions, fit};
 pub use model::{FitStatistics, Modes, RationalModel};

@@ -15,15 +15,24 @@ use super::model::{Entry, FitStatistics};
 use crate::numeric::rational::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
 use crate::numeric::rational::vector_fitting::{Samples, relocate, residues};
 use crate::numeric::rational::{PartialFractions, RationalError, aaa};
+use crate::tyre::influence_batch::FaceValues;
 
 /// Intervals of the first grid.
 const FIRST_INTERVALS: usize = 64;
-/// Relocations between two looks at the error.
-const RELOCATIONS: usize = 2;
+/// Relocations that have to fail before samples or poles are added.
+const IDLE_RELOCATIONS: usize = 2;
+/// Relocations that may make up for a pole that was taken away.
+const REMOVAL_RELOCATIONS: usize = 2;
+/// Rungs that join the grid in one round.
+const MOST_JOINING: usize = 12;
+/// Samples per pole past which more samples are no remedy.
+const MOST_SAMPLES: usize = 4;
 /// Rounds of adding rungs or poles.
-const ROUNDS: usize = 40;
-/// Points beyond the band where passivity is checked: factors of 2 above the top.
-const BEYOND: usize = 10;
+const ROUNDS: usize = 120;
+/// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
+const BEYOND: usize = 20;
+/// Rounds of mending passivity.
+const MENDING_ROUNDS: usize = 8;
 
 /// What a fit has to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +47,8 @@ pub struct Target {
     pub bottom_scale: f64,
     /// How many times poles may be taken away.
     pub removals: usize,
+    /// Poles are only taken away where the error is below this fraction of the tolerance.
+    pub removal_below: f64,
 }
 
 /// Where a fit starts: poles of a neighbour and the rungs it ended with.
@@ -47,6 +58,8 @@ pub struct Start {
     pub poles: Vec<Complex64>,
     /// Rungs of the grid, rising; empty: the first grid.
     pub grid: Vec<usize>,
+    /// Whether the first grid is twice as dense.
+    pub dense: bool,
 }
 
 /// A fit, what the next one can start from, and its scale.
@@ -85,9 +98,6 @@ pub enum RefusalReason {
     /// The function does not take real values on the real axis or is not finite: not a transfer function.
     NotATransferFunction,
 }
-
-/// Values of both faces and the number of compliance evaluations.
-pub type Sample = ([Complex64; 2], u64);
 
 /// A rung of one of the ladders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -139,10 +149,11 @@ pub fn fit_wavenumber(
     ladder: &Ladder,
     target: &Target,
     start: &Start,
-    sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>),
+    sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>),
 ) -> Result<Fitted, Refusal> {
     let grid = if start.grid.is_empty() {
-        (0..=FIRST_INTERVALS).map(|i| i * (RUNGS / FIRST_INTERVALS)).collect()
+        let intervals = FIRST_INTERVALS * if start.dense { 2 } else { 1 };
+        (0..=intervals).map(|i| i * (RUNGS / intervals)).collect()
     } else {
         start.grid.clone()
     };
@@ -163,7 +174,7 @@ pub fn fit_wavenumber(
 
 impl Attempt<'_> {
     /// Brings `fresh` up to date with the grid and evaluates what is missing.
-    fn refresh(&mut self, sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>)) {
+    fn refresh(&mut self, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) {
         self.fresh =
             self.grid.windows(2).filter(|pair| pair[1] - pair[0] > 1).map(|pair| (pair[0] + pair[1]) / 2).collect();
         let mut wanted: Vec<Rung> = self
@@ -177,10 +188,13 @@ impl Attempt<'_> {
             self.real = vec![[Complex64::ZERO; 2]; REAL_RUNGS];
             wanted.extend((0..REAL_RUNGS).map(Rung::Real));
         }
+        // Neighbouring rungs side by side.
+        wanted.sort_unstable();
         let mut values = Vec::with_capacity(wanted.len());
         sample(&wanted, &mut values);
-        for (rung, (value, evaluations)) in wanted.into_iter().zip(values) {
-            self.evaluations += evaluations;
+        for (rung, faces) in wanted.into_iter().zip(values) {
+            self.evaluations += faces.evaluations;
+            let value = [faces.driven, faces.bottom];
             match rung {
                 Rung::Axis(rung) => self.axis[rung] = Some(value),
                 Rung::Real(rung) => self.real[rung] = value,
@@ -272,16 +286,20 @@ impl Attempt<'_> {
     }
 
     /// Moves fresh rungs with a large error into the grid. `false` if there is nothing left to halve.
-    fn refine(&mut self, models: &[PartialFractions], sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>)) -> bool {
+    fn refine(&mut self, models: &[PartialFractions], sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) -> bool {
         let limit = 0.5 * self.target.tolerance;
         let errors = |rung: usize| {
             let (s, values) = (self.ladder.axis[rung], self.value(rung));
             (0..2).map(|face| (models[face].evaluate(s) - values[face]).norm() / self.scales[face]).fold(0.0, f64::max)
         };
-        let joining: Vec<usize> = self.fresh.iter().copied().filter(|&rung| errors(rung) > limit).collect();
+        let mut joining: Vec<(f64, usize)> =
+            self.fresh.iter().map(|&rung| (errors(rung), rung)).filter(|&(error, _)| error > limit).collect();
+        joining.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        joining.truncate(MOST_JOINING);
         if joining.is_empty() {
             return false;
         }
+        let joining = joining.into_iter().map(|(_, rung)| rung);
         self.grid.extend(joining);
         self.grid.sort_unstable();
         self.refresh(sample);
@@ -300,32 +318,43 @@ impl Attempt<'_> {
         Ok(poles)
     }
 
-    fn run(&mut self, start: &Start, sample: &mut dyn FnMut(&[Rung], &mut Vec<Sample>)) -> Result<Fitted, Refusal> {
+    fn run(&mut self, start: &Start, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) -> Result<Fitted, Refusal> {
         let refuse = |error: f64, poles: &[Complex64], reason| Refusal { error, order: order(poles), reason };
         let broken =
             |_: RationalError| Refusal { error: f64::INFINITY, order: 0, reason: RefusalReason::NotATransferFunction };
         let mut poles = if start.poles.is_empty() { self.first_poles().map_err(broken)? } else { start.poles.clone() };
         let mut best = f64::INFINITY;
         let (mut accepted, mut reason) = (None, RefusalReason::Rounds);
+        // Error when samples or poles were last changed or relocation last paid, and relocations since.
+        let (mut before, mut idle) = (f64::INFINITY, 0);
         for _ in 0..ROUNDS {
-            // Enough samples for the unknowns, with a margin.
-            while self.grid.len() < order(&poles) + 12 {
-                let before = self.grid.len();
-                self.grid.extend(self.fresh.iter().copied());
-                self.grid.sort_unstable();
-                self.refresh(sample);
-                if self.grid.len() == before {
-                    break;
-                }
-            }
-            let (moved, models, errors) = self.improve(&poles, RELOCATIONS).map_err(broken)?;
+            self.enough_samples(order(&poles), sample);
+            let (moved, models, errors) = self.improve(&poles, 1).map_err(broken)?;
             poles = moved;
             best = best.min(errors.largest());
             if errors.largest() <= self.target.tolerance {
-                accepted = Some((poles.clone(), models, errors));
-                break;
+                let (models, errors) = self.passive(&poles, models, errors);
+                let (least, s) = self.passivity(&models[0]);
+                if least >= -self.target.tolerance {
+                    accepted = Some((poles.clone(), models, errors));
+                    break;
+                }
+                if order(&poles) < self.target.most_poles {
+                    // Freedom where the energy comes from.
+                    poles.push(Complex64::new(-s.im, 0.0));
+                    reason = RefusalReason::Passivity;
+                    continue;
+                }
+                return Err(refuse(best, &poles, RefusalReason::Passivity));
             }
-            if errors.fresh > self.target.tolerance && errors.fresh > 2.0 * errors.fitted {
+            idle += 1;
+            if idle < IDLE_RELOCATIONS || errors.largest() < 0.6 * before {
+                before = before.min(errors.largest());
+                continue;
+            }
+            (before, idle) = (f64::INFINITY, 0);
+            let dense = self.grid.len() > MOST_SAMPLES * order(&poles) + FIRST_INTERVALS;
+            if errors.fresh > self.target.tolerance && errors.fresh > 2.0 * errors.fitted && !dense {
                 if self.refine(&models, sample) {
                     continue;
                 }
@@ -340,7 +369,16 @@ impl Attempt<'_> {
         }
         let Some((poles, models, errors)) = accepted else { return Err(refuse(best, &poles, reason)) };
         let (poles, models, errors) = self.reduce(poles, models, errors);
-        self.finish(poles, models, errors)
+        Ok(self.finish(poles, models, errors))
+    }
+
+    /// Takes fresh rungs into the grid until it determines the unknowns with a margin.
+    fn enough_samples(&mut self, order: usize, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) {
+        while self.grid.len() < order + 12 && !self.fresh.is_empty() {
+            self.grid.extend(self.fresh.iter().copied());
+            self.grid.sort_unstable();
+            self.refresh(sample);
+        }
     }
 
     /// Takes poles away as long as the tolerance holds.
@@ -359,23 +397,34 @@ impl Attempt<'_> {
             if poles.len() < 2 {
                 break;
             }
+            if errors.largest() > self.target.removal_below * self.target.tolerance {
+                break;
+            }
             let mut fewer = poles.clone();
             fewer.remove(least);
-            match self.improve(&fewer, RELOCATIONS) {
-                Ok((moved, refitted, new)) if new.largest() <= self.target.tolerance => {
-                    (poles, models, errors) = (moved, refitted, new);
+            let mut found = false;
+            for _ in 0..REMOVAL_RELOCATIONS {
+                let Ok((moved, refitted, new)) = self.improve(&fewer, 1) else { break };
+                fewer = moved;
+                if new.largest() <= self.target.tolerance {
+                    let (refitted, new) = self.passive(&fewer, refitted, new);
+                    if self.passivity(&refitted[0]).0 < -self.target.tolerance {
+                        continue;
+                    }
+                    (poles, models, errors) = (fewer.clone(), refitted, new);
+                    found = true;
+                    break;
                 }
-                _ => break,
+            }
+            if !found {
+                break;
             }
         }
         (poles, models, errors)
     }
 
-    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Result<Fitted, Refusal> {
-        let passivity = self.passivity(&models[0]);
-        if passivity < -self.target.tolerance {
-            return Err(Refusal { error: errors.largest(), order: order(&poles), reason: RefusalReason::Passivity });
-        }
+    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Fitted {
+        let passivity = self.passivity(&models[0]).0;
         let statistics = FitStatistics {
             order: order(&poles),
             samples: self.grid.len() + REAL_RUNGS / 2,
@@ -395,15 +444,50 @@ impl Attempt<'_> {
             constants: [driven.constant, bottom.constant],
             statistics,
         };
-        Ok(Fitted { entry, grid: self.grid.clone(), scales: self.scales })
+        Fitted { entry, grid: self.grid.clone(), scales: self.scales }
     }
 
-    /// Smallest Re(s H)/(|s| max |H|) on every eighth rung and beyond the band.
-    fn passivity(&self, model: &PartialFractions) -> f64 {
+    /// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where the model is asked for its own real part and no
+    /// energy. Most offences lie beyond the band, where nothing else determines it. Only what stays within the tolerance is taken.
+    fn passive(
+        &self,
+        poles: &[Complex64],
+        mut models: Vec<PartialFractions>,
+        mut errors: Errors,
+    ) -> (Vec<PartialFractions>, Errors) {
+        let mut samples = self.samples(true);
+        for _ in 0..MENDING_ROUNDS {
+            let (least, s) = self.passivity(&models[0]);
+            if least >= 0.0 {
+                break;
+            }
+            for s in [s * 0.93, s, s * 1.07] {
+                samples.points.push(s);
+                for (face, (response, model)) in samples.responses.iter_mut().zip(&models).enumerate() {
+                    let value = model.evaluate(s);
+                    let margin = -0.5 * self.target.tolerance * self.scales[0];
+                    response.push(if face == 0 { Complex64::new(value.re, margin) } else { value });
+                }
+            }
+            let Ok(mended) = residues(&samples, poles, self.target.constant) else { break };
+            let new = self.errors(&mended);
+            if new.largest() > self.target.tolerance {
+                break;
+            }
+            (models, errors) = (mended, new);
+        }
+        (models, errors)
+    }
+
+    /// Smallest Re(s H)/(|s| max |H|) on every eighth rung and beyond the band, and where.
+    fn passivity(&self, model: &PartialFractions) -> (f64, Complex64) {
         let top = self.ladder.axis[RUNGS].im;
-        let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, top * 2f64.powi(i as i32)));
+        let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, top * 2f64.powf(0.5 * i as f64)));
         let inside = self.ladder.axis.iter().skip(4).step_by(8).copied();
-        inside.chain(beyond).map(|s| -model.evaluate(s).im / self.scales[0]).fold(f64::INFINITY, f64::min)
+        inside
+            .chain(beyond)
+            .map(|s| (-model.evaluate(s).im / self.scales[0], s))
+            .fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
     }
 }
 

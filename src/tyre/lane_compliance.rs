@@ -1,0 +1,138 @@
+//! The compliance for normal traction at several values of s in lockstep.
+//!
+//! Same formulas as [`super::compliance`] over [`Lanes`]: one wavenumber, several s. Where lanes take different ways through a layer both are gone and the results blended;
+//! lanes that need slices (grazing waves, rare) are redone one by one.
+
+use pulp::Simd;
+
+use super::compliance::{NormalCompliance, StackAt, climb};
+use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
+use crate::numeric::lanes::{load, store};
+use crate::numeric::{ComplexField, Lanes, MOST_LANES, Matrix2};
+
+/// A stack at several values of s.
+#[derive(Clone, Debug)]
+pub struct LaneStack<'a, S: Simd> {
+    layers: Vec<LayerAt<Lanes<S>>>,
+    foundation: [Lanes<S>; 2],
+    single: [&'a StackAt; MOST_LANES],
+}
+
+/// Surface and bottom compliance in lanes \[m/Pa\].
+#[derive(Clone, Copy, Debug)]
+pub struct LaneCompliance<S: Simd> {
+    /// C_zz.
+    pub surface: Lanes<S>,
+    /// D_zz to the bottom face.
+    pub bottom: Lanes<S>,
+}
+
+impl<'a, S: Simd> LaneStack<'a, S> {
+    /// Puts stacks (of the same tyre) side by side, as many as there are lanes.
+    pub fn new(simd: S, stacks: [&'a StackAt; MOST_LANES]) -> Self {
+        let layers = stacks[0]
+            .layers()
+            .iter()
+            .enumerate()
+            .map(|(index, layer)| LayerAt {
+                thickness: layer.thickness,
+                shear: Lanes::from_fn(simd, |lane| stacks[lane].layers()[index].shear),
+                inverse_shear: Lanes::from_fn(simd, |lane| stacks[lane].layers()[index].inverse_shear),
+                modulus_ratio: layer.modulus_ratio,
+                inertia: Lanes::from_fn(simd, |lane| stacks[lane].layers()[index].inertia),
+                prestress: layer.prestress,
+            })
+            .collect();
+        let foundation = [0, 1].map(|axis| Lanes::from_fn(simd, |lane| stacks[lane].foundation()[axis]));
+        Self { layers, foundation, single: stacks }
+    }
+
+    /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
+    #[inline(always)]
+    pub fn normal(&self, kx: f64, ky: f64) -> LaneCompliance<S> {
+        let [tangential, normal] = self.foundation;
+        let mut sliced = [false; MOST_LANES];
+        let state = climb(
+            &self.layers,
+            Matrix2::diagonal(tangential, normal),
+            kx,
+            ky,
+            #[inline(always)]
+            |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
+        );
+        let Some((top, transfer)) = state else {
+            let compliance = normal.reciprocal();
+            return LaneCompliance { surface: compliance, bottom: compliance };
+        };
+        let surface = top.displacement.over(top.traction);
+        let bottom = transfer * surface;
+        let result = LaneCompliance { surface: surface.0[1][1], bottom: bottom.0[1][1] };
+        if sliced == [false; MOST_LANES] { result } else { self.redo(kx, ky, sliced, result) }
+    }
+
+    #[inline(never)]
+    fn redo(&self, kx: f64, ky: f64, lanes: [bool; MOST_LANES], result: LaneCompliance<S>) -> LaneCompliance<S> {
+        let (mut surface, mut bottom) = (result.surface.to_array(), result.bottom.to_array());
+        for lane in (0..S::F64_LANES).filter(|&lane| lanes[lane]) {
+            let single: NormalCompliance = self.single[lane].normal(kx, ky);
+            (surface[lane], bottom[lane]) = (single.surface, single.bottom);
+        }
+        let simd = result.surface.simd();
+        LaneCompliance {
+            surface: Lanes::from_fn(simd, |lane| surface[lane]),
+            bottom: Lanes::from_fn(simd, |lane| bottom[lane]),
+        }
+    }
+}
+
+/// One layer, each lane by its own way; marks the lanes that need slices.
+#[inline(always)]
+fn pass<S: Simd>(
+    layer: &LayerAt<Lanes<S>>,
+    exponents: &Exponents<Lanes<S>>,
+    under: Matrix2<Lanes<S>>,
+    sliced: &mut [bool; MOST_LANES],
+) -> LayerResult<Lanes<S>> {
+    let simd = exponents.alpha_squared.simd();
+    let scale = simd.splat_f64s(layer.thickness * layer.thickness);
+    let alpha = simd.mul_f64s(simd.sqrt_f64s(exponents.alpha_squared.norm_squared()), scale);
+    let beta = simd.mul_f64s(simd.sqrt_f64s(exponents.beta_squared.norm_squared()), scale);
+    let (smaller, larger) = (simd.min_f64s(alpha, beta), simd.max_f64s(alpha, beta));
+    // The extreme lanes decide for all, if they agree.
+    let least = choose_way(simd.reduce_min_f64s(smaller), simd.reduce_min_f64s(larger));
+    let most = choose_way(simd.reduce_min_f64s(smaller), simd.reduce_max_f64s(larger));
+    if least == most && least == Way::Thin {
+        return layer.p_sv_thin(exponents, layer.thickness, under);
+    }
+    let thick = layer.p_sv_thick(exponents, under);
+    if least == most && least == Way::Thick {
+        return thick;
+    }
+    let (alpha, beta) = (store(simd, alpha), store(simd, beta));
+    let mut thin = [0.0; MOST_LANES];
+    for lane in 0..S::F64_LANES {
+        match choose_way(alpha[lane], beta[lane]) {
+            Way::Thin => thin[lane] = 1.0,
+            Way::Thick => {}
+            Way::Sliced(_) => sliced[lane] = true,
+        }
+    }
+    let mask = simd.greater_than_f64s(load(simd, &thin), simd.splat_f64s(0.5));
+    let series = layer.p_sv_thin(exponents, layer.thickness, under);
+    LayerResult {
+        top: FaceState {
+            displacement: blend::<S>(mask, series.top.displacement, thick.top.displacement),
+            traction: blend::<S>(mask, series.top.traction, thick.top.traction),
+        },
+        bottom_displacement: blend::<S>(mask, series.bottom_displacement, thick.bottom_displacement),
+    }
+}
+
+#[inline(always)]
+fn blend<S: Simd>(mask: S::m64s, yes: Matrix2<Lanes<S>>, no: Matrix2<Lanes<S>>) -> Matrix2<Lanes<S>> {
+    let ([[a, b], [c, d]], [[e, f], [g, h]]) = (yes.0, no.0);
+    Matrix2([
+        [Lanes::blend(mask, a, e), Lanes::blend(mask, b, f)],
+        [Lanes::blend(mask, c, g), Lanes::blend(mask, d, h)],
+    ])
+}

@@ -11,6 +11,7 @@ use crate::results::{PlotError, ResultsError};
 use crate::road::slices::SliceError;
 use crate::scene::SceneError;
 use crate::tyre::cases::CasesError;
+use crate::tyre::rational::cache::CacheError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;
@@ -61,6 +62,9 @@ pub enum CliError {
     /// A contact with the half-space cannot be solved.
     #[error(transparent)]
     HalfSpace(#[from] HalfSpaceError),
+    /// The cache of influence models cannot be used.
+    #[error("the cache of influence models: {0}")]
+    Cache(#[from] CacheError),
     /// Standard output does not take the answer.
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
@@ -98,7 +102,7 @@ impl CliError {
                 RunError::Interrupted { .. } => INTERRUPTED,
                 RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
             },
-            Self::Plot(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
+            Self::Cache(_) | Self::Plot(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
         }
     }
 

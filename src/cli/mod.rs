@@ -3,10 +3,12 @@
 //! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command executed on them, and
 //! turns its error into a message on standard error and an exit code.
 
+pub mod cache;
 pub mod compliance;
 pub mod error;
 pub mod heights;
 pub mod indent;
+pub mod influence;
 pub mod interrupt;
 pub mod mobility;
 pub mod options;
@@ -68,6 +70,10 @@ pub enum Command {
     Road(road::RoadArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
+    /// Fit and check the influence functions of a scene's tyre, and draw them.
+    Influence(influence::InfluenceArguments),
+    /// List or clear the influence models kept on disk.
+    Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
     Slices(slices::SlicesArguments),
     /// Compute the displacement and pressure of one road slice, as JSON.
@@ -119,6 +125,8 @@ impl Command {
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
+            Self::Influence(arguments) => arguments.execute(context),
+            Self::Cache(arguments) => arguments.execute(),
             Self::Slices(arguments) => arguments.execute(context),
             Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
@@ -168,7 +176,7 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in ["run", "mobility", "road", "compliance", "slices", "slice", "indent"] {
+        for name in ["run", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"] {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }

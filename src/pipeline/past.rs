@@ -6,10 +6,11 @@ use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, ModalHistory, PastForces};
 use crate::contact::tread::{ContactKernel, LagKernel};
 use crate::meter::{Counter, Meter, Stage};
-use crate::scene::{LoadedScene, SceneError};
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, Tyre};
 use crate::tyre::convolution_quadrature::Weights;
 use crate::tyre::influence::{Field, InfluenceSum};
-use crate::tyre::rational::{FitOptions, fit};
+use crate::tyre::rational::cache::{Cache, Fetched};
+use crate::tyre::rational::{FitError, FitOptions, fit};
 
 /// What a way to carry the past is made from.
 pub struct Past<'a> {
@@ -25,6 +26,33 @@ pub struct Past<'a> {
     pub columns: usize,
     /// Spring compliance per element \[m/N\].
     pub spring: f64,
+}
+
+/// A model from the user's cache, or fitted where there is none.
+///
+/// # Errors
+/// [`FitError`] for a fit that is refused.
+pub fn fetch(tyre: &Tyre, options: &FitOptions) -> Result<Fetched, FitError> {
+    match Cache::open() {
+        Ok(cache) => cache.fetch(tyre, options),
+        Err(error) => Ok(Fetched {
+            model: fit(tyre, options)?,
+            warm: false,
+            warnings: vec![format!("no cache of influence models: {error}")],
+        }),
+    }
+}
+
+/// The options of the model that a scene's run needs.
+pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
+    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    FitOptions {
+        driven: field,
+        tolerance: pole_tolerance,
+        // The sums must be exacter than the fit to them.
+        influence_tolerance: influence_tolerance.min(0.1 * pole_tolerance),
+        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
+    }
 }
 
 /// What the points in contact feel of each other at once, and of the past.
@@ -61,21 +89,18 @@ impl Past<'_> {
     ///
     /// # Errors
     /// A fit that was refused, as a complaint about the scene's tolerance; as [`ContactKernel::new`].
-    pub fn modal(&self, meter: &mut Meter) -> Result<Kernels, RunError> {
+    pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let scene = &self.loaded.scene;
         let (rule, time_step) = (scene.numerics.time_rule, self.plan.time_step);
-        let options = FitOptions {
-            driven: self.field,
-            tolerance: scene.numerics.pole_tolerance,
-            // The sums must be exacter than the fit to them.
-            influence_tolerance: scene.numerics.influence_tolerance.min(0.1 * scene.numerics.pole_tolerance),
-            ..FitOptions::new(&scene.tyre, scene.numerics.elements, self.plan.speed * scene.numerics.substeps as f64)
-        };
-        let model = meter.time(Stage::Influence, || fit(&scene.tyre, &options)).map_err(|error| {
+        let options = fit_options(scene, self.field);
+        let fetched = meter.time(Stage::Influence, || fetch(&scene.tyre, &options)).map_err(|error| {
             let right = "another tolerance, or history = \"direct\"";
             SceneError::from(self.loaded.complain("numerics.pole_tolerance", error.to_string(), right))
         })?;
-        meter.count(Counter::ComplianceEvaluations, model.evaluations());
+        warnings.extend(fetched.warnings);
+        let model = fetched.model;
+        // A warm model took its evaluations in an earlier run.
+        meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });
         meter.count(Counter::Poles, model.order() as u64);
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
             .zip(ModalHistory::new(&model, self.field, rule, time_step))

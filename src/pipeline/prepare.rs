@@ -6,8 +6,6 @@
 
 use std::f64::consts::PI;
 
-use num_complex::Complex64;
-
 use super::error::RunError;
 use super::past::Past;
 use super::plan::Plan;
@@ -15,13 +13,13 @@ use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, m
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::slice_queue::SliceQueue;
-use crate::contact::tread::Ring;
 use crate::meter::{Counter, Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
+use crate::tyre::response_checks::static_row;
 
 /// Rows of road that are made at a time.
 const CHUNK_ROWS: usize = 512;
@@ -141,7 +139,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring };
     let (kernel, history) = match numerics.history {
         History::Direct => past.direct(meter, &mut warnings)?,
-        History::Modal => past.modal(meter)?,
+        History::Modal => past.modal(meter, &mut warnings)?,
     };
     let axle = match scene.rolling.axle {
         Axle::Indentation { indentation, .. } => {
@@ -191,13 +189,6 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
     };
     carcass[0] += spring;
     Ok((on(&StaticTyre { influence: &carcass, circumference })?, spring))
-}
-
-/// Static influence of the element j further on, j = 0..N \[m/N\].
-fn static_row(sum: &InfluenceSum, field: Field) -> Vec<f64> {
-    let elements = sum.projection().elements;
-    let at_rest = sum.at(Complex64::ZERO);
-    Ring::new(elements).elements_of(|n| sum.value(n, &at_rest, field).value.re).to_vec()
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.

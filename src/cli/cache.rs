@@ -1,0 +1,61 @@
+//! `tyrewave cache`: the influence models kept on disk.
+
+use clap::{Args, Subcommand};
+
+use super::{CliError, print};
+use crate::tyre::rational::cache::Cache;
+
+const EXAMPLES: &str = "\
+A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \
+another version is rebuilt when it is needed.
+
+Examples:
+  tyrewave cache list
+  tyrewave cache clear";
+
+/// Arguments of `tyrewave cache`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct CacheArguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: CacheAction,
+}
+
+/// What can be done with the cache.
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub enum CacheAction {
+    /// List the entries with their size and whether they can be used.
+    List,
+    /// Remove all entries.
+    Clear,
+}
+
+impl CacheArguments {
+    /// Lists or clears.
+    ///
+    /// # Errors
+    /// [`CliError::Cache`].
+    pub fn execute(self) -> Result<(), CliError> {
+        let cache = Cache::open()?;
+        let folder = cache.folder().display();
+        match self.action {
+            CacheAction::Clear => {
+                let removed = cache.clear()?;
+                print(&format!("{removed} entries removed from {folder}\n"))
+            }
+            CacheAction::List => {
+                let mut text = String::new();
+                let entries = cache.list()?;
+                for entry in &entries {
+                    let state =
+                        entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());
+                    let name = entry.path.file_name().unwrap_or_default().to_string_lossy();
+                    text.push_str(&format!("{:10.1} kB  {name}  {state}\n", entry.bytes as f64 / 1e3));
+                }
+                let total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+                print(&format!("{text}{} entries, {:.1} MB in {folder}\n", entries.len(), total as f64 / 1e6))
+            }
+        }
+    }
+}

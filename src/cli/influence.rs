@@ -1,0 +1,277 @@
+//! `tyrewave influence`: the influence functions of a scene's tyre, fitted and checked.
+
+use std::f64::consts::PI;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use ndarray::Array2;
+use num_complex::Complex64;
+use serde_json::{Value, json};
+
+use super::{CliError, Context, print, side_folder};
+use crate::half_space::love;
+use crate::meter::{Counter, Meter, Stage};
+use crate::pipeline::Progress;
+use crate::pipeline::past::{fetch, fit_options};
+use crate::results::plots::{Axis, HeatMap, LinePlot, Series};
+use crate::results::summary::Cost;
+use crate::results::{ResultsFolder, Summary};
+use crate::scene::{Law, LoadedScene, Scene, Tyre};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::rational::RationalModel;
+use crate::tyre::response_checks::{causality, element_mobility, impulse_response, static_row};
+
+const EXAMPLES: &str = "\
+Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static influence beside the half-space's, \
+and an element's mobility from the fit beside the sums. Printed: poles, samples and errors; causality of the tyre's own laws and of the hysteretic one.
+
+Examples:
+  tyrewave influence scenes/default.toml
+  tyrewave influence scenes/default.toml --out influence";
+
+/// Frequencies of the map and of the mobility.
+const FREQUENCIES: usize = 240;
+/// Lowest and highest frequency drawn \[Hz\].
+const BAND: (f64, f64) = (30.0, 10e3);
+/// Times of the response, and their spacing \[s\].
+const TIMES: (usize, f64) = (240, 5e-5);
+/// Wavenumbers whose causality is reported.
+const CHECKED: [usize; 4] = [0, 5, 20, 100];
+
+/// Arguments of `tyrewave influence`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct InfluenceArguments {
+    /// The scene; its tyre, elements, speed and tolerances count.
+    pub scene: PathBuf,
+    /// Folder for the pictures and influence.json; default: results/NAME-influence, NAME being the scene's.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+/// What everything is drawn and computed from.
+struct Report<'a> {
+    title: String,
+    loaded: &'a LoadedScene,
+    model: &'a RationalModel,
+    sum: InfluenceSum,
+}
+
+impl InfluenceArguments {
+    /// Fits (or takes from the cache), checks, draws.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let loaded = Scene::load(&self.scene)?;
+        let scene = &loaded.scene;
+        let begin = Instant::now();
+        let (mut meter, mut progress) = (Meter::default(), context.progress());
+        progress.stage(Stage::Influence);
+        let options = fit_options(scene, Field::Surface);
+        let fetched = meter.time(Stage::Influence, || fetch(&scene.tyre, &options)).map_err(|error| {
+            CliError::Scene(loaded.complain("numerics.pole_tolerance", error.to_string(), "another tolerance").into())
+        })?;
+        let fit_seconds = begin.elapsed().as_secs_f64();
+        for warning in &fetched.warnings {
+            progress.note(warning);
+        }
+        meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { fetched.model.evaluations() });
+        meter.count(Counter::Poles, fetched.model.order() as u64);
+        let report = Report {
+            title: if scene.title.is_empty() { loaded.name() } else { scene.title.clone() },
+            sum: exact(&scene.tyre, scene.numerics.elements, options.influence_tolerance, options.top),
+            loaded: &loaded,
+            model: &fetched.model,
+        };
+        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "influence"));
+        let folder = ResultsFolder::create(&target)?;
+        folder.write_text("influence_map.svg", &report.map()?)?;
+        folder.write_text("influence_time.svg", &report.over_time()?)?;
+        folder.write_text("influence_static.svg", &report.at_rest()?)?;
+        folder.write_text("influence_mobility.svg", &report.mobility()?)?;
+        let checks = report.checks();
+        let statistics = report.model.statistics();
+        let answer = json!({
+            "causality": checks,
+            "order": report.model.order(),
+            "wavenumbers": statistics,
+        });
+        folder.write_text("influence.json", &format!("{answer:#}\n"))?;
+        drop(progress);
+        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
+        let place = folder.finish(Summary::begun(&report.title, loaded.settings()?, cost))?;
+        if context.options.quiet {
+            return Ok(());
+        }
+        let worst = |value: &dyn Fn(usize) -> f64| (0..statistics.len()).map(value).fold(0.0, f64::max);
+        let origin = if fetched.warm { "from the cache" } else { "fitted" };
+        print(&format!(
+            "{} poles for {} wavenumbers, {origin} in {fit_seconds:.2} s, {} compliance evaluations\n\
+             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n{}results in {}\n",
+            report.model.order(),
+            statistics.len(),
+            report.model.evaluations(),
+            worst(&|n| statistics[n].error),
+            worst(&|n| statistics[n].real_axis_error),
+            worst(&|n| statistics[n].bottom_error),
+            report.model.tolerance,
+            table(&checks),
+            place.display()
+        ))
+    }
+}
+
+/// The sums without a fit.
+fn exact(tyre: &Tyre, elements: usize, tolerance: f64, top: f64) -> InfluenceSum {
+    InfluenceSum::with(tyre, Projection::new(tyre, elements), Truncation::Tail, tolerance, top)
+}
+
+fn frequencies() -> Vec<f64> {
+    let ratio: f64 = BAND.1 / BAND.0;
+    (0..FREQUENCIES).map(|k| BAND.0 * ratio.powf((k as f64 + 0.5) / FREQUENCIES as f64)).collect()
+}
+
+fn decibel(value: f64) -> f64 {
+    20.0 * value.log10()
+}
+
+impl Report<'_> {
+    fn elements(&self) -> usize {
+        self.model.elements
+    }
+
+    /// |H_n| in dB; cells with a lightly damped pole have no value and are grey.
+    fn map(&self) -> Result<String, CliError> {
+        let frequencies = frequencies();
+        let columns = self.elements() / 2 + 1;
+        let mut values = Array2::from_shape_fn((FREQUENCIES, columns), |(row, n)| {
+            let s = Complex64::new(0.0, 2.0 * PI * frequencies[row]);
+            self.model.evaluate(n, s, Field::Surface).map_or(f64::NAN, |value| decibel(value.norm()))
+        });
+        for n in 0..columns {
+            let Some(modes) = self.model.modes(n, Field::Surface) else { continue };
+            for pole in modes.poles.iter().filter(|pole| pole.im > 0.0 && -pole.re < 0.3 * pole.norm()) {
+                let place = (pole.im / (2.0 * PI) / BAND.0).ln() / (BAND.1 / BAND.0).ln() * FREQUENCIES as f64;
+                if (0.0..FREQUENCIES as f64).contains(&place) {
+                    values[(place as usize, n)] = f64::NAN;
+                }
+            }
+        }
+        let map = HeatMap {
+            title: &self.title,
+            x: Axis::linear("Wavenumber n (waves round the tyre)", -0.5..columns as f64 - 0.5),
+            y: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
+            quantity: "|H_n| [dB re 1 m/N]; grey: fitted poles",
+            values: values.view(),
+            range: None,
+            aspect: None,
+        };
+        Ok(map.to_svg()?)
+    }
+
+    fn over_time(&self) -> Result<String, CliError> {
+        let times: Vec<f64> = (0..TIMES.0).map(|k| (k as f64 + 0.5) * TIMES.1).collect();
+        let rows = impulse_response(self.model, Field::Surface, &times).unwrap_or_default();
+        let half = self.elements() / 4;
+        let columns = 2 * half + 1;
+        let values = Array2::from_shape_fn((rows.len(), columns), |(row, column)| {
+            let element = (column + self.elements() - half) % self.elements();
+            rows[row][element]
+        });
+        let largest = values.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
+        let dx = self.loaded.scene.tyre.circumference / self.elements() as f64;
+        let map = HeatMap {
+            title: &self.title,
+            x: Axis::linear("Distance from the force [m]", -(half as f64 + 0.5) * dx..(half as f64 + 0.5) * dx),
+            y: Axis::linear("Time [ms]", 0.0..1e3 * TIMES.0 as f64 * TIMES.1),
+            quantity: "Influence function g [m/(N s)]",
+            values: values.view(),
+            // The force's own place outshines the waves that leave it.
+            range: Some(-0.1 * largest..0.1 * largest),
+            aspect: None,
+        };
+        Ok(map.to_svg()?)
+    }
+
+    /// Static influence over distance relative to the element's own, beside the elastic half-space's (Love).
+    fn at_rest(&self) -> Result<String, CliError> {
+        let tyre = &self.loaded.scene.tyre;
+        let dx = tyre.circumference / self.elements() as f64;
+        let row = static_row(&self.sum, Field::Surface);
+        let half_space = |j: usize| love::displacement(j as f64 * dx, 0.0, dx, tyre.contact_width);
+        let reach = (0.1 / dx) as usize + 1;
+        let points =
+            |value: &dyn Fn(usize) -> f64| (0..=reach).map(|j| (1e3 * dx * j as f64, value(j) / value(0))).collect();
+        let plot = LinePlot {
+            title: &self.title,
+            x: Axis::linear("Distance [mm]", 0.0..1e3 * dx * reach as f64),
+            y: Axis::linear("Static influence, relative to the element's own [1]", 0.0..1.0),
+            series: vec![
+                Series { name: "tyre", points: points(&|j| row[j]) },
+                Series { name: "half-space", points: points(&half_space) },
+            ],
+        };
+        Ok(plot.to_svg()?)
+    }
+
+    fn mobility(&self) -> Result<String, CliError> {
+        let frequencies = frequencies();
+        let curve = |value: &(dyn Fn(Complex64) -> Complex64 + Sync)| -> Vec<(f64, f64)> {
+            frequencies.iter().map(|&f| (f, decibel(value(Complex64::new(0.0, 2.0 * PI * f)).norm()))).collect()
+        };
+        let elements = self.elements();
+        let fitted = curve(&|s| {
+            element_mobility(elements, s, |n| self.model.evaluate(n, s, Field::Surface).unwrap_or_default())
+        });
+        let summed = curve(&|s| {
+            let at = self.sum.at(s);
+            element_mobility(elements, s, |n| self.sum.value(n, &at, Field::Surface).value)
+        });
+        let levels: Vec<f64> = fitted.iter().chain(&summed).map(|point| point.1).collect();
+        let plot = LinePlot {
+            title: &self.title,
+            x: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
+            y: Axis::linear_around("Mobility of one element [dB re 1 m/(N s)]", levels),
+            series: vec![Series { name: "sums", points: summed }, Series { name: "fit", points: fitted }],
+        };
+        Ok(plot.to_svg()?)
+    }
+
+    /// Causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
+    fn checks(&self) -> Vec<Value> {
+        let mut hysteretic = self.loaded.scene.tyre.clone();
+        for layer in &mut hysteretic.layers {
+            layer.material.law = Law::Hysteretic;
+        }
+        let highest = BAND.1;
+        let top = 2.0 * PI * highest * 1.5;
+        let sum = exact(&self.loaded.scene.tyre, self.elements(), 1e-6, top);
+        let other = exact(&hysteretic, self.elements(), 1e-6, top);
+        CHECKED
+            .into_iter()
+            .filter(|&n| n <= self.elements() / 2)
+            .map(|n| {
+                let of = |sum: &InfluenceSum| causality(|s| sum.value(n, &sum.at(s), Field::Surface).value, highest);
+                json!({ "n": n, "own": of(&sum), "hysteretic": of(&other) })
+            })
+            .collect()
+    }
+}
+
+fn table(checks: &[Value]) -> String {
+    let mut text = String::from(
+        "Kramers-Kronig residual (root of the energy before t = 0 over all)\n     n     own laws   hysteretic\n",
+    );
+    for check in checks {
+        let residual = |law: &str| check[law]["residual"].as_f64().unwrap_or(f64::NAN);
+        text.push_str(&format!(
+            "   {:>3}     {:8.1e}     {:8.1e}\n",
+            check["n"].as_u64().unwrap_or_default(),
+            residual("own"),
+            residual("hysteretic")
+        ));
+    }
+    text
+}

@@ -77,3 +77,82 @@ fn both_slice_laws_on_three_roads() {
         assert!(largest.is_finite() && (mean_w - mean_h).abs() < 0.05 * mean_w);
     }
 }
+
+#[test]
+fn resolution_along_and_across_changes_s_less_and_less() {
+    use tyrewave::road::slices::SliceBuilder;
+    use tyrewave::road::{Lattice, Limits, RoadSurface};
+    let road = Scene::from_str(DEFAULT, "default").unwrap().scene.road;
+    let width = 0.12;
+    let penetration = 1e-3;
+    // Mean of S(y)/y over 2 m of dense asphalt by both laws.
+    let mean = |dx: f64, dy: f64| {
+        let columns = (width / dy).round() as usize;
+        let mut surface = RoadSurface::open(&road, Lattice { dx, dy, columns }, Limits::default()).unwrap();
+        let rows = (2.0 / dx) as usize;
+        let mut heights = vec![0.0; rows * columns];
+        surface.heights(0, rows, &mut heights).unwrap();
+        let builders = [SliceBuilder::winkler(columns).unwrap(), SliceBuilder::half_space(columns, dx, dy).unwrap()];
+        builders.map(|builder| {
+            let curves = builder.build_rows(&heights).unwrap();
+            curves.iter().map(|curve| curve.displacement_at(penetration)).sum::<f64>() / (rows as f64 * penetration)
+        })
+    };
+    println!("mean S(y)/y at y = 1 mm, dense asphalt: dx [mm], dy [mm], winkler, half-space");
+    let mut across = Vec::new();
+    for dy in [4e-3, 2e-3, 1e-3, 0.5e-3] {
+        let [winkler, half_space] = mean(3.809e-3, dy);
+        println!("   {:6.3}   {:5.2}   {winkler:.4}   {half_space:.4}", 3.809, 1e3 * dy);
+        across.push([winkler, half_space]);
+    }
+    for elements in [256.0, 1024.0] {
+        let dx = 1.95 / elements;
+        let [winkler, half_space] = mean(dx, 2e-3);
+        println!("   {:6.3}   {:5.2}   {winkler:.4}   {half_space:.4}", 1e3 * dx, 2.0);
+        assert!(winkler > 0.0 && half_space > winkler && half_space < 1.0);
+    }
+    for law in 0..2 {
+        let step = |a: usize, b: usize| (across[a][law] - across[b][law]).abs();
+        assert!(step(2, 3) < step(0, 1), "law {law}: {across:?}");
+    }
+}
+
+#[test]
+fn a_repeated_road_has_its_slices_made_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let elements = 64;
+    let dx = 1.95 / f64::from(elements);
+    // A grid at the run's own elements: 20 rows, passed over many times.
+    let heights: Vec<f64> = (0..20 * 6).map(|i| 5e-4 * f64::from((i * 7 % 11) as u8)).collect();
+    let file = folder.path().join("grid.npy");
+    write_grid(&file, &heights, 20, 6);
+    let begin = DEFAULT.find("[road]").unwrap();
+    let end = DEFAULT.find("[rolling]").unwrap();
+    let road = format!("[road]\nkind = \"grid\"\nfile = {file:?}\ndx = {dx}\ndy = 0.02\nat_end = \"repeat\"\n");
+    let mut loaded = Scene::from_str(&format!("{}{road}{}", &DEFAULT[..begin], &DEFAULT[end..]), "repeat").unwrap();
+    loaded.scene.numerics.elements = elements as usize;
+    loaded.scene.numerics.memory = 0.05;
+    loaded.scene.rolling.warm_up = 0.05;
+    loaded.scene.rolling.duration = 1.5;
+    loaded.scene.outputs.plots = false;
+    let options = RunOptions { target: folder.path().join("out"), threads: 1 };
+    let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let made = report.meter.counted(tyrewave::meter::Counter::Slices);
+    let steps = report.meter.counted(tyrewave::meter::Counter::Steps);
+    assert!(made == 512 && steps > 2 * made, "{made} slices for {steps} steps");
+}
+
+/// A two-dimensional little-endian `.npy` array.
+fn write_grid(path: &Path, heights: &[f64], rows: usize, columns: usize) {
+    use npyz::WriterBuilder;
+    let mut bytes = Vec::new();
+    let mut writer = npyz::WriteOptions::new()
+        .default_dtype()
+        .shape(&[rows as u64, columns as u64])
+        .writer(&mut bytes)
+        .begin_nd()
+        .unwrap();
+    writer.extend(heights.iter().copied()).unwrap();
+    writer.finish().unwrap();
+    std::fs::write(path, bytes).unwrap();
+}

@@ -178,7 +178,7 @@ impl Report<'_> {
         let columns = 2 * half + 1;
         let values = Array2::from_shape_fn((rows.len(), columns), |(row, column)| {
             let element = (column + self.elements() - half) % self.elements();
-            rows[row][element]
+            1e3 * rows[row][element]
         });
         let largest = values.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
         let dx = self.loaded.scene.tyre.circumference / self.elements() as f64;
@@ -186,7 +186,7 @@ impl Report<'_> {
             title: &self.title,
             x: Axis::linear("Distance from the force [m]", -(half as f64 + 0.5) * dx..(half as f64 + 0.5) * dx),
             y: Axis::linear("Time [ms]", 0.0..1e3 * TIMES.0 as f64 * TIMES.1),
-            quantity: "Influence function g [m/(N s)]",
+            quantity: "Influence function g [mm/(N s)]",
             values: values.view(),
             // The force's own place outshines the waves that leave it.
             range: Some(-0.1 * largest..0.1 * largest),

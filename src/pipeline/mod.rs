@@ -10,6 +10,7 @@ pub mod plan;
 pub mod prepare;
 pub mod progress;
 pub mod record;
+pub mod road_ahead;
 pub mod run;
 
 pub use error::RunError;

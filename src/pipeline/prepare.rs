@@ -9,57 +9,18 @@ use std::f64::consts::PI;
 use super::error::RunError;
 use super::past::Past;
 use super::plan::Plan;
+use super::road_ahead::RoadAhead;
 use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, matching_spring};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::slice_queue::SliceQueue;
-use crate::meter::{Counter, Meter, Stage};
+use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::response_checks::static_row;
-
-/// Rows of road that are made at a time.
-const CHUNK_ROWS: usize = 512;
-
-/// The road ahead of the tyre: heights and curves, made in chunks.
-pub struct RoadAhead {
-    surface: RoadSurface,
-    builder: SliceBuilder,
-    queue: SliceQueue,
-    /// First and last element with road under it, for a road that ends.
-    elements: Option<(i64, i64)>,
-    heights: Vec<f64>,
-}
-
-impl RoadAhead {
-    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road.
-    pub fn reach(&mut self, first: i64, end: i64, meter: &mut Meter) -> Result<(), RunError> {
-        self.queue.forget_before(first);
-        let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
-        while self.queue.end() < end {
-            let begin = self.queue.end();
-            let rows = match self.elements {
-                Some((_, last)) => CHUNK_ROWS.min((last + 1 - begin) as usize),
-                None => CHUNK_ROWS,
-            };
-            let columns = self.surface.lattice().columns;
-            self.heights.resize(rows * columns, 0.0);
-            meter.time(Stage::Road, || self.surface.heights(begin, rows, &mut self.heights))?;
-            let curves = meter.time(Stage::Slices, || self.builder.build_rows(&self.heights))?;
-            meter.count(Counter::Slices, rows as u64);
-            self.queue.extend(curves);
-        }
-        Ok(())
-    }
-
-    /// The slices.
-    pub fn slices(&self) -> &SliceQueue {
-        &self.queue
-    }
-}
 
 /// A run about to begin.
 pub struct Prepared {
@@ -134,7 +95,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let builder = slice_builder(scene.contact.slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
-    let road = RoadAhead { surface, builder, queue, elements, heights: Vec::new() };
+    let road = RoadAhead::new(surface, builder, queue, elements);
 
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring };
     let (kernel, history) = match numerics.history {

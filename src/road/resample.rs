@@ -56,6 +56,16 @@ impl Resampled {
         self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
     }
 
+    /// Elements after which the road is the same again; `None` where it ends or does not fall on the elements.
+    pub fn period(&self) -> Option<i64> {
+        let count = self.count();
+        match self.at_end {
+            AtEnd::Repeat if self.aligned => Some(count),
+            AtEnd::Mirror if self.aligned => Some((2 * (count - 1)).max(1)),
+            _ => None,
+        }
+    }
+
     /// First and last element on the road; `None` when it goes on for ever.
     pub fn elements(&self) -> Option<(i64, i64)> {
         let (_, end) = self.extent()?;

@@ -101,6 +101,15 @@ impl RoadSurface {
         }
     }
 
+    /// Elements after which the road is the same again, bit for bit; `None` where that is not so.
+    pub fn period(&self) -> Option<i64> {
+        match &self.source {
+            Source::Smooth => Some(1),
+            Source::Measured(road) => road.period(),
+            Source::Made { .. } => None,
+        }
+    }
+
     /// Highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of a made one five times the
     /// root-mean-square height.
     pub fn highest(&self) -> f64 {

@@ -3,7 +3,7 @@
 //! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
 //! - [`ladder`]: the points at which the exact functions may be sampled;
 //! - [`wavenumber`]: the adaptive fit of one wavenumber;
-//! - [`fit`]: all wavenumbers, each started from a neighbour, in parallel.
+//! - [`mod@fit`]: all wavenumbers, each started from a neighbour, in parallel.
 //!
 //! What the tolerance means. H_n and its model are analytic and bounded for Re s >= 0 (all poles are stable) and vanish or become constant at infinity, so by the maximum
 //! principle the error anywhere in the right half plane is at most the largest on the imaginary axis. The axis is sampled up to the top frequency only; what lies beyond

@@ -281,7 +281,7 @@ fn hard_case_7_ties_in_the_heights() {
     for (name, height) in [
         ("equal", Box::new(|row: usize| if row % 6 < 3 { 0.0 } else { -0.002 }) as Box<dyn Fn(usize) -> f64>),
         ("nearly equal", Box::new(|row: usize| if row % 6 < 3 { 1e-16 * (row % 3) as f64 } else { -0.002 })),
-        ("every other", Box::new(|row: usize| if row % 2 == 0 { 0.0 } else { -1e-15 })),
+        ("every other", Box::new(|row: usize| if row.is_multiple_of(2) { 0.0 } else { -1e-15 })),
     ] {
         let results = over(n, OVER, height);
         results.assert_sound(name);

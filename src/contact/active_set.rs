@@ -3,7 +3,7 @@
 //! Find F with F >= 0, G0 F >= d and F.(G0 F - d) = 0. G0 is symmetric positive definite, so there is exactly one F.
 //!
 //! Block principal pivoting (Judice & Pires 1994, *Computers & Operations Research* 21, 587):
-//! 1. guess the set of points in contact: the previous step's forces, moved with the road, brought near today's by [`SWEEPS`] sweeps of
+//! 1. guess the set of points in contact: the previous step's forces, moved with the road, brought near today's by two sweeps of
 //!    projected Gauss-Seidel; where they are positive there is contact;
 //! 2. solve G0 F = d on the set (cached factors); points with F < 0 leave, points with G0 F < d join: the exchange of the paper;
 //! 3. while the number of such points falls, or for ten rounds in which it does not, exchange all of them at once;

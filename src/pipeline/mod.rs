@@ -2,7 +2,7 @@
 //!
 //! 1. [`plan`]: sizes, memory and work of a scene, checked before anything is allocated;
 //! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
-//! 3. [`run`]: steps, arrays, spectra, plots, summary.
+//! 3. [`mod@run`]: steps, arrays, spectra, plots, summary.
 
 pub mod error;
 pub mod past;

@@ -54,14 +54,19 @@ fn exact(tyre: &Tyre, options: &FitOptions) -> InfluenceSum {
     InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top)
 }
 
-/// Largest error on points that no fit has seen, relative to the largest |H_n| met, over all n.
+/// Largest error on points that no fit has seen, relative to the largest |H_n| over the band, over all n.
 fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64]) -> f64 {
     let at: Vec<_> = points.iter().map(|&s| sum.at(s)).collect();
     let mut worst = 0.0_f64;
     for n in 0..=model.largest_wavenumber() {
         let mut faces = Vec::new();
         sum.faces(n, &at, Field::Surface, &mut faces);
-        let scale = faces.iter().map(|face| face.driven.norm()).fold(0.0, f64::max);
+        // The largest |H_n| sits on a resonance that the points may straddle; the model finds it cheaply.
+        let scan = (0..4000).map(|k| Complex64::new(0.0, model.top * 1e-4f64.powf(f64::from(k) / 3999.0)));
+        let scale = scan
+            .map(|s| model.evaluate(n, s, Field::Surface).unwrap().norm())
+            .chain(faces.iter().map(|face| face.driven.norm()))
+            .fold(0.0, f64::max);
         for (&s, face) in points.iter().zip(&faces) {
             let value = model.evaluate(n, s, Field::Surface).unwrap();
             worst = worst.max((value - face.driven).norm() / scale);

@@ -10,6 +10,7 @@ pub mod convolution_quadrature;
 pub mod half_space_bands;
 pub mod influence;
 pub mod influence_batch;
+pub mod influence_view;
 pub mod lane_compliance;
 pub mod layer;
 pub mod material;

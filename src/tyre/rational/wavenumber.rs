@@ -116,6 +116,8 @@ struct Attempt<'a> {
     real: Vec<[Complex64; 2]>,
     grid: Vec<usize>,
     fresh: Vec<usize>,
+    /// Further fresh rungs, where a model has a peak that is narrower than the samples are apart.
+    probes: Vec<usize>,
     scales: [f64; 2],
     evaluations: u64,
     relocations: usize,
@@ -163,6 +165,7 @@ pub fn fit_wavenumber(
         axis: vec![None; RUNGS + 1],
         real: Vec::new(),
         fresh: Vec::new(),
+        probes: Vec::new(),
         grid,
         scales: [0.0; 2],
         evaluations: 0,
@@ -177,6 +180,10 @@ impl Attempt<'_> {
     fn refresh(&mut self, sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>)) {
         self.fresh =
             self.grid.windows(2).filter(|pair| pair[1] - pair[0] > 1).map(|pair| (pair[0] + pair[1]) / 2).collect();
+        let probes = self.probes.iter().filter(|probe| self.grid.binary_search(probe).is_err());
+        self.fresh.extend(probes);
+        self.fresh.sort_unstable();
+        self.fresh.dedup();
         let mut wanted: Vec<Rung> = self
             .grid
             .iter()
@@ -332,6 +339,11 @@ impl Attempt<'_> {
             let (moved, models, errors) = self.improve(&poles, 1).map_err(broken)?;
             poles = moved;
             best = best.min(errors.largest());
+            let errors = if errors.largest() <= self.target.tolerance && self.probe(&poles, &models, sample) {
+                self.errors(&models)
+            } else {
+                errors
+            };
             if errors.largest() <= self.target.tolerance {
                 let (models, errors) = self.passive(&poles, models, errors);
                 let (least, s) = self.passivity(&models[0]);
@@ -370,6 +382,36 @@ impl Attempt<'_> {
         let Some((poles, models, errors)) = accepted else { return Err(refuse(best, &poles, reason)) };
         let (poles, models, errors) = self.reduce(poles, models, errors);
         Ok(self.finish(poles, models, errors))
+    }
+
+    /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would notice if it were not real. Returns whether
+    /// there was one.
+    fn probe(
+        &mut self,
+        poles: &[Complex64],
+        models: &[PartialFractions],
+        sample: &mut dyn FnMut(&[Rung], &mut Vec<FaceValues>),
+    ) -> bool {
+        let mut sampled: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().collect();
+        sampled.sort_unstable();
+        let before = self.probes.len();
+        for (pole, residue) in poles.iter().zip(&models[0].residues).filter(|(pole, _)| is_pair(**pole)) {
+            let height = residue.norm() / (pole.re.abs() * self.scales[0]);
+            let rung = self.ladder.axis.partition_point(|s| s.im < pole.im).min(RUNGS);
+            let next = sampled.partition_point(|&other| other < rung);
+            let at = |index: usize| sampled.get(index).map_or(0.0, |&other| self.ladder.axis[other].im);
+            let apart = at(next) - at(next.saturating_sub(1));
+            let narrow = apart > 0.0 && pole.re.abs() < apart;
+            let known = sampled.get(next) == Some(&rung) || self.probes.contains(&rung);
+            if narrow && !known && height > 0.3 * self.target.tolerance {
+                self.probes.push(rung);
+            }
+        }
+        let found = self.probes.len() > before;
+        if found {
+            self.refresh(sample);
+        }
+        found
     }
 
     /// Takes fresh rungs into the grid until it determines the unknowns with a margin.

@@ -1,0 +1,255 @@
+//! What there is to see of influence functions: magnitude over wavenumber and frequency, g over distance and time, causality, and the static influence beside the half-space's.
+//!
+//! - [`magnitudes`]: |H_n(i w)| with the poles at hand in [`RationalModel::modes`];
+//! - [`impulse_responses`]: g_j(t) = sum over n = -N/2 ... N/2 - 1 of exp(2 pi i n j/N) sum_r R_r exp(lambda_r t): exact for the model, no transform, nothing wraps round;
+//! - [`causality`]: convolution weights at negative lags from the exact sums, causal law or not, by the circle method;
+//! - [`static_ratios`]: G_j/G_0 at rest, and for a half-space of the tread's material (Boussinesq, mean over rectangles).
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+
+use super::convolution_quadrature::Contour;
+use super::influence::{Field, InfluenceSum};
+use super::rational::RationalModel;
+use crate::scene::TimeRule;
+
+/// |H_n(2 pi i f)| \[m/N\]: one row for each wavenumber, one column for each frequency \[Hz\]. `None` for a field that the model does not have.
+pub fn magnitudes(
+    model: &RationalModel,
+    field: Field,
+    wavenumbers: &[usize],
+    frequencies: &[f64],
+) -> Option<Vec<Vec<f64>>> {
+    wavenumbers
+        .par_iter()
+        .map(|&n| {
+            let modes = model.modes(n.min(model.largest_wavenumber()), field)?;
+            Some(frequencies.iter().map(|&f| modes.evaluate(Complex64::new(0.0, 2.0 * PI * f)).norm()).collect())
+        })
+        .collect()
+}
+
+/// How often the wavenumber n occurs among -N/2 ... N/2 - 1.
+fn multiplicity(n: usize, elements: usize) -> f64 {
+    if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
+}
+
+/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
+pub fn impulse_responses(
+    model: &RationalModel,
+    field: Field,
+    distances: &[usize],
+    times: &[f64],
+) -> Option<Vec<Vec<f64>>> {
+    let modal: Vec<Vec<f64>> = (0..=model.largest_wavenumber())
+        .into_par_iter()
+        .map(|n| {
+            let modes = model.modes(n, field)?;
+            let at = |&t: &f64| {
+                let terms = modes.poles.iter().zip(modes.residues).enumerate();
+                terms
+                    .map(|(index, (&pole, &residue))| {
+                        (residue * (pole * t).exp()).re * if index < modes.pairs { 2.0 } else { 1.0 }
+                    })
+                    .sum()
+            };
+            Some(times.iter().map(at).collect())
+        })
+        .collect::<Option<_>>()?;
+    let row = |&distance: &usize| {
+        let mut row = vec![0.0; times.len()];
+        for (n, modal) in modal.iter().enumerate() {
+            let phase = 2.0 * PI * ((n * distance) % model.elements) as f64 / model.elements as f64;
+            let weight = multiplicity(n, model.elements) * phase.cos();
+            row.iter_mut().zip(modal).for_each(|(sum, value)| *sum += weight * value);
+        }
+        row
+    };
+    Some(distances.iter().map(row).collect())
+}
+
+/// Convolution weights round t = 0 of the driven element itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Causality {
+    /// Weights w_p of g_0 at the lags -`before.len()` ... -1 \[m/N\].
+    pub before: Vec<f64>,
+    /// Weights at the lags 0, 1, ... \[m/N\].
+    pub after: Vec<f64>,
+    /// Largest |w_p| of a negative lag over the largest of all.
+    pub precursor: f64,
+    /// Share of sum w_p^2 that lies before t = 0.
+    pub energy_before: f64,
+    /// For n = 0..=N/2: square root of that share for H_n alone. A function whose Laurent coefficients of negative index vanish has an imaginary part that is the Hilbert transform of
+    /// its real part on the contour: this is the Kramers-Kronig residual there.
+    pub kramers_kronig: Vec<f64>,
+}
+
+/// Weights at negative and positive lags from the exact sums, for any law.
+///
+/// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) in place K - q: for q < K/2 what wraps round is below rho^K of the weights.
+pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize) -> Causality {
+    let contour = Contour::new(rule, time_step, lags);
+    let length = contour.length;
+    let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
+    let elements = sum.projection().elements;
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+    let rows: Vec<Vec<f64>> = (0..=elements / 2)
+        .into_par_iter()
+        .map(|n| {
+            let mut faces = Vec::with_capacity(at.len());
+            sum.faces(n, &at, Field::Surface, &mut faces);
+            let mut spectrum: Vec<Complex64> = faces.iter().map(|face| face.driven).collect();
+            spectrum[0].im = 0.0;
+            spectrum[length / 2].im = 0.0;
+            let mut signal = inverse.make_output_vec();
+            // Lengths match by construction.
+            let _ = inverse.process(&mut spectrum, &mut signal);
+            for (place, value) in signal.iter_mut().enumerate() {
+                let lag = if place < length / 2 { place as f64 } else { place as f64 - length as f64 };
+                *value *= contour.radius.powf(-lag) / length as f64;
+            }
+            // Negative lags first.
+            signal.rotate_right(length / 2);
+            signal
+        })
+        .collect();
+    let share = |weights: &[f64]| {
+        let square = |part: &[f64]| part.iter().map(|w| w * w).sum::<f64>();
+        square(&weights[..length / 2]) / square(weights).max(f64::MIN_POSITIVE)
+    };
+    let mut total = vec![0.0; length];
+    for (n, row) in rows.iter().enumerate() {
+        let weight = multiplicity(n, elements);
+        total.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+    }
+    let largest = |part: &[f64]| part.iter().fold(0.0_f64, |a, w| a.max(w.abs()));
+    Causality {
+        precursor: largest(&total[..length / 2]) / largest(&total),
+        energy_before: share(&total),
+        kramers_kronig: rows.iter().map(|row| share(row).sqrt()).collect(),
+        before: total[length / 2 - lags.min(length / 2)..length / 2].to_vec(),
+        after: total[length / 2..].to_vec(),
+    }
+}
+
+/// Static influence with distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StaticRatio {
+    /// Distance j \[elements\].
+    pub distance: usize,
+    /// G_j/G_0 of the tyre at rest.
+    pub tyre: f64,
+    /// The same for an elastic half-space: no modulus, no thickness, geometry only.
+    pub half_space: f64,
+}
+
+/// G_j/G_0 at rest for j = 0..=`most`, `element` long and `contact_width` wide \[m\].
+pub fn static_ratios(
+    model: &RationalModel,
+    field: Field,
+    [element, contact_width]: [f64; 2],
+    most: usize,
+) -> Option<Vec<StaticRatio>> {
+    let at_rest = model.at_rest(field)?;
+    let influence = |j: usize| {
+        let terms = at_rest.iter().enumerate().map(|(n, value)| {
+            let phase = 2.0 * PI * ((n * j) % model.elements) as f64 / model.elements as f64;
+            multiplicity(n, model.elements) * phase.cos() * value
+        });
+        terms.sum::<f64>()
+    };
+    let (own, own_half_space) = (influence(0), mean_inverse_distance(0.0, element, contact_width));
+    let ratio = |distance| StaticRatio {
+        distance,
+        tyre: influence(distance) / own,
+        half_space: mean_inverse_distance(distance as f64 * element, element, contact_width) / own_half_space,
+    };
+    Some((0..=most).map(ratio).collect())
+}
+
+/// Mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie `distance` apart along the length \[1/m\]: the fourth difference of the function with
+/// f_xxyy = 1/r.
+pub fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
+    let f = |x: f64, y: f64| {
+        let r = x.hypot(y);
+        let term = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { 0.5 * a * a * b * (b / a.abs()).asinh() };
+        term(x, y) + term(y, x) - r * r * r / 6.0
+    };
+    let second = |y: f64| f(distance + length, y) - 2.0 * f(distance, y) + f(distance - length, y);
+    (second(width) - 2.0 * second(0.0) + second(-width)) / (length * length * width * width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Law;
+    use crate::tyre::influence::{Projection, Truncation};
+    use crate::tyre::rational::{FitOptions, fit};
+    use crate::tyre::samples::tyre;
+
+    #[test]
+    fn causal_laws_answer_after_the_force_and_the_textbook_law_before_it() {
+        let elements = 32;
+        let (mut worst, mut least) = (0.0_f64, f64::INFINITY);
+        for law in [Law::PowerLaw, Law::Prony, Law::Elastic, Law::Hysteretic] {
+            let mut tyre = tyre(0.25);
+            for layer in &mut tyre.layers {
+                layer.material.law = law;
+                (layer.material.weights, layer.material.times) = (vec![0.4, 0.3], vec![1e-2, 1e-4]);
+            }
+            let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
+            let sum =
+                InfluenceSum::with(&tyre, Projection::new(&tyre, elements), Truncation::Tail, 1e-12, 4.0 / time_step);
+            let found = causality(&sum, TimeRule::Bdf2, time_step, 128);
+            let residual = found.kramers_kronig.iter().fold(0.0_f64, |a, &b| a.max(b));
+            println!(
+                "{law:?}: precursor {:.1e}, energy {:.1e}, KK {residual:.1e}",
+                found.precursor, found.energy_before
+            );
+            if law == Law::Hysteretic {
+                least = found.precursor.min(residual);
+            } else {
+                worst = worst.max(found.precursor).max(residual);
+            }
+        }
+        assert!(worst < 1e-10, "{worst:.1e}");
+        assert!(least > 1e-4, "{least:.1e}");
+    }
+
+    #[test]
+    fn impulse_response_integrates_to_the_static_influence_and_decays() {
+        let tyre = tyre(0.25);
+        let options = FitOptions { top: 4e4, ..FitOptions::new(&tyre, 16, 0.0).with_tolerance(1e-4) };
+        let model = fit(&tyre, &options).unwrap();
+        // Simpson over 1.5 s in steps of 25 us.
+        let step = 2.5e-5;
+        let times: Vec<f64> = (0..=60_000).map(|i| i as f64 * step).collect();
+        let g = impulse_responses(&model, Field::Surface, &[0, 3], &times).unwrap();
+        let at_rest = model.at_rest(Field::Surface).unwrap();
+        for (row, j) in g.iter().zip([0, 3]) {
+            let integral: f64 =
+                row.iter().enumerate().map(|(i, value)| value * if i % 2 == 1 { 4.0 } else { 2.0 }).sum::<f64>() * step
+                    / 3.0;
+            let exact: f64 = at_rest
+                .iter()
+                .enumerate()
+                .map(|(n, h)| multiplicity(n, 16) * (2.0 * PI * (n * j) as f64 / 16.0).cos() * h)
+                .sum();
+            assert!((integral - exact).abs() < 2e-2 * exact.abs(), "{j}: {integral:e} {exact:e}");
+        }
+        let peak = g[0].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
+        assert!(g[0].last().unwrap().abs() < 1e-3 * peak);
+        assert!(impulse_responses(&model, Field::UnderTread, &[0], &times[..2]).is_none());
+    }
+
+    #[test]
+    fn mean_inverse_distance_is_loves_value_for_a_square_and_1_over_r_far_away() {
+        // Mean over a square of side 1 of the potential of the uniformly covered square itself: 4 (ln(1 + sqrt 2) + (1 - sqrt 2)/3).
+        let exact = 4.0 * ((1.0 + 2f64.sqrt()).ln() + (1.0 - 2f64.sqrt()) / 3.0);
+        assert!((mean_inverse_distance(0.0, 1.0, 1.0) - exact).abs() < 1e-12);
+        assert!((mean_inverse_distance(40.0, 1.0, 1.0) * 40.0 - 1.0).abs() < 1e-3);
+    }
+}

@@ -10,17 +10,16 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 
 use super::{CliError, Context, print, side_folder};
-use crate::half_space::love;
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::Progress;
 use crate::pipeline::past::{fetch, fit_options};
 use crate::results::plots::{Axis, HeatMap, LinePlot, Series};
 use crate::results::summary::Cost;
 use crate::results::{ResultsFolder, Summary};
-use crate::scene::{Law, LoadedScene, Scene, Tyre};
+use crate::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::influence_view::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 use crate::tyre::rational::RationalModel;
-use crate::tyre::response_checks::{causality, element_mobility, impulse_response, static_row};
 
 const EXAMPLES: &str = "\
 Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static influence beside the half-space's, \
@@ -36,6 +35,8 @@ const FREQUENCIES: usize = 240;
 const BAND: (f64, f64) = (30.0, 10e3);
 /// Times of the response, and their spacing \[s\].
 const TIMES: (usize, f64) = (240, 5e-5);
+/// Lags either side of t = 0 that causality is judged by.
+const LAGS: usize = 512;
 /// Wavenumbers whose causality is reported.
 const CHECKED: [usize; 4] = [0, 5, 20, 100];
 
@@ -146,10 +147,9 @@ impl Report<'_> {
     fn map(&self) -> Result<String, CliError> {
         let frequencies = frequencies();
         let columns = self.elements() / 2 + 1;
-        let mut values = Array2::from_shape_fn((FREQUENCIES, columns), |(row, n)| {
-            let s = Complex64::new(0.0, 2.0 * PI * frequencies[row]);
-            self.model.evaluate(n, s, Field::Surface).map_or(f64::NAN, |value| decibel(value.norm()))
-        });
+        let wavenumbers: Vec<usize> = (0..columns).collect();
+        let rows = magnitudes(self.model, Field::Surface, &wavenumbers, &frequencies).unwrap_or_default();
+        let mut values = Array2::from_shape_fn((FREQUENCIES, rows.len()), |(row, n)| decibel(rows[n][row]));
         for n in 0..columns {
             let Some(modes) = self.model.modes(n, Field::Surface) else { continue };
             for pole in modes.poles.iter().filter(|pole| pole.im > 0.0 && -pole.re < 0.3 * pole.norm()) {
@@ -173,13 +173,12 @@ impl Report<'_> {
 
     fn over_time(&self) -> Result<String, CliError> {
         let times: Vec<f64> = (0..TIMES.0).map(|k| (k as f64 + 0.5) * TIMES.1).collect();
-        let rows = impulse_response(self.model, Field::Surface, &times).unwrap_or_default();
         let half = self.elements() / 4;
-        let columns = 2 * half + 1;
-        let values = Array2::from_shape_fn((rows.len(), columns), |(row, column)| {
-            let element = (column + self.elements() - half) % self.elements();
-            1e3 * rows[row][element]
-        });
+        let distances: Vec<usize> = (0..=half).collect();
+        let rows = impulse_responses(self.model, Field::Surface, &distances, &times).unwrap_or_default();
+        // The tyre is symmetric: the same to the left.
+        let values =
+            Array2::from_shape_fn((TIMES.0, 2 * half + 1), |(row, column)| 1e3 * rows[column.abs_diff(half)][row]);
         let largest = values.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
         let dx = self.loaded.scene.tyre.circumference / self.elements() as f64;
         let map = HeatMap {
@@ -199,18 +198,16 @@ impl Report<'_> {
     fn at_rest(&self) -> Result<String, CliError> {
         let tyre = &self.loaded.scene.tyre;
         let dx = tyre.circumference / self.elements() as f64;
-        let row = static_row(&self.sum, Field::Surface);
-        let half_space = |j: usize| love::displacement(j as f64 * dx, 0.0, dx, tyre.contact_width);
         let reach = (0.1 / dx) as usize + 1;
-        let points =
-            |value: &dyn Fn(usize) -> f64| (0..=reach).map(|j| (1e3 * dx * j as f64, value(j) / value(0))).collect();
+        let ratios = static_ratios(self.model, Field::Surface, [dx, tyre.contact_width], reach).unwrap_or_default();
+        let distance = |j: usize| 1e3 * dx * j as f64;
         let plot = LinePlot {
             title: &self.title,
             x: Axis::linear("Distance [mm]", 0.0..1e3 * dx * reach as f64),
             y: Axis::linear("Static influence, relative to the element's own [1]", 0.0..1.0),
             series: vec![
-                Series { name: "tyre", points: points(&|j| row[j]) },
-                Series { name: "half-space", points: points(&half_space) },
+                Series { name: "tyre", points: ratios.iter().map(|r| (distance(r.distance), r.tyre)).collect() },
+                Series { name: "half-space", points: ratios.iter().map(|r| (distance(r.distance), r.half_space)).collect() },
             ],
         };
         Ok(plot.to_svg()?)
@@ -240,38 +237,38 @@ impl Report<'_> {
     }
 
     /// Causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
-    fn checks(&self) -> Vec<Value> {
+    fn checks(&self) -> Value {
         let mut hysteretic = self.loaded.scene.tyre.clone();
         for layer in &mut hysteretic.layers {
             layer.material.law = Law::Hysteretic;
         }
-        let highest = BAND.1;
-        let top = 2.0 * PI * highest * 1.5;
-        let sum = exact(&self.loaded.scene.tyre, self.elements(), 1e-6, top);
-        let other = exact(&hysteretic, self.elements(), 1e-6, top);
-        CHECKED
-            .into_iter()
-            .filter(|&n| n <= self.elements() / 2)
-            .map(|n| {
-                let of = |sum: &InfluenceSum| causality(|s| sum.value(n, &sum.at(s), Field::Surface).value, highest);
-                json!({ "n": n, "own": of(&sum), "hysteretic": of(&other) })
-            })
-            .collect()
+        let time_step = 0.5 / BAND.1;
+        let top = 4.0 / time_step;
+        let of = |tyre: &Tyre| -> Causality {
+            let sum = exact(tyre, self.elements(), 1e-6, top);
+            causality(&sum, TimeRule::Bdf2, time_step, LAGS)
+        };
+        let (own, other) = (of(&self.loaded.scene.tyre), of(&hysteretic));
+        let at = |n: usize| json!({ "n": n, "own": own.kramers_kronig[n], "hysteretic": other.kramers_kronig[n] });
+        let residuals: Vec<Value> = CHECKED.into_iter().filter(|&n| n <= self.elements() / 2).map(at).collect();
+        json!({
+            "kramers_kronig": residuals,
+            "precursor": { "own": own.precursor, "hysteretic": other.precursor },
+            "energy_before": { "own": own.energy_before, "hysteretic": other.energy_before },
+        })
     }
 }
 
-fn table(checks: &[Value]) -> String {
-    let mut text = String::from(
-        "Kramers-Kronig residual (root of the energy before t = 0 over all)\n     n     own laws   hysteretic\n",
-    );
-    for check in checks {
-        let residual = |law: &str| check[law]["residual"].as_f64().unwrap_or(f64::NAN);
-        text.push_str(&format!(
-            "   {:>3}     {:8.1e}     {:8.1e}\n",
-            check["n"].as_u64().unwrap_or_default(),
-            residual("own"),
-            residual("hysteretic")
-        ));
+fn table(checks: &Value) -> String {
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    let mut text = String::from("causality                              own laws   hysteretic\n");
+    for (title, key) in [("largest answer before t = 0 over all", "precursor"), ("share of energy before t = 0", "energy_before")] {
+        let row = &checks[key];
+        text.push_str(&format!("   {title:<36}{:8.1e}     {:8.1e}\n", number(&row["own"]), number(&row["hysteretic"])));
+    }
+    for row in checks["kramers_kronig"].as_array().into_iter().flatten() {
+        let title = format!("Kramers-Kronig residual, n = {}", row["n"]);
+        text.push_str(&format!("   {title:<36}{:8.1e}     {:8.1e}\n", number(&row["own"]), number(&row["hysteretic"])));
     }
     text
 }

@@ -20,7 +20,6 @@ use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
-use crate::tyre::response_checks::static_row;
 
 /// A run about to begin.
 pub struct Prepared {
@@ -134,7 +133,7 @@ pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, Slic
 /// Static contact under the scene's axle, and the spring compliance per element \[m/N\] of a bedding.
 fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, f64), RunError> {
     let circumference = scene.tyre.circumference;
-    let row = static_row(sum, Field::Surface);
+    let row = sum.static_row(Field::Surface);
     let elastic = StaticTyre { influence: &row, circumference };
     let on = |tyre: &StaticTyre<'_>| match scene.rolling.axle {
         Axle::Load { load, .. } => tyre.under_load(load),
@@ -143,7 +142,7 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
     if field != Field::UnderTread {
         return Ok((on(&elastic)?, 0.0));
     }
-    let mut carcass = static_row(sum, field);
+    let mut carcass = sum.static_row(field);
     let spring = match scene.contact.bedding_stiffness {
         Some(stiffness) => 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width),
         None => matching_spring(&carcass, circumference, on(&elastic)?)?,

@@ -32,6 +32,11 @@ pub fn magnitudes(
         .collect()
 }
 
+/// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each n = 0..=N/2 \[m/(N s)\].
+pub fn element_mobility(elements: usize, s: Complex64, value: impl Fn(usize) -> Complex64) -> Complex64 {
+    s * (0..=elements / 2).map(|n| value(n) * multiplicity(n, elements)).sum::<Complex64>()
+}
+
 /// How often the wavenumber n occurs among -N/2 ... N/2 - 1.
 fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }

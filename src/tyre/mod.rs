@@ -17,7 +17,6 @@ pub mod material;
 pub mod mobility;
 pub mod moments;
 pub mod rational;
-pub mod response_checks;
 #[cfg(test)]
 mod samples;
 pub mod surface_asymptote;

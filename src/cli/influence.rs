@@ -245,7 +245,7 @@ impl Report<'_> {
         let time_step = 0.5 / BAND.1;
         let top = 4.0 / time_step;
         let of = |tyre: &Tyre| -> Causality {
-            let sum = exact(tyre, self.elements(), 1e-6, top);
+            let sum = exact(tyre, self.elements(), 1e-11, top);
             causality(&sum, TimeRule::Bdf2, time_step, LAGS)
         };
         let (own, other) = (of(&self.loaded.scene.tyre), of(&hysteretic));

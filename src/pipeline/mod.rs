@@ -16,4 +16,4 @@ pub mod run;
 pub use error::RunError;
 pub use plan::Plan;
 pub use progress::{Progress, Unwatched};
-pub use run::{RunOptions, run};
+pub use run::{RunOptions, RunReport, run};

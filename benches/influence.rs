@@ -73,7 +73,7 @@ fn model(criterion: &mut Criterion) {
     let elements = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(256);
     let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
     let options = FitOptions { top: 2.0 * PI * 20e3, ..FitOptions::new(&tyre, elements, 0.0).with_tolerance(1e-6) };
-    let fitted = fit(&tyre, &options).expect("the default tyre is fitted");
+    let fitted = fit(&tyre, &options).unwrap_or_else(|error| panic!("the default tyre is refused: {error}"));
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, elements), Truncation::Tail, 1e-8, options.top);
     let brute = Weights::new(&sum, Field::Surface, TimeRule::Bdf2, time_step, 4096);
     for n in 0..=elements / 2 {

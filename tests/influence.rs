@@ -64,12 +64,13 @@ fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64]) 
         // The largest |H_n| sits on a resonance that the points may straddle; the model finds it cheaply.
         let scan = (0..4000).map(|k| Complex64::new(0.0, model.top * 1e-4f64.powf(f64::from(k) / 3999.0)));
         let scale = scan
-            .map(|s| model.evaluate(n, s, Field::Surface).unwrap().norm())
+            .filter_map(|s| model.evaluate(n, s, Field::Surface))
+            .map(|value| value.norm())
             .chain(faces.iter().map(|face| face.driven.norm()))
             .fold(0.0, f64::max);
         for (&s, face) in points.iter().zip(&faces) {
-            let value = model.evaluate(n, s, Field::Surface).unwrap();
-            worst = worst.max((value - face.driven).norm() / scale);
+            let error = model.evaluate(n, s, Field::Surface).map(|value| (value - face.driven).norm() / scale);
+            worst = worst.max(error.unwrap_or(f64::INFINITY));
         }
     }
     worst
@@ -77,7 +78,8 @@ fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64]) 
 
 fn all_poles_are_stable(model: &RationalModel) -> bool {
     (0..=model.largest_wavenumber())
-        .all(|n| model.modes(n, Field::Surface).unwrap().poles.iter().all(|pole| pole.re < 0.0 && pole.im >= 0.0))
+        .filter_map(|n| model.modes(n, Field::Surface))
+        .all(|modes| modes.poles.iter().all(|pole| pole.re < 0.0 && pole.im >= 0.0))
 }
 
 #[test]

@@ -29,6 +29,8 @@ const MOST_JOINING: usize = 12;
 const MOST_SAMPLES: usize = 4;
 /// Rounds of adding rungs or poles.
 const ROUNDS: usize = 120;
+/// The belt has a say in the poles from this many tolerances on.
+const BELT_FROM: f64 = 1e4;
 /// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
 const BEYOND: usize = 20;
 /// Rounds of mending passivity.
@@ -136,7 +138,7 @@ struct Errors {
     real: f64,
     /// Belt.
     bottom: f64,
-    /// s where the error on the grid is largest.
+    /// s where the error on the grid, or on the real axis if that is the worst of all, is largest.
     worst: Complex64,
 }
 
@@ -265,8 +267,12 @@ impl Attempt<'_> {
             let both = [of(s, values, 0), of(s, values, 1)];
             errors.real = errors.real.max(both[0]);
             errors.bottom = errors.bottom.max(both[1]);
+            let error = both[0].max(both[1]);
+            if error > errors.fitted.max(errors.fresh) {
+                errors.worst = s;
+            }
             let kind = if rung % 2 == 0 { &mut errors.fitted } else { &mut errors.fresh };
-            *kind = kind.max(both[0]).max(both[1]);
+            *kind = kind.max(error);
         }
         errors
     }
@@ -277,7 +283,9 @@ impl Attempt<'_> {
         poles: &[Complex64],
         relocations: usize,
     ) -> Result<(Vec<Complex64>, Vec<PartialFractions>, Errors), RationalError> {
-        let with_bottom = self.axis.iter().flatten().any(|value| value[1].norm() > 0.01 * self.scales[1]);
+        // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs no more.
+        let limit = (BELT_FROM * self.target.tolerance).min(0.05) * self.scales[1];
+        let with_bottom = self.axis.iter().flatten().any(|value| value[1].norm() > limit);
         let samples = self.samples(true);
         let mut poles = poles.to_vec();
         if relocations > 0 {

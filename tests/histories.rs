@@ -1,5 +1,7 @@
 //! The past by poles against the past by convolution: the same forces, and what each costs.
 
+#![allow(clippy::unwrap_used, reason = "a test stops where a value is missing")]
+
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -37,7 +39,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn poles_give_the_forces_of_the_convolution_for_every_rule_and_with_substeps() {
     let folder = tempfile::tempdir().unwrap();
-    for (rule, substeps) in [(TimeRule::Bdf1, 1), (TimeRule::Bdf2, 1), (TimeRule::Bdf2, 2), (TimeRule::Trapezoidal, 1)] {
+    for (rule, substeps) in [(TimeRule::Bdf1, 1), (TimeRule::Bdf2, 1), (TimeRule::Bdf2, 2), (TimeRule::Trapezoidal, 1)]
+    {
         let of = |history, tolerance| {
             let change = |scene: &mut Scene| {
                 scene.numerics.elements = 64;

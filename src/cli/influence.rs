@@ -18,7 +18,9 @@ use crate::results::summary::Cost;
 use crate::results::{ResultsFolder, Summary};
 use crate::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use crate::tyre::influence_view::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
+use crate::tyre::influence_view::{
+    Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios,
+};
 use crate::tyre::rational::RationalModel;
 
 const EXAMPLES: &str = "\
@@ -207,7 +209,10 @@ impl Report<'_> {
             y: Axis::linear("Static influence, relative to the element's own [1]", 0.0..1.0),
             series: vec![
                 Series { name: "tyre", points: ratios.iter().map(|r| (distance(r.distance), r.tyre)).collect() },
-                Series { name: "half-space", points: ratios.iter().map(|r| (distance(r.distance), r.half_space)).collect() },
+                Series {
+                    name: "half-space",
+                    points: ratios.iter().map(|r| (distance(r.distance), r.half_space)).collect(),
+                },
             ],
         };
         Ok(plot.to_svg()?)
@@ -262,7 +267,9 @@ impl Report<'_> {
 fn table(checks: &Value) -> String {
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let mut text = String::from("causality                              own laws   hysteretic\n");
-    for (title, key) in [("largest answer before t = 0 over all", "precursor"), ("share of energy before t = 0", "energy_before")] {
+    for (title, key) in
+        [("largest answer before t = 0 over all", "precursor"), ("share of energy before t = 0", "energy_before")]
+    {
         let row = &checks[key];
         text.push_str(&format!("   {title:<36}{:8.1e}     {:8.1e}\n", number(&row["own"]), number(&row["hysteretic"])));
     }

@@ -18,7 +18,7 @@ use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::influence_batch::FaceValues;
 
 /// Samples beyond the number of poles that a fit starts with.
-const SPARE_SAMPLES: usize = 12;
+const SPARE_SAMPLES: usize = 16;
 
 /// What a model has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -12,9 +12,13 @@ use thiserror::Error;
 use super::ladder::Ladder;
 use super::model::RationalModel;
 use super::wavenumber::{Fitted, Refusal, RefusalReason, Rung, Start, Target, fit_wavenumber};
-use crate::scene::Tyre;
+use crate::numeric::rational::partial_fractions::order;
+use crate::scene::{Law, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::influence_batch::FaceValues;
+
+/// Samples beyond the number of poles that a fit starts with.
+const SPARE_SAMPLES: usize = 16;
 
 /// What a model has to be.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -75,6 +79,14 @@ pub enum FitError {
         /// Why it ended.
         reason: RefusalReason,
     },
+    /// A material that answers before it is pushed: on a finite band a stable model can be made to follow it, but not a passive tyre.
+    #[error(
+        "layer '{layer}': the law 'hysteretic' is not causal and has no time-domain model; use 'power-law', 'prony' or 'elastic'"
+    )]
+    NotCausal {
+        /// Name of the layer.
+        layer: String,
+    },
     /// Options out of range.
     #[error("{what} = {value} is out of range: {wanted}")]
     Options {
@@ -114,6 +126,9 @@ fn check(options: &FitOptions) -> Result<(), FitError> {
 /// Fits all wavenumbers n = 0..=N/2.
 pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError> {
     check(options)?;
+    if let Some(layer) = tyre.layers.iter().find(|layer| layer.material.law == Law::Hysteretic) {
+        return Err(FitError::NotCausal { layer: layer.name.clone() });
+    }
     let projection = Projection::new(tyre, options.elements);
     let sum = InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top);
     let ladder = Ladder::new(&sum, options.top);
@@ -167,9 +182,20 @@ fn start_of(done: &[Option<Fitted>], n: usize, stride: usize) -> Start {
     let neighbour = |n: usize| done.get(n).and_then(Option::as_ref);
     let from = n.checked_sub(stride).and_then(neighbour).or_else(|| neighbour(n + stride));
     match from {
-        Some(fitted) => Start { poles: fitted.entry.poles.clone(), grid: fitted.grid.clone(), dense: false },
+        Some(fitted) => {
+            let poles = fitted.entry.poles.clone();
+            Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles, dense: false }
+        }
         None => Start::default(),
     }
+}
+
+/// As dense a grid relative to itself, with no more than `most` rungs: what the neighbour needed on its way need not be needed again.
+fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
+    if grid.len() <= most || most < 2 {
+        return grid.to_vec();
+    }
+    (0..most).map(|i| grid[i * (grid.len() - 1) / (most - 1)]).collect()
 }
 
 fn refused(n: usize, options: &FitOptions, refusal: &Refusal) -> FitError {

@@ -1,7 +1,7 @@
 //! The points at which the exact influence functions may be sampled, shared by all wavenumbers.
 //!
 //! On the imaginary axis a ladder of [`RUNGS`] + 1 angular frequencies, w_i = w0 ((1 + top/w0)^(i/RUNGS) - 1): linear below w0, where a viscoelastic
-//! tyre is smooth, logarithmic above, where resonances have widths proportional to frequency. On the positive real axis a short ladder, factors of 2^0.3 up to the top.
+//! tyre is smooth, logarithmic above, where resonances have widths proportional to frequency. On the positive real axis a short ladder, factors of 2^0.4 up to the top.
 //! Moduli, cut-offs and asymptotes depend on s only and are worked out once.
 
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ use crate::tyre::influence::{InfluenceSum, SumAt};
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
 pub const RUNGS: usize = 2048;
 /// Points on the positive real axis: even ones for fits, odd ones for checks.
-pub const REAL_RUNGS: usize = 32;
+pub const REAL_RUNGS: usize = 24;
 /// Where the ladder turns from linear to logarithmic \[rad/s\].
 const KNEE: f64 = 2.0 * PI * 10.0;
 
@@ -37,7 +37,7 @@ impl Ladder {
         let axis: Vec<_> =
             (0..=RUNGS).map(|rung| Complex64::new(0.0, KNEE * (growth * rung as f64).exp_m1())).collect();
         let real: Vec<_> = (0..REAL_RUNGS)
-            .map(|rung| Complex64::new(top * 0.5_f64.powf(0.3 * (REAL_RUNGS - 1 - rung) as f64), 0.0))
+            .map(|rung| Complex64::new(top * 0.5_f64.powf(0.4 * (REAL_RUNGS - 1 - rung) as f64), 0.0))
             .collect();
         let at = |points: &[Complex64]| points.iter().map(|&s| sum.at(s)).collect();
         Self { axis_at: at(&axis), real_at: at(&real), axis, real }

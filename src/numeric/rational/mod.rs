@@ -4,12 +4,10 @@
 //! - [`least_squares`]: Householder elimination, shared by all that follows;
 //! - [`aaa`]: adaptive Antoulas-Anderson, the start: finds how many poles are needed, and roughly where;
 //! - [`vector_fitting`]: moves given poles to where several responses want them, stable by construction, and refits residues;
-//! - [`passivity`]: Re(s H) >= 0 on the axis, checked, and mended by the smallest change of the residues.
 
 pub mod aaa;
 pub mod least_squares;
 pub mod partial_fractions;
-pub mod passivity;
 pub mod vector_fitting;
 
 pub use partial_fractions::PartialFractions;

@@ -118,6 +118,7 @@ fn description_text(road: &RoadDescription) -> String {
         column.set_cell_alignment(CellAlignment::Right);
     }
     let notes: String = road.report.notes.iter().map(|note| format!("note: {note}\n")).collect();
-    let levels = if road.levels.is_empty() { String::new() } else { format!("\n{levels}\n") };
-    format!("{table}\n{levels}\n{notes}")
+    let trimmed = |table: &Table| -> String { table.lines().map(|line| format!("{}\n", line.trim_end())).collect() };
+    let levels = if road.levels.is_empty() { String::new() } else { format!("\n{}", trimmed(&levels)) };
+    format!("{}{levels}\n{notes}", trimmed(&table))
 }

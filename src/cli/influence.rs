@@ -83,7 +83,7 @@ impl InfluenceArguments {
         meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { fetched.model.evaluations() });
         meter.count(Counter::Poles, fetched.model.order() as u64);
         let report = Report {
-            title: if scene.title.is_empty() { loaded.name() } else { scene.title.clone() },
+            title: loaded.title(),
             sum: exact(&scene.tyre, scene.numerics.elements, options.influence_tolerance, options.top),
             loaded: &loaded,
             model: &fetched.model,

@@ -110,7 +110,7 @@ impl MobilityArguments {
         let mobility = meter.time(Stage::Influence, || driving_point(&loaded.scene.tyre, &sides, &self.frequencies()));
         meter.count(Counter::ComplianceEvaluations, mobility.evaluations);
         drop(progress);
-        let title = if loaded.scene.title.is_empty() { loaded.name() } else { loaded.scene.title.clone() };
+        let title = loaded.title();
         folder.write_text("mobility.csv", &to_csv(&mobility, &self.patch))?;
         folder.write_text("mobility.svg", &to_svg(&mobility, &title, &self.patch)?)?;
         let settings = json!({ "scene": loaded.settings()?, "patch_mm": self.patch, "from": self.from, "to": self.to, "points": self.points });

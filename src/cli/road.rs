@@ -46,14 +46,14 @@ impl RoadArguments {
         let begin = std::time::Instant::now();
         let mut meter = Meter::default();
         let dx = scene.tyre.circumference / scene.numerics.elements as f64;
-        let limits = Limits { bytes: (scene.numerics.memory_limit * 1e9) as u64 };
+        let limits = Limits { bytes: scene.numerics.memory_bytes() };
         let description = meter
             .time(Stage::Road, || {
                 let lattice = Lattice::choose(&scene.road, dx, scene.tyre.contact_width, scene.contact.lateral_points)?;
                 describe(&scene.road, lattice, scene.rolling.speed(), limits)
             })
             .map_err(|error| in_scene(&loaded, error))?;
-        let title = if scene.title.is_empty() { loaded.name() } else { scene.title.clone() };
+        let title = loaded.title();
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "road"));
         let folder = ResultsFolder::create(&target)?;
         let sample = &description.sample;

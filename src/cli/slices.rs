@@ -12,6 +12,7 @@ use crate::pipeline::prepare::{in_scene, slice_builder};
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::Cost;
 use crate::results::{ResultsFolder, Summary};
+use crate::road::slices::statistics::{LevelStatistics, statistics};
 use crate::road::slices::{SliceScratch, StiffnessCurve};
 use crate::road::{Lattice, Limits, RoadSurface};
 use crate::scene::{LoadedScene, Scene, Slices};
@@ -59,6 +60,8 @@ struct Spread {
     difference: f64,
     /// Mean share of the width in contact, winkler.
     contact_fraction: f64,
+    /// Mean, median and the middle 90 % of S and of s, by both.
+    quantiles: [Option<LevelStatistics>; 2],
 }
 
 /// The heights asked for and where they are.
@@ -85,10 +88,10 @@ impl SlicesArguments {
         })?;
         meter.count(Counter::Slices, 2 * curves[0].len() as u64);
         let depths = depths(&sample);
-        let spread = spread(&curves, &depths, sample.lattice.columns);
+        let spread = spread(&curves, &depths);
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "slices"));
         let folder = ResultsFolder::create(&target)?;
-        let title = if loaded.scene.title.is_empty() { loaded.name() } else { loaded.scene.title.clone() };
+        let title = loaded.title();
         draw(&folder, &title, &sample, [&curves[0][0], &curves[1][0]])?;
         let answer = json!({
             "road_coordinate": sample.first as f64 * sample.lattice.dx,
@@ -108,7 +111,7 @@ impl SlicesArguments {
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {
         let scene = &loaded.scene;
         let dx = scene.tyre.circumference / scene.numerics.elements as f64;
-        let limits = Limits { bytes: (scene.numerics.memory_limit * 1e9) as u64 };
+        let limits = Limits { bytes: scene.numerics.memory_bytes() };
         let read = || {
             let lattice = Lattice::choose(&scene.road, dx, scene.tyre.contact_width, scene.contact.lateral_points)?;
             let mut surface = RoadSurface::open(&scene.road, lattice, limits)?;
@@ -135,7 +138,7 @@ fn depths(sample: &Sample) -> Vec<f64> {
         .collect()
 }
 
-fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64], columns: usize) -> Vec<Spread> {
+fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
     // Penetrations at fractions of the road's mean depth: where the laws can differ.
     let typical = 2.0 * depths.iter().sum::<f64>() / depths.len() as f64;
     if typical <= 0.0 {
@@ -151,13 +154,17 @@ fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64], columns: usize) -> 
         });
         let [winkler, half_space] = values;
         let difference = (winkler.zip(half_space).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / count).sqrt();
-        let contact = depths.iter().filter(|&&depth| depth < y).count() as f64 / (count * columns as f64);
+        // Independent springs: the normalised stiffness is the share of the width in contact.
+        let quantiles =
+            [0, 1].map(|law: usize| statistics(&curves[law], &[y]).and_then(|levels| levels.first().copied()));
+        let contact = quantiles[0].map_or(0.0, |level| level.stiffness.mean);
         Spread {
             penetration: y,
             mean,
             deviation,
             difference: difference / (0.5 * (mean[0] + mean[1])),
             contact_fraction: contact,
+            quantiles,
         }
     };
     [0.25, 0.5, 1.0, 2.0].map(at).into()

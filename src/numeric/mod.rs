@@ -4,10 +4,12 @@ pub mod complex_field;
 pub mod lanes;
 pub mod matrix2;
 pub mod rational;
+pub mod ring;
 pub mod scaled_series;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};
 pub use matrix2::Matrix2;
+pub use ring::Ring;
 pub mod nnls;
 pub mod windowed_sinc;

@@ -51,14 +51,13 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
 
     let lattice = Lattice::choose(&scene.road, plan.element, tyre.contact_width, scene.contact.lateral_points)
         .map_err(|error| in_scene(loaded, error))?;
-    let limits = Limits { bytes: (numerics.memory_limit * 1e9) as u64 };
+    let limits = Limits { bytes: numerics.memory_bytes() };
     let surface = meter
         .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, limits))
         .map_err(|error| in_scene(loaded, error))?;
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
-    if surface.is_smooth() || scene.contact.slices == Slices::None {
-        // One column, or the highest point only: nothing across to be resolved.
-    } else if lattice.columns == 1 {
+    // A smooth road has nothing across to be resolved, and without a slice law nobody asked for it.
+    if lattice.columns == 1 && !surface.is_smooth() && scene.contact.slices != Slices::None {
         warnings.push("the road is level across the contact width: the slice law makes no difference".into());
     }
 

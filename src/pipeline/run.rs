@@ -171,14 +171,9 @@ struct Context<'a> {
 }
 
 impl Context<'_> {
-    fn title(&self) -> String {
-        let title = &self.loaded.scene.title;
-        if title.is_empty() { self.loaded.name() } else { title.clone() }
-    }
-
     fn spectra_and_plots(&self, folder: &ResultsFolder) -> Result<(), RunError> {
         let outputs = &self.loaded.scene.outputs;
-        let title = self.title();
+        let title = self.loaded.title();
         // A run too short for a spectrum has none: the summary's warnings say so.
         if (outputs.spectra || outputs.plots)
             && let Ok(spectrum) = PowerSpectrum::of(&self.record.force, self.plan.time_step, Some(SEGMENT))
@@ -229,7 +224,7 @@ impl Context<'_> {
             }
             _ => None,
         };
-        let mut summary = Summary::begun(&self.title(), self.loaded.settings()?, cost);
+        let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
         summary.outcome = Outcome {
             steps,
             time_step: self.plan.time_step,

@@ -101,6 +101,11 @@ impl LoadedScene {
         self.path.file_stem().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
+    /// What results and plots are headed with: the scene's title, or its name where it has none.
+    pub fn title(&self) -> String {
+        if self.scene.title.is_empty() { self.name() } else { self.scene.title.clone() }
+    }
+
     /// The effective settings with paths as written, as [`Scene::to_json`].
     ///
     /// # Errors

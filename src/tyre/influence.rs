@@ -18,13 +18,13 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 use serde::Serialize;
 
 use super::compliance::{Stack, StackAt};
 use super::half_space_bands::{self, BAND_TERMS};
 use super::moments::{Moments, TailClasses};
 use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
+use crate::numeric::Ring;
 use crate::scene::{Numerics, Tyre};
 
 /// Which displacement a force on the tread element is related to.
@@ -274,15 +274,8 @@ impl InfluenceSum {
 
     /// Static influence of the element j further on, j = 0..N \[m/N\].
     pub fn static_row(&self, field: Field) -> Vec<f64> {
-        let elements = self.projection.elements;
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(elements);
         let at_rest = self.at(Complex64::ZERO);
-        let mut spectrum: Vec<Complex64> =
-            (0..=elements / 2).map(|n| self.value(n, &at_rest, field).value.re.into()).collect();
-        let mut row = inverse.make_output_vec();
-        // Planned lengths and a real spectrum: nothing to refuse.
-        let _ = inverse.process(&mut spectrum, &mut row);
-        row
+        Ring::new(self.projection.elements).elements_of(|n| self.value(n, &at_rest, field).value.re).to_vec()
     }
 
     /// Ht_n(s) of a field. `n` from 0 to N/2.

@@ -1,9 +1,11 @@
 //! How the slices of a road spread: S and contact fraction over the road at given penetrations.
 
+use serde::Serialize;
+
 use super::StiffnessCurve;
 
 /// Spread of one quantity over the slices of a road.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Arithmetic mean.
     pub mean: f64,
@@ -16,7 +18,7 @@ pub struct Spread {
 }
 
 /// The slices of a road at one penetration past each one's own highest point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LevelStatistics {
     /// Penetration y \[m\].
     pub penetration: f64,

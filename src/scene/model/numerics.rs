@@ -35,6 +35,13 @@ pub struct Numerics {
     pub time_limit: f64,
 }
 
+impl Numerics {
+    /// `memory_limit` in bytes.
+    pub fn memory_bytes(&self) -> u64 {
+        (self.memory_limit * 1e9) as u64
+    }
+}
+
 impl Default for Numerics {
     fn default() -> Self {
         Self {

@@ -6,6 +6,7 @@ pub mod matrix2;
 pub mod rational;
 pub mod ring;
 pub mod scaled_series;
+pub mod tail_sum;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};

@@ -12,6 +12,9 @@
 //! of the largest ellipse about the band, foci at its ends, without a singularity (Trefethen 2013, *Approximation theory and approximation practice*, theorem 8.2).
 
 use std::f64::consts::PI;
+use std::iter::Sum;
+use std::ops::Mul;
+use std::sync::LazyLock;
 
 use num_complex::Complex64;
 
@@ -31,17 +34,36 @@ pub fn add(moments: &mut [f64; BAND_TERMS], weight: f64, k_squared: f64, [low, h
     }
 }
 
-/// Chebyshev coefficients of C_zz of the half-space in a band of k^2.
-pub fn coefficients(tread: &LayerAt<Complex64>, [low, high]: [f64; 2]) -> [Complex64; BAND_TERMS] {
-    let ratio = tread.inertia * tread.inverse_shear;
-    let angle = |i: usize| PI * (i as f64 + 0.5) / BAND_TERMS as f64;
-    let values: [Complex64; BAND_TERMS] = std::array::from_fn(|i| {
-        let k_squared = 0.5 * (low + high) + 0.5 * (high - low) * angle(i).cos();
-        closed_form(tread.modulus_ratio, ratio / k_squared) * tread.inverse_shear / k_squared.sqrt()
-    });
+/// cos(j angle_i) 2/[`BAND_TERMS`] (half that for j = 0) at the Chebyshev points: values there to coefficients.
+static TRANSFORM: LazyLock<[[f64; BAND_TERMS]; BAND_TERMS]> = LazyLock::new(|| {
     std::array::from_fn(|j| {
-        let sum: Complex64 = (0..BAND_TERMS).map(|i| values[i] * (j as f64 * angle(i)).cos()).sum();
-        sum * (if j == 0 { 1.0 } else { 2.0 } / BAND_TERMS as f64)
+        let scale = if j == 0 { 1.0 } else { 2.0 } / BAND_TERMS as f64;
+        std::array::from_fn(|i| scale * (j as f64 * angle(i)).cos())
+    })
+});
+
+fn angle(i: usize) -> f64 {
+    PI * (i as f64 + 0.5) / BAND_TERMS as f64
+}
+
+/// Chebyshev coefficients of a function of k^2 in a band.
+pub fn chebyshev<T>([low, high]: [f64; 2], function: impl Fn(f64) -> T) -> [T; BAND_TERMS]
+where
+    T: Copy + Mul<f64, Output = T> + Sum,
+{
+    // The first row but one holds the cosines themselves.
+    let points = &TRANSFORM[1];
+    let scale = 0.5 * BAND_TERMS as f64;
+    let values: [T; BAND_TERMS] =
+        std::array::from_fn(|i| function(0.5 * (low + high) + 0.5 * (high - low) * points[i] * scale));
+    std::array::from_fn(|j| values.iter().zip(&TRANSFORM[j]).map(|(&value, &weight)| value * weight).sum())
+}
+
+/// Chebyshev coefficients of C_zz of the half-space in a band of k^2.
+pub fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; BAND_TERMS] {
+    let ratio = tread.inertia * tread.inverse_shear;
+    chebyshev(band, |k_squared| {
+        closed_form(tread.modulus_ratio, ratio / k_squared) * tread.inverse_shear / k_squared.sqrt()
     })
 }
 

@@ -1,19 +1,20 @@
 //! Moments of the sums' weights above a cut-off wavenumber.
 //!
-//! M_j(n, k_c) = sum over p and odd m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only, summed once. Explicit to some
-//! sixteen lobes of the element and several hundred m; beyond, each sum is an integral over a smooth function:
-//! sinc^2(kx dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 is replaced by its mean 2/(b ky)^2 (the oscillation
-//! about it sums to order m^-3). Both substitute x = X/t and use Gauss-Legendre nodes on 0 < t < 1.
+//! M_j(n, k_c) = sum over p and odd m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only, summed once. Explicit to a few lobes of the element
+//! and some dozen m past the highest cut-off. Beyond, sinc^2(kx dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 = 2 (1 - cos(ky b))/(ky b)^2 with m as
+//! a power and an oscillation: all three are tails of [`tail_sum`].
 //!
 //! Between two neighbouring cut-offs lies a band with its own Chebyshev moments (see [`super::half_space_bands`]).
 
 use std::f64::consts::PI;
 
+use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::half_space_bands::{self, BAND_TERMS};
 use super::influence::Projection;
 use super::surface_asymptote::TERMS;
+use crate::numeric::tail_sum;
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
 #[derive(Clone, Debug, PartialEq)]
@@ -66,29 +67,23 @@ pub struct Moments {
     bands: Vec<[f64; BAND_TERMS]>,
 }
 
-/// Lobes of sinc^2 that are summed one by one, counted from the cut-off.
-const EXPLICIT_ALIASES: i64 = 12;
-/// Odd m summed one by one past the cut-off.
-const EXPLICIT_LATERAL: usize = 240;
-
-/// Eight-point Gauss-Legendre nodes and weights on 0..1.
-const NODES: [(f64, f64); 8] = [
-    (0.019_855_071_751_231_856, 0.050_614_268_145_188_13),
-    (0.101_666_761_293_186_64, 0.111_190_517_226_687_24),
-    (0.237_233_795_041_835_5, 0.156_853_322_938_943_63),
-    (0.408_282_678_752_175_1, 0.181_341_891_689_181),
-    (0.591_717_321_247_825, 0.181_341_891_689_181),
-    (0.762_766_204_958_164_5, 0.156_853_322_938_943_63),
-    (0.898_333_238_706_813_4, 0.111_190_517_226_687_24),
-    (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
-];
+/// Lobes of sinc^2 that are summed one by one past the highest cut-off.
+const EXPLICIT_ALIASES: i64 = 16;
+/// Odd m summed one by one past the highest cut-off, at least.
+const EXPLICIT_LATERAL: usize = 30;
+/// The same, at most: what a strip of nearly the whole width needs, whose a_m^2 beat slowly.
+const MOST_LATERAL: usize = 2000;
 
 impl Moments {
     /// Sums the moments for n = 0..=N/2.
     pub fn new(projection: &Projection, classes: &TailClasses) -> Self {
         let count = classes.cut_offs.len();
-        let rows: Vec<_> =
-            (0..=projection.elements / 2).into_par_iter().map(|n| for_wavenumber(projection, classes, n)).collect();
+        let lateral = lateral(projection, classes.highest());
+        let powers: Vec<_> = (0..count - 1).map(|class| powers_of(classes.band(class))).collect();
+        let rows: Vec<_> = (0..=projection.elements / 2)
+            .into_par_iter()
+            .map(|n| for_wavenumber(projection, classes, &powers, &lateral, n))
+            .collect();
         let (mut values, mut bands) = (Vec::with_capacity(rows.len() * count), Vec::with_capacity(rows.len() * count));
         for (row_values, row_bands) in rows {
             values.extend(row_values);
@@ -118,76 +113,159 @@ pub(super) fn add(moments: &mut [f64; TERMS], weight: f64, k_squared: f64) {
     }
 }
 
+/// Row j: Chebyshev coefficients of k^-(2j+1) in a band, which turn its Chebyshev moments into power moments.
+type PowersOfBand = [[f64; BAND_TERMS]; TERMS];
+
+fn powers_of(band: [f64; 2]) -> PowersOfBand {
+    std::array::from_fn(|j| half_space_bands::chebyshev(band, |k_squared| k_squared.powf(-0.5 - j as f64)))
+}
+
+/// A value of ky^2 or kx^2 and its weight.
+type Weighted = (f64, f64);
+
+/// kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then those that stand for all others.
+fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>; 2] {
+    let elements = projection.elements as i64;
+    let explicit = (-lobes..=lobes)
+        .map(|p| n as i64 + p * elements)
+        .map(|alias| (projection.kx(alias).powi(2), projection.longitudinal_weight(alias)))
+        .collect();
+    let fraction = n as f64 / projection.elements as f64;
+    let sine = (PI * fraction).sin();
+    let far = [1.0, -1.0]
+        .into_iter()
+        .flat_map(|side| tail_sum::plain(lobes as f64 + 0.5 + side * fraction))
+        .map(|(x, weight)| {
+            let kx = 2.0 * PI * x / projection.element;
+            (kx * kx, weight * (sine / (PI * x)).powi(2) / projection.circumference)
+        })
+        .collect();
+    [explicit, far]
+}
+
+/// ky^2 and lateral weights of odd m: as many as are summed one by one, then those that stand for all others.
+fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
+    // a_m^2 oscillates like cos(m angle).
+    let angle = PI * projection.contact_width / projection.width;
+    let beat = angle.sin().abs();
+    let past = ((PARTS_PER_BEAT / beat) as usize).clamp(EXPLICIT_LATERAL, MOST_LATERAL);
+    let last = 2 * ((highest * projection.width / (2.0 * PI)) as usize + past) + 1;
+    let mean = |m: f64| {
+        let ky = PI * m / projection.width;
+        (ky * ky, 4.0 / projection.width / (ky * projection.contact_width).powi(2))
+    };
+    let mut rows: Vec<Weighted> =
+        (1..=last).step_by(2).map(|m| (projection.ky(m).powi(2), projection.lateral_weight(m))).collect();
+    // A beat too slow to be summed by parts stands still: m is odd and angle close to pi, so that the cosine is -1.
+    let stands = PARTS_PER_BEAT / beat > MOST_LATERAL as f64;
+    rows.extend(tail_sum::plain(0.5 * (last + 1) as f64).map(|(x, weight)| {
+        let (ky_squared, mean) = mean(2.0 * x);
+        (ky_squared, weight * mean * if stands { 2.0 } else { 1.0 })
+    }));
+    if !stands {
+        let weights = tail_sum::oscillating(-Complex64::cis((last + 2) as f64 * angle), 2.0 * angle);
+        rows.extend((last + 2..).step_by(2).zip(weights).map(|(m, weight)| {
+            let (ky_squared, mean) = mean(m as f64);
+            (ky_squared, weight * mean)
+        }));
+    }
+    rows
+}
+
+/// Odd m past the cut-off for which a beat of 1 is summed by parts to rounding.
+const PARTS_PER_BEAT: f64 = 25.0;
+
 /// Power moments above every cut-off, and Chebyshev moments between neighbouring ones (the last entry stays empty).
 fn for_wavenumber(
     projection: &Projection,
     classes: &TailClasses,
+    powers: &[PowersOfBand],
+    lateral: &[Weighted],
     n: usize,
 ) -> (Vec<[f64; TERMS]>, Vec<[f64; BAND_TERMS]>) {
     let count = classes.cut_offs.len();
+    let squares: Vec<f64> = classes.cut_offs.iter().map(|cut_off| cut_off * cut_off).collect();
     let mut bands = vec![[0.0; BAND_TERMS]; count];
-    // Shell c holds what lies between cut-off c and c + 1; the last one everything above.
-    let mut shells = vec![[0.0; TERMS]; count];
-    let highest = classes.cut_offs[count - 1];
-    let last_m = 2 * (highest * projection.width / (2.0 * PI)) as usize + 2 * EXPLICIT_LATERAL + 1;
-    let lobes = (highest * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
-    let elements = projection.elements as i64;
-    let aliases: Vec<(f64, f64)> = (-lobes..=lobes)
-        .map(|p| n as i64 + p * elements)
-        .map(|alias| (projection.kx(alias).powi(2), projection.longitudinal_weight(alias)))
-        .collect();
-    // What is left of the sum over p past the last lobe on either side; smooth in p, so that a midpoint integral does.
-    let far_aliases: Vec<(f64, f64)> = {
-        let fraction = n as f64 / projection.elements as f64;
-        let sine = (PI * fraction).sin();
-        [1.0, -1.0]
-            .into_iter()
-            .flat_map(|side| {
-                let edge = lobes as f64 + 0.5 + side * fraction;
-                NODES.iter().map(move |&(t, weight)| {
-                    let x = edge / t;
-                    (x, weight * edge / (t * t))
-                })
-            })
-            .map(|(x, weight)| {
-                let kx = 2.0 * PI * x / projection.element;
-                (kx * kx, weight * (sine / (PI * x)).powi(2) / projection.circumference)
-            })
-            .collect()
-    };
-    let mut row = |ky: f64, lateral: f64| {
-        let ky_squared = ky * ky;
+    let mut above = [0.0; TERMS];
+    let lobes = (classes.highest() * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
+    let [aliases, far_aliases] = longitudinal(projection, n, lobes);
+    for &(ky_squared, lateral) in lateral {
         for &(kx_squared, longitudinal) in &aliases {
             let k_squared = kx_squared + ky_squared;
-            if k_squared < classes.cut_offs[0] * classes.cut_offs[0] {
-                continue;
-            }
-            let shell = classes.cut_offs.partition_point(|&cut_off| cut_off * cut_off <= k_squared) - 1;
-            add(&mut shells[shell], lateral * longitudinal, k_squared);
-            if shell + 1 < count {
-                half_space_bands::add(&mut bands[shell], lateral * longitudinal, k_squared, classes.band(shell));
+            match squares.partition_point(|&square| square <= k_squared) {
+                0 => {}
+                shell if shell == count => add(&mut above, lateral * longitudinal, k_squared),
+                shell => {
+                    let band = [squares[shell - 1], squares[shell]];
+                    half_space_bands::add(&mut bands[shell - 1], lateral * longitudinal, k_squared, band);
+                }
             }
         }
         for &(kx_squared, longitudinal) in &far_aliases {
-            add(&mut shells[count - 1], lateral * longitudinal, kx_squared + ky_squared);
-        }
-    };
-    for m in (1..=last_m).step_by(2) {
-        row(projection.ky(m), projection.lateral_weight(m));
-    }
-    // Odd m past the last one: half of the integral over m, from the middle between two of them.
-    let edge = last_m as f64 + 1.0;
-    for (t, weight) in NODES {
-        let m = edge / t;
-        let ky = PI * m / projection.width;
-        let mean = 2.0 / projection.width * 2.0 / (ky * projection.contact_width).powi(2);
-        row(ky, 0.5 * weight * edge / (t * t) * mean);
-    }
-    for class in (0..count.saturating_sub(1)).rev() {
-        let beyond = shells[class + 1];
-        for (moment, more) in shells[class].iter_mut().zip(beyond) {
-            *moment += more;
+            add(&mut above, lateral * longitudinal, kx_squared + ky_squared);
         }
     }
-    (shells, bands)
+    let mut values = vec![above; count];
+    for class in (0..count - 1).rev() {
+        values[class] = values[class + 1];
+        for (moment, coefficients) in values[class].iter_mut().zip(&powers[class]) {
+            *moment += coefficients.iter().zip(&bands[class]).map(|(c, moment)| c * moment).sum::<f64>();
+        }
+    }
+    (values, bands)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by halving.
+    #[test]
+    fn moments_equal_sums_that_go_much_further() {
+        for share in [0.35, 0.6, 0.75, 0.98, 1.0] {
+            let projection =
+                Projection { circumference: 1.95, width: 0.2, contact_width: 0.2 * share, element: 1.95 / 64.0, elements: 64 };
+            let classes = TailClasses::new(700.0, 900.0);
+            let moments = Moments::new(&projection, &classes);
+            for n in [1, 13, 32] {
+                let straight = |most_m: usize, most_p: i64| -> f64 {
+                    let aliases: Vec<_> = (-most_p..=most_p).map(|p| n as i64 + p * 64).collect();
+                    let shape: Vec<_> =
+                        aliases.iter().map(|&a| (projection.kx(a).powi(2), projection.longitudinal_weight(a))).collect();
+                    let mut sum = 0.0;
+                    for m in (1..most_m).step_by(2) {
+                        let (ky, weight) = (projection.ky(m), projection.lateral_weight(m));
+                        for &(kx_squared, longitudinal) in &shape {
+                            let k_squared = kx_squared + ky * ky;
+                            if k_squared >= 700.0 * 700.0 {
+                                sum += weight * longitudinal / k_squared.sqrt();
+                            }
+                        }
+                    }
+                    sum
+                };
+                // Both rests fall like the square of the number of terms: extrapolated.
+                let (near, far) = (straight(2001, 100), straight(4001, 200));
+                let exact = far + (far - near) / 3.0;
+                let error = (moments.of(n, 0)[0] - exact).abs() / exact;
+                assert!(error < 3e-6 && (moments.of(n, 0)[0] - far).abs() < 1e-3 * far, "b/B {share}, n {n}: {error:.1e}");
+            }
+        }
+    }
+
+    #[test]
+    fn moments_do_not_depend_on_where_explicit_terms_end() {
+        for share in [0.35, 0.6, 0.75, 0.98, 1.0] {
+            let projection =
+                Projection { circumference: 1.95, width: 0.2, contact_width: 0.2 * share, element: 1.95 / 64.0, elements: 64 };
+            let of = |largest: f64| Moments::new(&projection, &TailClasses::new(700.0, largest));
+            let (near, far) = (of(900.0), of(12_000.0));
+            for n in [0, 1, 13, 32] {
+                for (j, (a, b)) in near.of(n, 0).iter().zip(far.of(n, 0)).enumerate() {
+                    let error = (a - b).abs() / b;
+                    assert!(error < 1e-10, "b/B {share}, n {n}, moment {j}: {error:.1e}");
+                }
+            }
+        }
+    }
 }

@@ -8,6 +8,7 @@
 pub mod aaa;
 pub mod least_squares;
 pub mod partial_fractions;
+mod secular;
 pub mod vector_fitting;
 
 pub use partial_fractions::PartialFractions;

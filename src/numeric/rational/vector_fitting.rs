@@ -17,8 +17,8 @@ use faer::Mat;
 use num_complex::Complex64;
 
 use super::least_squares::{back_substitute, eliminate};
-use super::partial_fractions::{fold_conjugates, is_pair, order, stabilise};
-use super::{PartialFractions, RationalError};
+use super::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
+use super::{PartialFractions, RationalError, secular};
 
 /// Samples of Q responses at common points.
 #[derive(Clone, Debug, Default)]
@@ -118,30 +118,46 @@ fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalE
     let largest = sigma[..count].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
     // d -> 0 sends a pole to infinity; keep it finite.
     let d = if sigma[count].abs() > 1e-8 * largest.max(1e-300) { sigma[count] } else { 1e-8 * largest.max(1e-300) };
+    let mut index = 0;
+    let shares: Vec<Complex64> = poles
+        .iter()
+        .map(|pole| {
+            let scale = -pole.re / d;
+            let share = if is_pair(*pole) {
+                Complex64::new(sigma[index], sigma[index + 1])
+            } else {
+                sigma[index].into()
+            };
+            index += if is_pair(*pole) { 2 } else { 1 };
+            share * scale
+        })
+        .collect();
+    if let Some(mut moved) = secular::zeros(poles, &shares) {
+        sort(&mut moved);
+        stabilise(&mut moved);
+        return Ok(moved);
+    }
     let mut matrix = Mat::<f64>::zeros(count, count);
     let (mut b, mut c) = (vec![0.0; count], vec![0.0; count]);
     let mut index = 0;
-    for &pole in poles {
-        let scale = -pole.re;
+    for (&pole, &share) in poles.iter().zip(&shares) {
+        // A similarity that makes b and c of one pole equally large.
+        let size = share.norm();
+        let balance = if size > 0.0 { size.sqrt() } else { 1.0 };
         if is_pair(pole) {
             matrix[(index, index)] = pole.re;
             matrix[(index, index + 1)] = pole.im;
             matrix[(index + 1, index)] = -pole.im;
             matrix[(index + 1, index + 1)] = pole.re;
-            let share = [sigma[index] * scale / d, sigma[index + 1] * scale / d];
-            // A similarity that makes b and c of one pole equally large.
-            let size = share[0].hypot(share[1]);
-            let balance = if size > 0.0 { (0.5 * size).sqrt() } else { 1.0 };
+            let balance = balance * std::f64::consts::FRAC_1_SQRT_2;
             b[index] = 2.0 * balance;
-            c[index] = share[0] / balance;
-            c[index + 1] = share[1] / balance;
+            c[index] = share.re / balance;
+            c[index + 1] = share.im / balance;
             index += 2;
         } else {
             matrix[(index, index)] = pole.re;
-            let share = sigma[index] * scale / d;
-            let balance = if share != 0.0 { share.abs().sqrt() } else { 1.0 };
             b[index] = balance;
-            c[index] = share / balance;
+            c[index] = share.re / balance;
             index += 1;
         }
     }

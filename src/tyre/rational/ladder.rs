@@ -7,6 +7,7 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::tyre::influence::{InfluenceSum, SumAt};
 
@@ -39,7 +40,7 @@ impl Ladder {
         let real: Vec<_> = (0..REAL_RUNGS)
             .map(|rung| Complex64::new(top * 0.5_f64.powf(0.4 * (REAL_RUNGS - 1 - rung) as f64), 0.0))
             .collect();
-        let at = |points: &[Complex64]| points.iter().map(|&s| sum.at(s)).collect();
+        let at = |points: &[Complex64]| points.par_iter().map(|&s| sum.at(s)).collect();
         Self { axis_at: at(&axis), real_at: at(&real), axis, real }
     }
 }

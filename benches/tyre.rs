@@ -42,52 +42,41 @@ fn influence(criterion: &mut Criterion) {
     };
     let points = [Complex64::ZERO, Complex64::new(50.0, 2.0 * PI * 300.0), Complex64::new(1.5 / time_step, 0.0)];
     let numbers = [0_usize, 10, 100, 256];
-    let reference = sum(Truncation::Tail, 1e-12);
-    let exact: Vec<Complex64> = points
-        .iter()
-        .flat_map(|&s| {
-            let at = reference.at(s);
-            numbers.map(|n| reference.value(n, &at, Field::Surface).value)
-        })
-        .collect();
+    let at = |sum: &InfluenceSum| -> Vec<(Complex64, u64)> {
+        let of = |&s: &Complex64| {
+            let at = sum.at(s);
+            numbers.map(|n| sum.value(n, &at, Field::Surface)).map(|found| (found.value, found.evaluations))
+        };
+        points.iter().flat_map(of).collect()
+    };
+    let exact = at(&sum(Truncation::Tail, 1e-12));
     let mut group = criterion.benchmark_group("influence");
     group.sample_size(10);
-    // As a test, without `--bench`, the dearest way is left out.
+    // As a test, without `--bench`, the dearest ones are left out.
     let fast = !std::env::args().any(|argument| argument == "--bench");
-    for (name, truncation, tolerance) in [
-        ("tail 1e-7", Truncation::Tail, 1e-7),
-        ("tail 1e-10", Truncation::Tail, 1e-10),
-        ("bounded 1e-4", Truncation::Bounded, 1e-4),
-        ("bounded 1e-6", Truncation::Bounded, 1e-6),
-    ] {
-        if fast && tolerance < 1e-5 && truncation == Truncation::Bounded {
-            continue;
-        }
-        let sum = sum(truncation, tolerance);
-        let (mut evaluations, mut worst) = (0, 0.0_f64);
-        for (i, &s) in points.iter().enumerate() {
-            let at = sum.at(s);
-            for (j, &n) in numbers.iter().enumerate() {
-                let found = sum.value(n, &at, Field::Surface);
-                evaluations += found.evaluations;
-                let exact = exact[i * numbers.len() + j];
-                worst = worst.max((found.value - exact).norm() / exact.norm());
+    println!("terms a value, N = {ELEMENTS}     with the half-space's tail          without, until the rest is bounded");
+    for exponent in 3..=8 {
+        let tolerance = 10f64.powi(-exponent);
+        let mut line = format!("tolerance {tolerance:.0e}");
+        for (name, truncation) in [("tail", Truncation::Tail), ("bounded", Truncation::Bounded)] {
+            if truncation == Truncation::Bounded && exponent > if fast { 4 } else { 7 } {
+                continue;
+            }
+            let sum = sum(truncation, tolerance);
+            let found = at(&sum);
+            let evaluations: u64 = found.iter().map(|value| value.1).sum();
+            // Both tolerances are relative to the value at rest, the first point.
+            let error = found.iter().zip(&exact).enumerate().fold(0.0, |worst: f64, (i, (found, exact_value))| {
+                worst.max((found.0 - exact_value.0).norm() / exact[i % numbers.len()].0.norm())
+            });
+            line.push_str(&format!("   {:>9} terms, error {error:.1e}", evaluations / found.len() as u64));
+            assert!(error < 2.0 * tolerance, "{name}: relative error {error:e}, wanted {tolerance:e}");
+            group.throughput(Throughput::Elements(found.len() as u64));
+            if exponent % 2 == 0 && exponent <= 6 {
+                group.bench_function(BenchmarkId::new(name, tolerance), |bench| bench.iter(|| black_box(at(&sum))));
             }
         }
-        println!("{name}: largest relative error {worst:.1e}, {} evaluations a value", evaluations / 12);
-        // The moments of the tail replace a_m^2 by its mean far out: some 2e-7 stay whatever the tolerance.
-        assert!(worst < 20.0 * tolerance + 5e-7, "{name}: relative error {worst:e}");
-        group.throughput(Throughput::Elements(12));
-        group.bench_function(name, |bench| {
-            bench.iter(|| {
-                for &s in &points {
-                    let at = sum.at(s);
-                    for &n in &numbers {
-                        black_box(sum.value(n, &at, Field::Surface));
-                    }
-                }
-            });
-        });
+        println!("{line}");
     }
     group.finish();
 }

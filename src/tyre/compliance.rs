@@ -5,7 +5,7 @@
 //! 3. C = displacement/traction on the last face; D = (product of the transfers) C;
 //! 4. turn from the direction of k to x and y.
 //!
-//! Cost: one P-SV pass of 2x2 matrices a layer, about 500 real multiplications, and one SH pass where the full matrix is wanted.
+//! Cost: one P-SV pass of 2x2 matrices a layer ([`super::flops`] counts it), and one SH pass where the full matrix is wanted.
 
 use num_complex::Complex64;
 

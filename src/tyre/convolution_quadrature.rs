@@ -83,7 +83,7 @@ impl Weights {
     /// Sums Ht_n on the contour for n = 0..=N/2 in parallel and transforms each to `lags` weights.
     pub fn new(sum: &InfluenceSum, field: Field, rule: TimeRule, time_step: f64, lags: usize) -> Self {
         let contour = Contour::new(rule, time_step, lags);
-        let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
+        let at: Vec<_> = contour.points.par_iter().map(|&s| sum.at(s)).collect();
         let at_rest = sum.at(Complex64::ZERO);
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.length);
         let rows = sum.projection().elements / 2 + 1;

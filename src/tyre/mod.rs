@@ -3,10 +3,12 @@
 //! - [`material`]: viscoelastic laws;
 //! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
 //! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
+//! - [`flops`]: what one evaluation of it takes;
 
 pub mod cases;
 pub mod compliance;
 pub mod convolution_quadrature;
+pub mod flops;
 pub mod half_space_bands;
 pub mod influence;
 pub mod influence_batch;

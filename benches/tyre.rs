@@ -54,7 +54,9 @@ fn influence(criterion: &mut Criterion) {
     group.sample_size(10);
     // As a test, without `--bench`, the dearest ones are left out.
     let fast = !std::env::args().any(|argument| argument == "--bench");
-    println!("terms a value, N = {ELEMENTS}     with the half-space's tail          without, until the rest is bounded");
+    println!(
+        "terms a value, N = {ELEMENTS}     with the half-space's tail          without, until the rest is bounded"
+    );
     for exponent in 3..=8 {
         let tolerance = 10f64.powi(-exponent);
         let mut line = format!("tolerance {tolerance:.0e}");

@@ -9,6 +9,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 
+use super::influence_cost::CostReport;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::Progress;
@@ -29,7 +30,8 @@ and an element's mobility from the fit beside the sums. Printed: poles, samples 
 
 Examples:
   tyrewave influence scenes/default.toml
-  tyrewave influence scenes/default.toml --out influence";
+  tyrewave influence scenes/default.toml --out influence
+  tyrewave influence scenes/default.toml --cost";
 
 /// Frequencies of the map and of the mobility.
 const FREQUENCIES: usize = 240;
@@ -51,6 +53,9 @@ pub struct InfluenceArguments {
     /// Folder for the pictures and influence.json; default: results/NAME-influence, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Fit anew with 512 to 8192 elements, with 2 to 9 layers, and on one thread beside all of them, and report what each takes (minutes; on an idle machine).
+    #[arg(long)]
+    pub cost: bool,
 }
 
 /// What everything is drawn and computed from.
@@ -96,8 +101,21 @@ impl InfluenceArguments {
         folder.write_text("influence_mobility.svg", &report.mobility()?)?;
         let checks = report.checks();
         let statistics = report.model.statistics();
+        let cost_report = if self.cost {
+            let mut tick = || progress.stage(Stage::Influence);
+            let report = CostReport::new(&scene.tyre, &options, &mut tick).map_err(|error| {
+                CliError::Scene(
+                    loaded.complain("numerics.pole_tolerance", error.to_string(), "another tolerance").into(),
+                )
+            })?;
+            folder.write_text("influence_cost.svg", &report.plot(&loaded.title())?)?;
+            Some(report)
+        } else {
+            None
+        };
         let answer = json!({
             "causality": checks,
+            "cost": cost_report.as_ref().map(CostReport::to_json),
             "order": report.model.order(),
             "wavenumbers": statistics,
         });
@@ -112,7 +130,7 @@ impl InfluenceArguments {
         let origin = if fetched.warm { "from the cache" } else { "fitted" };
         print(&format!(
             "{} poles for {} wavenumbers, {origin} in {fit_seconds:.2} s, {} compliance evaluations\n\
-             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n{}results in {}\n",
+             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n{}{}results in {}\n",
             report.model.order(),
             statistics.len(),
             report.model.evaluations(),
@@ -121,6 +139,7 @@ impl InfluenceArguments {
             worst(&|n| statistics[n].bottom_error),
             report.model.tolerance,
             table(&checks),
+            cost_report.map_or(String::new(), |report| format!("\n{}", report.table())),
             place.display()
         ))
     }

@@ -9,6 +9,7 @@ pub mod error;
 pub mod heights;
 pub mod indent;
 pub mod influence;
+mod influence_cost;
 pub mod interrupt;
 pub mod mobility;
 pub mod options;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
+use comfy_table::{Cell, Table, TableStyle};
 use ndarray::ArrayView2;
 use serde_json::json;
 
@@ -12,6 +12,7 @@ use crate::meter::{Meter, Stage};
 use crate::pipeline::prepare::in_scene;
 use crate::results::plots::RoadMap;
 use crate::results::summary::Cost;
+use crate::results::table::aligned;
 use crate::results::{ResultsFolder, Summary};
 use crate::road::{Lattice, Limits, RoadDescription, describe};
 use crate::scene::Scene;
@@ -108,17 +109,17 @@ fn description_text(road: &RoadDescription) -> String {
             hertz(road.highest_frequency_of_road)
         ),
     );
-    let mut levels = Table::new();
-    levels.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
-    levels.set_header(vec!["wavelength [mm]", "level [dB re 1e-6 m]"]);
-    for level in &road.levels {
-        levels.add_row(vec![format!("{:.2}", 1e3 * level.wavelength), format!("{:.1}", level.level)]);
-    }
-    for column in levels.column_iter_mut() {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
+    let levels: Vec<_> = road
+        .levels
+        .iter()
+        .map(|level| [format!("{:.2}", 1e3 * level.wavelength), format!("{:.1}", level.level)])
+        .collect();
+    let levels = if levels.is_empty() {
+        String::new()
+    } else {
+        format!("\n{}", aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], &levels))
+    };
     let notes: String = road.report.notes.iter().map(|note| format!("note: {note}\n")).collect();
-    let trimmed = |table: &Table| -> String { table.lines().map(|line| format!("{}\n", line.trim_end())).collect() };
-    let levels = if road.levels.is_empty() { String::new() } else { format!("\n{}", trimmed(&levels)) };
-    format!("{}{levels}\n{notes}", trimmed(&table))
+    let table: String = table.lines().map(|line| format!("{}\n", line.trim_end())).collect();
+    format!("{table}{levels}\n{notes}")
 }

@@ -27,7 +27,8 @@ const NODES: [(f64, f64); 8] = [
 ];
 
 /// Differences that stand for the end corrections up to the fifth derivative: distance on either side of the edge and weight. Error of the order of the seventh.
-const END_CORRECTION: [(f64, f64); 3] = [(0.5, 26279.0 / 483_840.0), (1.5, -4691.0 / 967_680.0), (2.5, 367.0 / 967_680.0)];
+const END_CORRECTION: [(f64, f64); 3] =
+    [(0.5, 26279.0 / 483_840.0), (1.5, -4691.0 / 967_680.0), (2.5, 367.0 / 967_680.0)];
 
 /// Terms of a summation by parts.
 const PARTS: usize = 8;

@@ -10,6 +10,7 @@ pub mod plots;
 pub mod profile_table;
 pub mod spectra;
 pub mod summary;
+pub mod table;
 
 pub use error::ResultsError;
 pub use folder::ResultsFolder;

@@ -105,9 +105,10 @@ mod tests {
         COUNT.set(0);
         let [tangential, normal] = at.foundation().map(Counted);
         let foundation = Matrix2::diagonal(tangential, normal);
-        let (top, transfer) =
-            climb(&layers, foundation, 300.0, 500.0, |layer, exponents, under| layer.p_sv(exponents, Way::Thick, under))
-                .expect("there are layers");
+        let (top, transfer) = climb(&layers, foundation, 300.0, 500.0, |layer, exponents, under| {
+            layer.p_sv(exponents, Way::Thick, under)
+        })
+        .expect("there are layers");
         let surface = top.displacement.over(top.traction);
         let _ = transfer * surface;
         let exact = at.normal(300.0, 500.0).surface;

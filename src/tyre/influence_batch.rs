@@ -60,7 +60,7 @@ impl WithSimd for Batch<'_> {
         for group in self.at.chunks(S::F64_LANES) {
             // Lanes without a member repeat the last one.
             let members: [&SumAt; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
-            let stack = LaneStack::new(simd, members.map(SumAt::stack));
+            let stack = LaneStack::new(simd, members.map(|at| &at.stack));
             let cut_offs = members.map(|at| self.sum.cut_off_squared(at));
             let (surface, bottom, evaluations) = explicit_sum(simd, self.sum, self.n, &stack, &cut_offs);
             let (surface, bottom) = (surface.to_array(), bottom.to_array());

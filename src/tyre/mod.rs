@@ -12,6 +12,7 @@ pub mod flops;
 pub mod half_space_bands;
 pub mod influence;
 pub mod influence_batch;
+mod influence_bounded;
 pub mod influence_view;
 pub mod lane_compliance;
 pub mod layer;

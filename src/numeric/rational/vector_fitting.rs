@@ -123,11 +123,8 @@ fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalE
         .iter()
         .map(|pole| {
             let scale = -pole.re / d;
-            let share = if is_pair(*pole) {
-                Complex64::new(sigma[index], sigma[index + 1])
-            } else {
-                sigma[index].into()
-            };
+            let share =
+                if is_pair(*pole) { Complex64::new(sigma[index], sigma[index + 1]) } else { sigma[index].into() };
             index += if is_pair(*pole) { 2 } else { 1 };
             share * scale
         })

@@ -11,7 +11,8 @@ use thiserror::Error;
 
 use super::ladder::Ladder;
 use super::model::RationalModel;
-use super::wavenumber::{Fitted, Refusal, RefusalReason, Rung, Start, Target, fit_wavenumber};
+use super::sampled::Rung;
+use super::wavenumber::{Fitted, Refusal, RefusalReason, Start, Target, fit_wavenumber};
 use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
@@ -184,7 +185,7 @@ fn start_of(done: &[Option<Fitted>], n: usize, stride: usize) -> Start {
     match from {
         Some(fitted) => {
             let poles = fitted.entry.poles.clone();
-            Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles, dense: false }
+            Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
         }
         None => Start::default(),
     }

@@ -2,9 +2,12 @@
 //!
 //! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
 //! - [`ladder`]: the points at which the exact functions may be sampled;
+//! - `sampled`: the exact functions of one wavenumber on the ladder, and a model's errors there;
+//! - `passivity`: whether a model generates energy, and its mending;
 //! - [`wavenumber`]: the adaptive fit of one wavenumber;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
-//! - [`cache`]: models on disk.
+//! - [`cache`]: models on disk;
+//! - [`scaling`]: what a fit costs.
 //!
 //! What the tolerance means. H_n and its model are analytic and bounded for Re s >= 0 (all poles are stable) and vanish or become constant at infinity, so by the maximum
 //! principle the error anywhere in the right half plane is at most the largest on the imaginary axis. The axis is sampled up to the top frequency only; what lies beyond
@@ -16,6 +19,9 @@ mod codec;
 pub mod fit;
 pub mod ladder;
 pub mod model;
+mod passivity;
+mod sampled;
+pub mod scaling;
 pub mod wavenumber;
 
 pub use cache::Cache;

@@ -1,0 +1,90 @@
+//! The sums without the half-space's tail: explicit terms until the rest is bounded. The reference for [`super::influence`]'s tail, and the way where there is none.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use super::influence::{InfluenceSum, InfluenceValue, Projection, SumAt};
+
+impl InfluenceSum {
+    /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static value.
+    ///
+    /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the rest of the sum over m, with a_m^2 <= (2 B/(pi b m))^2, is
+    /// below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the rest over p, with sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
+    pub(super) fn by_bound(
+        &self,
+        n: usize,
+        at: &SumAt,
+        lateral_terms: Option<usize>,
+        aliases: Option<usize>,
+        compliance: impl Fn(f64, f64) -> Complex64,
+    ) -> InfluenceValue {
+        let Projection { circumference, width, contact_width, element, elements } = self.projection;
+        let tread = at.stack.tread();
+        let ratio = (tread.inertia * tread.inverse_shear).norm();
+        // (1 - nu) = 1/(2 (1 - kappa)).
+        let bound = (1.0 / (1.0 - tread.modulus_ratio)) * tread.inverse_shear.norm();
+        let prestress = tread.prestress[0].max(tread.prestress[1]) * tread.inverse_shear.norm();
+        let decided = |k: f64| k * tread.thickness >= 3.0 && ratio + prestress * k * k <= 0.4 * k * k;
+        let at_rest = self.stack.at(Complex64::ZERO);
+        let floor = self.projection.longitudinal_weight(n as i64)
+            * (1..=5)
+                .step_by(2)
+                .map(|m| {
+                    let at_rest = at_rest.normal(self.projection.kx(n as i64), self.projection.ky(m)).surface;
+                    at_rest.norm() * self.projection.lateral_weight(m)
+                })
+                .sum::<f64>();
+        let target = self.tolerance * floor;
+        let slope = (2.0 / width) * (2.0 * width / (PI * contact_width)).powi(2);
+
+        let (mut value, mut evaluations, mut omitted) = (Complex64::ZERO, 0, 0.0);
+        for p in 0.. {
+            let pair = [n as i64 + p * elements as i64, n as i64 - p * elements as i64];
+            for &alias in if p == 0 { &pair[..1] } else { &pair[..] } {
+                let kx = self.projection.kx(alias);
+                let longitudinal = self.projection.longitudinal_weight(alias);
+                let mut row = Complex64::ZERO;
+                for count in 1.. {
+                    let m = 2 * count - 1;
+                    let ky = self.projection.ky(m);
+                    row += compliance(kx, ky) * self.projection.lateral_weight(m);
+                    evaluations += 1;
+                    let k = kx.hypot(ky);
+                    match lateral_terms {
+                        Some(terms) if count >= terms => break,
+                        Some(_) => {}
+                        None if decided(k) => {
+                            let rest = bound * slope / (m as f64 * (2.0 * k).max(4.0 * ky)) * longitudinal;
+                            // Every alias may leave its share: sum 1/(1 + p^2) < 2.1.
+                            if rest < 0.2 * target / (1.0 + (p * p) as f64) {
+                                omitted += rest;
+                                break;
+                            }
+                        }
+                        None => {}
+                    }
+                }
+                value += row * longitudinal;
+            }
+            match aliases {
+                Some(most) if p as usize >= most => break,
+                Some(_) => {}
+                None => {
+                    let kx = self.projection.kx(((p + 1) as usize * elements - n) as i64);
+                    if decided(kx) {
+                        let step = 2.0 * PI / element;
+                        // sum over |p'| > p of kx^-3, as an integral from the middle between two aliases.
+                        let sum = 2.0 / (2.0 * step * (kx - 0.5 * step).max(0.25 * step).powi(2));
+                        let rest = bound / (circumference * contact_width) * (2.0 / element).powi(2) * sum;
+                        if rest < 0.5 * target {
+                            omitted += rest;
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+        InfluenceValue { value, evaluations, omitted }
+    }
+}

@@ -5,11 +5,15 @@ pub mod lanes;
 pub mod matrix2;
 pub mod rational;
 pub mod ring;
+pub mod running_moments;
 pub mod scaled_series;
+pub mod state;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};
 pub use matrix2::Matrix2;
 pub use ring::Ring;
+pub use running_moments::RunningMoments;
+pub use state::{StateError, StateReader, StateWriter};
 pub mod nnls;
 pub mod windowed_sinc;

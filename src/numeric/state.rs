@@ -163,6 +163,11 @@ impl<'a> StateReader<'a> {
         std::str::from_utf8(&text[..length]).map_err(|_| StateError::Value)
     }
 
+    /// Bytes not yet read.
+    pub fn left(&self) -> usize {
+        self.0.len()
+    }
+
     /// Ok if everything has been read.
     pub fn end(self) -> Result<(), StateError> {
         if self.0.is_empty() { Ok(()) } else { Err(StateError::Surplus { bytes: self.0.len() }) }

@@ -69,7 +69,7 @@ pub enum CliError {
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
     /// The user stopped the run.
-    #[error("interrupted{}", kept.as_ref().map_or_else(String::new, |path| format!("; partial results are in {}", path.display())))]
+    #[error("interrupted{}", kept.as_ref().map_or_else(String::new, |path| format!("; partial results are in {0}; `tyrewave resume {0}` goes on", path.display())))]
     Interrupted {
         /// Where the partial results are, if there are any.
         kept: Option<PathBuf>,
@@ -98,7 +98,8 @@ impl CliError {
             Self::HalfSpace(_) => USAGE,
             Self::Run(error) => match error {
                 RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) => USAGE,
-                RunError::Results(_) => NOT_WRITABLE,
+                RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
+                RunError::Checkpoint(_) => USAGE,
                 RunError::Interrupted { .. } => INTERRUPTED,
                 RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
             },
@@ -136,7 +137,7 @@ mod tests {
         let stopped = CliError::Interrupted { kept: Some("results/a.partial".into()) };
         assert_eq!(
             (stopped.exit_code(), stopped.to_string().as_str()),
-            (130, "interrupted; partial results are in results/a.partial")
+            (130, "interrupted; partial results are in results/a.partial; `tyrewave resume results/a.partial` goes on")
         );
         assert_eq!(CliError::Interrupted { kept: None }.to_string(), "interrupted");
         let full =

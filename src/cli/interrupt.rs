@@ -22,7 +22,7 @@ impl Interrupt {
                 // What is written has a name that says that it is not finished.
                 std::process::exit(i32::from(INTERRUPTED));
             }
-            eprintln!("\nstopping after this step and keeping what there is (again: stop at once, keep nothing)");
+            eprintln!("\nstopping after this step and keeping what there is (again: stop at once)");
         })
         .map_err(CliError::Signals)?;
         Ok(interrupt)

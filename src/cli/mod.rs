@@ -14,6 +14,7 @@ pub mod interrupt;
 pub mod mobility;
 pub mod options;
 pub mod progress;
+pub mod resume;
 pub mod road;
 pub mod run;
 pub mod slice;
@@ -37,8 +38,8 @@ Exit codes:
   0    done
   1    the run failed
   2    the command line or the scene makes no sense; nothing was written
-  3    the results could not be written; nothing stands under their name
-  130  interrupted with Ctrl-C; what there was is kept as <results>.partial
+  3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept as <results>.partial)
+  130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
 
 Examples:
   tyrewave run scenes/default.toml
@@ -65,6 +66,8 @@ pub struct CommandLine {
 pub enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.
     Run(run::RunArguments),
+    /// Go on with a run that was interrupted or killed, as if it had never stopped.
+    Resume(resume::ResumeArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
     /// Describe and draw a scene's road.
@@ -123,6 +126,7 @@ impl Command {
     fn execute(self, context: &Context) -> Result<(), CliError> {
         match self {
             Self::Run(arguments) => arguments.execute(context),
+            Self::Resume(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
@@ -177,7 +181,7 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in ["run", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"] {
+        for name in ["run", "resume", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"] {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }

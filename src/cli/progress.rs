@@ -1,9 +1,9 @@
 //! Progress on the terminal: simulated time, real-time factor, time to go.
 
 use std::fmt::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::meter::Stage;
 use crate::pipeline::Progress;
@@ -39,19 +39,32 @@ impl Progress for TerminalProgress {
         }
     }
 
-    fn march(&mut self, steps: u64, time_step: f64) {
+    fn march(&mut self, done: u64, steps: u64, time_step: f64) {
         self.bar.disable_steady_tick();
         self.bar.set_length(steps);
         self.bar.reset();
+        self.bar.set_position(done);
         self.bar.set_message("rolling");
-        let style = style("{msg} {bar:30} {percent:>3} %, {simulated}, {factor}, {eta} to go")
+        // Steps per second of this process: what an earlier one has done was not done now.
+        let begin = Instant::now();
+        let rate = move |state: &ProgressState| {
+            state.pos().saturating_sub(done) as f64 / begin.elapsed().as_secs_f64().max(f64::MIN_POSITIVE)
+        };
+        let style = style("{msg} {bar:30} {percent:>3} %, {simulated}, {factor}, {left} to go")
             .with_key("simulated", move |state: &ProgressState, out: &mut dyn Write| {
                 let all = state.len().unwrap_or(0) as f64 * time_step;
                 // Nothing can be done about a line that cannot be drawn.
                 let _ = write!(out, "{:.2} of {all:.2} s", state.pos() as f64 * time_step);
             })
             .with_key("factor", move |state: &ProgressState, out: &mut dyn Write| {
-                let _ = write!(out, "{:.3} x real time", state.per_sec() * time_step);
+                let _ = write!(out, "{:.3} x real time", rate(state) * time_step);
+            })
+            .with_key("left", move |state: &ProgressState, out: &mut dyn Write| {
+                let left = state.len().unwrap_or(0).saturating_sub(state.pos()) as f64 / rate(state);
+                let _ = match Duration::try_from_secs_f64(left.round()) {
+                    Ok(left) => write!(out, "{}", HumanDuration(left)),
+                    Err(_) => write!(out, "?"),
+                };
             });
         self.bar.set_style(style);
     }
@@ -128,7 +141,7 @@ mod tests {
 
     fn watch(progress: &mut TerminalProgress) {
         progress.stage(Stage::Influence);
-        progress.march(1000, 1e-3);
+        progress.march(100, 1000, 1e-3);
         progress.step(250);
         progress.bar.tick();
         progress.finish();
@@ -142,6 +155,7 @@ mod tests {
         watch(&mut progress);
         let text = paper.0.lock().unwrap().clone();
         assert!(text.contains("0.25 of 1.00 s") && text.contains(" 25 %") && text.contains("x real time"), "{text}");
+        assert!(text.contains("to go"), "{text}");
     }
 
     #[test]

@@ -15,7 +15,7 @@ const EXAMPLES: &str = "\
 Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, patch_element.npy (plain NumPy \
 arrays, warm-up included), spectra.csv (third-octave levels) and plots in SVG.
 
-An existing results folder is replaced when the run is complete, not before; a folder that holds anything else is left alone.
+An existing results folder is replaced when the run is complete, not before; a folder that holds anything else is left alone. A run that was interrupted or killed goes on with `tyrewave resume RESULTS`.
 
 Examples:
   tyrewave run scenes/default.toml                    results in results/default
@@ -47,15 +47,7 @@ impl RunArguments {
         let mut progress = context.progress();
         let report = pipeline::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
-        if context.options.quiet {
-            return Ok(());
-        }
-        let mut text = report_text(&report);
-        if self.profile {
-            text.push('\n');
-            text.push_str(&profile_table(&report.meter, report.wall));
-        }
-        print(&text)
+        print_report(&report, context, self.profile)
     }
 
     /// Where the results go.
@@ -64,6 +56,19 @@ impl RunArguments {
             .clone()
             .unwrap_or_else(|| Path::new("results").join(self.scene.file_stem().unwrap_or(OsStr::new("scene"))))
     }
+}
+
+/// Says how a run went, and what it cost where that is wanted.
+pub(super) fn print_report(report: &RunReport, context: &Context, profile: bool) -> Result<(), CliError> {
+    if context.options.quiet {
+        return Ok(());
+    }
+    let mut text = report_text(report);
+    if profile {
+        text.push('\n');
+        text.push_str(&profile_table(&report.meter, report.wall));
+    }
+    print(&text)
 }
 
 /// The few lines that a run ends with.

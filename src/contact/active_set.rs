@@ -13,6 +13,7 @@
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
 use super::factors::{FactorCache, FactorCounts, Singular};
+use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 const PATIENCE: u32 = 10;
@@ -81,7 +82,7 @@ impl ActiveSet {
             influence,
             tolerance,
             patience: PATIENCE,
-            factors: FactorCache::new(cached_factors),
+            factors: FactorCache::new(cached_factors, columns),
             active: vec![false; columns],
             points: Vec::with_capacity(columns),
             values: Vec::with_capacity(columns),
@@ -184,6 +185,27 @@ impl ActiveSet {
     /// What was done so far.
     pub fn counts(&self) -> SearchCounts {
         SearchCounts { factors: self.factors.counts(), ..self.counts.clone() }
+    }
+
+    /// Takes the state down: what the next search starts from, what was done so far, which factors are held.
+    pub fn save(&self, state: &mut StateWriter) {
+        state.numbers(&self.estimate);
+        state.counts(&[self.counts.solves, self.counts.fallbacks]);
+        state.counts(&self.counts.histogram);
+        self.factors.save(state);
+    }
+
+    /// Goes on from the state of an equal search.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        state.numbers_into(&mut self.estimate)?;
+        let mut counts = [0; 2];
+        state.counts_into(&mut counts)?;
+        [self.counts.solves, self.counts.fallbacks] = counts;
+        state.counts_into(&mut self.counts.histogram)?;
+        self.factors.restore(&self.influence, state)
     }
 
     /// Columns that break a condition: on the set F < 0, off it d - u > tolerance.

@@ -6,6 +6,7 @@
 use super::active_set::ActiveSet;
 use super::error::ContactError;
 use super::geometry::Geometry;
+use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Static contact on a smooth road.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,6 +145,24 @@ impl AxleHeight {
             control.observe(step, force);
         }
     }
+
+    /// Takes the state down.
+    pub fn save(&self, state: &mut StateWriter) {
+        if let Self::Loaded(control) = self {
+            control.save(state);
+        }
+    }
+
+    /// Goes on from the state of an axle held in the same way.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        match self {
+            Self::Fixed { .. } => Ok(()),
+            Self::Loaded(control) => control.restore(state),
+        }
+    }
 }
 
 /// Height control towards a mean force.
@@ -183,6 +202,26 @@ impl LoadControl {
             count: 0,
             previous: None,
         }
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        state.numbers(&[self.stiffness, self.from, self.to, self.sum]);
+        state.counts(&[self.turn.0, self.turn.1, self.count]);
+        state.numbers(&self.previous.map_or(Vec::new(), |(height, force)| vec![height, force]));
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let (mut numbers, mut counts) = ([0.0; 4], [0; 3]);
+        state.numbers_into(&mut numbers)?;
+        state.counts_into(&mut counts)?;
+        [self.stiffness, self.from, self.to, self.sum] = numbers;
+        [self.turn.0, self.turn.1, self.count] = counts;
+        self.previous = match state.numbers()?[..] {
+            [] => None,
+            [height, force] => Some((height, force)),
+            _ => return Err(StateError::Value),
+        };
+        Ok(())
     }
 
     fn indentation(&self, step: u64) -> f64 {

@@ -2,16 +2,23 @@
 //!
 //! G0 depends on the distance of two elements only, so sets that are shifts of one another share a factor: the key is the pattern of the set
 //! counted from its first point. A full cache drops by the clock rule: the next factor, in the order of insertion, that has not been used since the hand last
-//! passed. Key hashing is seeded with constants: runs repeat exactly.
+//! passed.
+//!
+//! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed alignments, so a factor found and the same one
+//! made again solve to the same bits: what the cache holds changes the time of a run, never its forces.
 
-use std::collections::HashMap;
-use std::collections::hash_map::DefaultHasher;
-use std::hash::BuildHasherDefault;
-
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
-use faer::perm::Perm;
-use faer::{Mat, MatMut, Par};
+use faer::perm::PermRef;
+use faer::{MatMut, MatRef, Par};
+
+use super::pattern_index::PatternIndex;
+use crate::numeric::{StateError, StateReader, StateWriter};
+
+/// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
+const LARGEST_MEMORY: usize = 256 << 20;
+/// Numbers to a cache line: columns of factors begin on one.
+const LINE: usize = 8;
 
 /// Exact counts of what the cache did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,24 +33,64 @@ pub struct FactorCounts {
     pub evictions: u64,
 }
 
-/// One LU factorisation.
-#[derive(Debug)]
-struct Factor {
-    key: Box<[u64]>,
-    lu: Mat<f64>,
-    permutation: Perm<usize>,
-    used: bool,
+/// Zeros that begin on a cache line; pages that are never written to take no memory.
+struct Aligned {
+    memory: Vec<f64>,
+    begin: usize,
+}
+
+impl Aligned {
+    fn new(length: usize) -> Self {
+        let memory = vec![0.0; length + LINE - 1];
+        let begin = memory.as_ptr().align_offset(8 * LINE).min(LINE - 1);
+        Self { memory, begin }
+    }
+
+    fn part(&mut self, first: usize, length: usize) -> &mut [f64] {
+        &mut self.memory[self.begin + first..self.begin + first + length]
+    }
+}
+
+/// Sizes of a cache.
+#[derive(Clone, Copy, Debug)]
+struct Sizes {
+    /// Points of the largest set.
+    points: usize,
+    /// Numbers from one column of a factor to the next.
+    stride: usize,
+    /// Factors.
+    slots: usize,
+}
+
+impl Sizes {
+    fn new(capacity: usize, points: usize) -> Self {
+        let points = points.max(1);
+        let stride = points.next_multiple_of(LINE);
+        let slots = capacity.min(LARGEST_MEMORY / (8 * stride * points)).max(1);
+        Self { points, stride, slots }
+    }
+}
+
+/// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
+pub fn largest_memory(capacity: usize, points: usize) -> usize {
+    let Sizes { points, stride, slots } = Sizes::new(capacity, points);
+    8 * slots * (stride + 1) * points
 }
 
 /// The cache.
 pub struct FactorCache {
-    index: HashMap<Box<[u64]>, usize, BuildHasherDefault<DefaultHasher>>,
-    factors: Vec<Factor>,
-    capacity: usize,
+    sizes: Sizes,
+    index: PatternIndex,
+    factors: Aligned,
+    /// Row permutations by slot: forward, then backward.
+    permutations: Vec<u32>,
+    /// Whether a factor was used since the hand passed.
+    used: Vec<bool>,
+    filled: usize,
     hand: usize,
-    key: Vec<u64>,
+    pattern: Vec<u64>,
+    values: Aligned,
     scratch: MemBuffer,
-    scratch_points: usize,
     counts: FactorCounts,
 }
 
@@ -52,16 +99,23 @@ pub struct FactorCache {
 pub struct Singular;
 
 impl FactorCache {
-    /// A cache of at most `capacity` factors (at least one).
-    pub fn new(capacity: usize) -> Self {
+    /// A cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of sets of at most `points` points.
+    pub fn new(capacity: usize, points: usize) -> Self {
+        let sizes = Sizes::new(capacity, points);
+        let Sizes { points, stride, slots } = sizes;
+        let scratch = (1..=points).map(scratch_of).fold(StackReq::EMPTY, StackReq::or);
+        let words = points.div_ceil(64);
         Self {
-            index: HashMap::default(),
-            factors: Vec::new(),
-            capacity: capacity.max(1),
+            sizes,
+            index: PatternIndex::new(slots, words),
+            factors: Aligned::new(slots * stride * points),
+            permutations: vec![0; slots * 2 * points],
+            used: vec![false; slots],
+            filled: 0,
             hand: 0,
-            key: Vec::new(),
-            scratch: MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(0, 1, Par::Seq)),
-            scratch_points: 0,
+            pattern: vec![0; words],
+            values: Aligned::new(points),
+            scratch: MemBuffer::new(scratch),
             counts: FactorCounts::default(),
         }
     }
@@ -75,77 +129,129 @@ impl FactorCache {
     /// entry and f on return, in the order of `points`.
     pub fn solve(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         let Some(&first) = points.first() else { return Ok(()) };
-        self.key.clear();
-        self.key.resize((points[points.len() - 1] - first) / 64 + 1, 0);
+        self.pattern.fill(0);
         for point in points {
-            self.key[(point - first) / 64] |= 1 << ((point - first) % 64);
+            self.pattern[(point - first) / 64] |= 1 << ((point - first) % 64);
         }
-        let slot = match self.index.get(self.key.as_slice()) {
-            Some(&slot) => {
+        let slot = match self.index.find(&self.pattern) {
+            Some(slot) => {
                 self.counts.hits += 1;
                 slot
             }
             None => {
                 self.counts.misses += 1;
-                self.factorise(points, influence)?
+                let slot = self.free_slot();
+                self.factorise(slot, points, influence)?;
+                self.index.insert(slot, &self.pattern);
+                slot
             }
         };
-        if self.scratch_points < points.len() {
-            self.scratch = MemBuffer::new(solve::solve_in_place_scratch::<usize, f64>(points.len(), 1, Par::Seq));
-            self.scratch_points = points.len();
-        }
-        let factor = &mut self.factors[slot];
-        factor.used = true;
+        self.used[slot] = true;
         let rows = points.len();
+        let Sizes { points: most, stride, .. } = self.sizes;
+        let (forward, backward) = self.permutations[2 * slot * most..2 * (slot + 1) * most].split_at(most);
+        let lu = self.factors.part(slot * stride * most, stride * rows);
+        let lu = MatRef::from_column_major_slice_with_stride(lu, rows, rows, stride);
+        let right = self.values.part(0, rows);
+        right.copy_from_slice(values);
         solve::solve_in_place(
-            factor.lu.as_ref(),
-            factor.lu.as_ref(),
-            factor.permutation.as_ref(),
-            MatMut::from_column_major_slice_mut(values, rows, 1),
+            lu,
+            lu,
+            PermRef::new_checked(&forward[..rows], &backward[..rows], rows),
+            MatMut::from_column_major_slice_mut(&mut *right, rows, 1),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
+        values.copy_from_slice(right);
         if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
     }
 
-    fn factorise(&mut self, points: &[usize], influence: &[f64]) -> Result<usize, Singular> {
+    /// A slot for a new factor; the one that the clock rule points at where none is empty.
+    fn free_slot(&mut self) -> usize {
+        if self.filled < self.sizes.slots {
+            self.filled += 1;
+            return self.filled - 1;
+        }
+        while std::mem::take(&mut self.used[self.hand]) {
+            self.hand = (self.hand + 1) % self.sizes.slots;
+        }
+        let slot = self.hand;
+        self.hand = (self.hand + 1) % self.sizes.slots;
+        self.index.remove(slot);
+        self.counts.evictions += 1;
+        slot
+    }
+
+    fn factorise(&mut self, slot: usize, points: &[usize], influence: &[f64]) -> Result<(), Singular> {
         let rows = points.len();
-        let mut lu = Mat::from_fn(rows, rows, |i, j| influence[points[i].abs_diff(points[j])]);
-        let (mut forward, mut backward) = (vec![0_usize; rows], vec![0_usize; rows]);
-        let request = factor::lu_in_place_scratch::<usize, f64>(rows, rows, Par::Seq, Default::default());
-        let mut memory = MemBuffer::new(request);
+        let Sizes { points: most, stride, .. } = self.sizes;
+        let memory = self.factors.part(slot * stride * most, stride * rows);
+        for (column, &j) in memory.chunks_exact_mut(stride).zip(points) {
+            for (value, &i) in column.iter_mut().zip(points) {
+                *value = influence[i.abs_diff(j)];
+            }
+        }
+        let (forward, backward) = self.permutations[2 * slot * most..2 * (slot + 1) * most].split_at_mut(most);
         factor::lu_in_place(
-            lu.as_mut(),
-            &mut forward,
-            &mut backward,
+            MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, stride),
+            &mut forward[..rows],
+            &mut backward[..rows],
             Par::Seq,
-            MemStack::new(&mut memory),
+            MemStack::new(&mut self.scratch),
             Default::default(),
         );
         self.counts.factorisations += 1;
         // LU itself never fails: a zero pivot shows here.
-        if !(0..rows).all(|i| lu[(i, i)].is_finite() && lu[(i, i)] != 0.0) {
-            return Err(Singular);
-        }
-        let permutation = Perm::new_checked(forward.into_boxed_slice(), backward.into_boxed_slice(), rows);
-        let entry = Factor { key: self.key.as_slice().into(), lu, permutation, used: true };
-        let slot = if self.factors.len() < self.capacity {
-            self.factors.push(entry);
-            self.factors.len() - 1
-        } else {
-            while std::mem::take(&mut self.factors[self.hand].used) {
-                self.hand = (self.hand + 1) % self.capacity;
-            }
-            let slot = self.hand;
-            self.hand = (self.hand + 1) % self.capacity;
-            self.index.remove(&self.factors[slot].key);
-            self.factors[slot] = entry;
-            self.counts.evictions += 1;
-            slot
-        };
-        self.index.insert(self.key.as_slice().into(), slot);
-        Ok(slot)
+        let pivot = |i: usize| memory[i * (stride + 1)];
+        if (0..rows).all(|i| pivot(i).is_finite() && pivot(i) != 0.0) { Ok(()) } else { Err(Singular) }
     }
+
+    /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes again.
+    pub fn save(&self, state: &mut StateWriter) {
+        let FactorCounts { factorisations, hits, misses, evictions } = self.counts;
+        state.counts(&[factorisations, hits, misses, evictions, self.hand as u64, self.filled as u64]);
+        for slot in 0..self.filled {
+            state.count(u64::from(self.used[slot]));
+            state.counts(self.index.pattern(slot));
+        }
+    }
+
+    /// Goes on from the state of an equal cache for the same influence: the same sets, factors and counts. Cost: one factorisation for each set held.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, influence: &[f64], state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let mut counts = [0; 6];
+        state.counts_into(&mut counts)?;
+        let [factorisations, hits, misses, evictions, hand, filled] = counts;
+        if filled > self.sizes.slots as u64 || hand >= self.sizes.slots as u64 || self.filled > 0 {
+            return Err(StateError::Value);
+        }
+        let mut points = Vec::with_capacity(self.sizes.points);
+        for slot in 0..filled as usize {
+            self.used[slot] = state.count()? != 0;
+            state.counts_into(&mut self.pattern)?;
+            points.clear();
+            let pattern = &self.pattern;
+            points.extend((0..64 * pattern.len()).filter(|point| pattern[point / 64] >> (point % 64) & 1 == 1));
+            let fits = points.last().is_some_and(|&last| last < self.sizes.points);
+            if !fits || self.index.find(&self.pattern).is_some() {
+                return Err(StateError::Value);
+            }
+            self.factorise(slot, &points, influence).map_err(|Singular| StateError::Value)?;
+            self.index.insert(slot, &self.pattern);
+        }
+        self.filled = filled as usize;
+        self.hand = hand as usize;
+        self.counts = FactorCounts { factorisations, hits, misses, evictions };
+        Ok(())
+    }
+}
+
+/// Scratch of a factorisation and a solution with so many points.
+fn scratch_of(points: usize) -> StackReq {
+    factor::lu_in_place_scratch::<u32, f64>(points, points, Par::Seq, Default::default())
+        .or(solve::solve_in_place_scratch::<u32, f64>(points, 1, Par::Seq))
 }
 
 #[cfg(test)]
@@ -159,7 +265,7 @@ mod tests {
     #[test]
     fn solves_and_reuses_shifted_sets() {
         let row: Vec<f64> = (0..200).map(influence).collect();
-        let mut cache = FactorCache::new(4);
+        let mut cache = FactorCache::new(4, 100);
         let points = [3_usize, 4, 7, 80, 81];
         let wanted = [1.0, -2.0, 0.5, 3.0, 1.5];
         for shift in [0, 11] {
@@ -179,7 +285,7 @@ mod tests {
     #[test]
     fn a_full_cache_drops_what_has_not_been_used_and_stays_right() {
         let row: Vec<f64> = (0..200).map(influence).collect();
-        let mut cache = FactorCache::new(3);
+        let mut cache = FactorCache::new(3, 8);
         for round in 0..4 {
             for gap in 1..6 {
                 let points = [0, gap];
@@ -188,12 +294,48 @@ mod tests {
                 assert!((values[0] - 1.0 / (1.0 + influence(gap))).abs() < 1e-14, "round {round}");
             }
         }
-        assert!(cache.factors.len() == 3 && cache.index.len() == 3);
+        assert_eq!(cache.filled, 3);
         assert_eq!(cache.counts().evictions, cache.counts().misses - 3);
     }
 
     #[test]
     fn a_singular_matrix_is_reported() {
-        assert_eq!(FactorCache::new(2).solve(&[0, 1], &[1.0, 1.0], &mut [1.0, 2.0]), Err(Singular));
+        assert_eq!(FactorCache::new(2, 2).solve(&[0, 1], &[1.0, 1.0], &mut [1.0, 2.0]), Err(Singular));
+    }
+
+    #[test]
+    fn a_restored_cache_solves_to_the_same_bits_and_drops_the_same_factors() {
+        let row: Vec<f64> = (0..100).map(influence).collect();
+        let round = |cache: &mut FactorCache, round: usize| {
+            let points: Vec<usize> = (0..30 + round % 5).filter(|point| point % 3 > 0 || point % (2 + round % 7) == 0).collect();
+            let mut values: Vec<f64> = points.iter().map(|&point| (point as f64).sin()).collect();
+            cache.solve(&points, &row, &mut values).unwrap();
+            values.iter().map(|value| value.to_bits()).collect::<Vec<_>>()
+        };
+        let mut whole = FactorCache::new(9, 40);
+        (0..57).for_each(|number| drop(round(&mut whole, number * number)));
+        let mut state = StateWriter::default();
+        whole.save(&mut state);
+        let bytes = state.into_bytes();
+        let mut restored = FactorCache::new(9, 40);
+        let mut reader = StateReader::new(&bytes);
+        restored.restore(&row, &mut reader).unwrap();
+        reader.end().unwrap();
+        // Nothing is ever found here.
+        let mut forgetful = FactorCache::new(1, 40);
+        for number in 57..200 {
+            let bits = round(&mut whole, number * number);
+            assert_eq!(bits, round(&mut restored, number * number));
+            forgetful.free_slot();
+            assert_eq!(bits, round(&mut forgetful, number * number));
+        }
+        assert_eq!(whole.counts(), restored.counts());
+        assert!(whole.counts().evictions > 10 && whole.counts().hits > 10, "{:?}", whole.counts());
+    }
+
+    #[test]
+    fn memory_is_bounded_however_many_factors_are_asked_for() {
+        assert!(largest_memory(1_000_000, 576) <= LARGEST_MEMORY + (LARGEST_MEMORY >> 6));
+        assert!(largest_memory(64, 72) < 64 * 72 * 80 * 8);
     }
 }

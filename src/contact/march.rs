@@ -14,6 +14,7 @@ use super::geometry::Geometry;
 use super::history::PastForces;
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
+use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::{Numerics, Tread};
 
 /// What one step gave.
@@ -202,5 +203,51 @@ impl March {
         let columns = self.forces.len();
         let edge = self.forces[0] > 0.0 || self.forces[columns - 1] > 0.0;
         totals.edge_contacts += u64::from(edge && columns < self.geometry.elements);
+    }
+}
+
+/// The state between two steps.
+impl March {
+    /// Takes down all that the next steps and the final totals depend on.
+    pub fn save(&self, state: &mut StateWriter) {
+        let totals = &self.totals;
+        let nanoseconds = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        state.counts(&[
+            self.step,
+            totals.edge_contacts,
+            totals.multiply_adds,
+            nanoseconds(totals.history_time),
+            nanoseconds(totals.search_time),
+        ]);
+        let Residuals { tension, penetration, complementarity } = totals.residuals;
+        state.numbers(&[tension, penetration, complementarity, totals.largest_force, totals.largest_displacement]);
+        state.numbers(&self.forces);
+        self.search.save(state);
+        self.history.save(state);
+    }
+
+    /// Goes on from the state of an equal march.
+    ///
+    /// # Errors
+    /// [`StateError`]; the march is of no use then.
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let (mut counts, mut numbers) = ([0; 5], [0.0; 5]);
+        state.counts_into(&mut counts)?;
+        state.numbers_into(&mut numbers)?;
+        let [step, edge_contacts, multiply_adds, history, search] = counts;
+        let [tension, penetration, complementarity, largest_force, largest_displacement] = numbers;
+        self.step = step;
+        self.totals = MarchTotals {
+            residuals: Residuals { tension, penetration, complementarity },
+            largest_force,
+            largest_displacement,
+            edge_contacts,
+            multiply_adds,
+            history_time: Duration::from_nanos(history),
+            search_time: Duration::from_nanos(search),
+        };
+        state.numbers_into(&mut self.forces)?;
+        self.search.restore(state)?;
+        self.history.restore(state)
     }
 }

@@ -3,7 +3,7 @@
 //! - [`geometry`]: where tyre elements stand over the road, step by step;
 //! - [`tread`]: influence functions brought to the contact: first weights G0 and kernels of the history;
 //! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
-//! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations;
+//! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
 //! - [`march`]: one time step after the other;
 //! - [`axle`]: axle height, static solution.
 
@@ -14,6 +14,7 @@ pub mod factors;
 pub mod geometry;
 pub mod history;
 pub mod march;
+pub mod pattern_index;
 pub mod slice_queue;
 pub mod tread;
 

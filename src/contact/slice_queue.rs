@@ -17,6 +17,11 @@ impl SliceQueue {
         Self { first, curves: VecDeque::new() }
     }
 
+    /// Element number of the first slice.
+    pub fn first(&self) -> i64 {
+        self.first
+    }
+
     /// Element number after the last slice.
     pub fn end(&self) -> i64 {
         self.first + self.curves.len() as i64

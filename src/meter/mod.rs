@@ -145,6 +145,18 @@ impl Meter {
         self.counts[counter as usize] += amount;
     }
 
+    /// Adds what a stage has cost in an earlier part of the same run.
+    pub fn add_cost(&mut self, stage: Stage, earlier: StageCost) {
+        let cost = &mut self.costs[stage as usize];
+        cost.calls += earlier.calls;
+        cost.wall += earlier.wall;
+    }
+
+    /// Sets a counter to what it was when an earlier part of the same run ended.
+    pub fn set_count(&mut self, counter: Counter, amount: u64) {
+        self.counts[counter as usize] = amount;
+    }
+
     /// What a stage has cost so far.
     pub fn cost(&self, stage: Stage) -> StageCost {
         self.costs[stage as usize]

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::contact::ContactError;
 use crate::response::SpectrumError;
-use crate::results::{PlotError, ResultsError};
+use crate::results::{CheckpointError, PlotError, ResultsError};
 use crate::road::RoadError;
 use crate::road::slices::SliceError;
 use crate::scene::SceneError;
@@ -35,6 +35,17 @@ pub enum RunError {
     /// The spectrum could not be computed.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// The run cannot be gone on with.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The results could not be written to their end, but there is a checkpoint to go on from.
+    #[error("{source}; the run up to its last checkpoint is kept: when there is room, `tyrewave resume {}` goes on", kept.display())]
+    Kept {
+        /// What went wrong.
+        source: ResultsError,
+        /// The folder of the unfinished run.
+        kept: PathBuf,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted {

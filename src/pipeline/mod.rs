@@ -2,8 +2,9 @@
 //!
 //! 1. [`plan`]: sizes, memory and work of a scene, checked before anything is allocated;
 //! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
-//! 3. [`mod@run`]: steps, arrays, spectra, plots, summary.
+//! 3. [`mod@run`]: steps, arrays, spectra, plots, summary; [`checkpoint`] lets it go on where it was stopped.
 
+pub mod checkpoint;
 pub mod error;
 pub mod past;
 pub mod plan;
@@ -16,4 +17,4 @@ pub mod run;
 pub use error::RunError;
 pub use plan::Plan;
 pub use progress::{Progress, Unwatched};
-pub use run::{RunOptions, RunReport, run};
+pub use run::{RunOptions, RunReport, resume, run};

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
+use crate::contact::factors::largest_memory;
 use crate::scene::{Axle, LoadedScene, Rolling, Scene, SceneError};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
@@ -36,6 +37,10 @@ pub struct Plan {
 
 /// Widest contact that is expected when nothing is known yet, as a share of the circumference.
 const EXPECTED_PATCH: f64 = 0.1;
+/// Arrays of the streamed spectrum, in segments.
+const SPECTRUM_ARRAYS: f64 = 8.0;
+/// Segments of the averaged spectrum \[s\].
+pub(super) const SEGMENT: f64 = 0.5;
 
 impl Plan {
     /// The plan of a scene.
@@ -72,8 +77,9 @@ impl Plan {
             * (wavenumbers * lags
                 + lags * (2.0 * columns + 9.0)
                 + lags * columns
-                + 3.0 * steps
+                + SPECTRUM_ARRAYS * (SEGMENT / time_step).min(2.0 * steps)
                 + wavenumbers * 24.0 * 14.0)
+            + largest_memory(numerics.cached_factors, columns as usize) as f64
             + contour / 2.0 * 600.0;
         Self {
             speed,

@@ -7,8 +7,8 @@ pub trait Progress {
     /// A stage of the preparation begins.
     fn stage(&mut self, stage: Stage);
 
-    /// The march through time begins: `steps` steps of `time_step` seconds.
-    fn march(&mut self, steps: u64, time_step: f64);
+    /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
+    fn march(&mut self, done: u64, steps: u64, time_step: f64);
 
     /// That many steps are done.
     fn step(&mut self, done: u64);
@@ -26,7 +26,7 @@ pub struct Unwatched;
 
 impl Progress for Unwatched {
     fn stage(&mut self, _stage: Stage) {}
-    fn march(&mut self, _steps: u64, _time_step: f64) {}
+    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
     fn step(&mut self, _done: u64) {}
     fn note(&mut self, _text: &str) {}
     fn finish(&mut self) {}

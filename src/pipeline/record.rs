@@ -1,11 +1,15 @@
-//! What is kept of every step: streamed arrays, and the little that spectra and plots need.
+//! What is kept of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with the number of steps.
 
 use std::ops::Range;
 
 use super::error::RunError;
+use super::plan::{Plan, SEGMENT};
 use crate::meter::{Counter, Meter, Stage};
+use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
+use crate::response::{PowerSpectrum, SpectrumAccumulator};
+use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
-use crate::results::npy::{NpyWriter, Row};
+use crate::results::npy::{NpyNumber, NpyWriter, Row};
 use crate::scene::Outputs;
 
 /// The four arrays of a run.
@@ -14,6 +18,30 @@ struct Arrays {
     total_force: NpyWriter<f64>,
     patch_force: NpyWriter<f64>,
     patch_element: NpyWriter<i64>,
+}
+
+impl Arrays {
+    /// Begins the arrays, or goes on with them after that many rows.
+    fn open(folder: &ResultsFolder, columns: usize, rows: Option<u64>) -> Result<Self, ResultsError> {
+        fn array<T: NpyNumber>(
+            folder: &ResultsFolder,
+            name: &str,
+            row: Row,
+            rows: Option<u64>,
+        ) -> Result<NpyWriter<T>, ResultsError> {
+            let path = folder.path(name);
+            match rows {
+                None => NpyWriter::create(&path, row),
+                Some(rows) => NpyWriter::reopen(&path, row, rows),
+            }
+        }
+        Ok(Self {
+            time: array(folder, "time.npy", Row::Scalar, rows)?,
+            total_force: array(folder, "total_force.npy", Row::Scalar, rows)?,
+            patch_force: array(folder, "patch_force.npy", Row::Columns(columns), rows)?,
+            patch_element: array(folder, "patch_element.npy", Row::Scalar, rows)?,
+        })
+    }
 }
 
 /// One step, as it is recorded.
@@ -38,15 +66,13 @@ pub struct Record {
     arrays: Option<Arrays>,
     warm_up: u64,
     shown: Range<u64>,
-    /// Total force after the warm-up \[N\], where spectra or plots want it.
-    pub force: Vec<f64>,
     /// Steps that are drawn: time, first element, forces row by row.
     pub drawn: Drawn,
-    keep_force: bool,
-    sum: f64,
-    sum_of_squares: f64,
+    /// Total force after the warm-up \[N\].
+    force: RunningMoments,
+    /// Where spectra or plots want it and the run is long enough.
+    spectrum: Option<SpectrumAccumulator>,
     sum_of_lengths: f64,
-    counted: u64,
 }
 
 /// The steps of the force map.
@@ -61,39 +87,43 @@ pub struct Drawn {
 }
 
 impl Record {
-    /// A recorder into a folder. `shown` are the steps to draw.
+    /// A recorder into a folder, of a run that begins, or goes on after `rows` steps. `shown` are the steps to draw.
+    ///
+    /// # Errors
+    /// Of the arrays.
     pub fn new(
         folder: &ResultsFolder,
         outputs: &Outputs,
+        plan: &Plan,
         columns: usize,
-        warm_up: u64,
         shown: Range<u64>,
+        rows: Option<u64>,
     ) -> Result<Self, RunError> {
-        let arrays = if outputs.arrays {
-            Some(Arrays {
-                time: NpyWriter::create(&folder.path("time.npy"), Row::Scalar)?,
-                total_force: NpyWriter::create(&folder.path("total_force.npy"), Row::Scalar)?,
-                patch_force: NpyWriter::create(&folder.path("patch_force.npy"), Row::Columns(columns))?,
-                patch_element: NpyWriter::create(&folder.path("patch_element.npy"), Row::Scalar)?,
-            })
-        } else {
-            None
-        };
+        let shown = if outputs.plots { shown.start..shown.end.min(plan.steps) } else { 0..0 };
+        let rows_shown = shown.end.saturating_sub(shown.start) as usize;
+        let counted = (plan.steps - plan.warm_up_steps) as usize;
+        let spectrum = (outputs.spectra || outputs.plots)
+            .then(|| SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok())
+            .flatten();
         Ok(Self {
-            arrays,
-            warm_up,
-            shown: if outputs.plots { shown } else { 0..0 },
-            force: Vec::new(),
-            drawn: Drawn::default(),
-            keep_force: outputs.spectra || outputs.plots,
-            sum: 0.0,
-            sum_of_squares: 0.0,
+            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, rows)?) } else { None },
+            warm_up: plan.warm_up_steps,
+            shown,
+            drawn: Drawn {
+                time: Vec::with_capacity(rows_shown),
+                first_element: Vec::with_capacity(rows_shown),
+                force: Vec::with_capacity(rows_shown * columns),
+            },
+            force: RunningMoments::default(),
+            spectrum,
             sum_of_lengths: 0.0,
-            counted: 0,
         })
     }
 
     /// Records a step.
+    ///
+    /// # Errors
+    /// Of the arrays.
     pub fn push(&mut self, step: StepRecord<'_>, meter: &mut Meter) -> Result<(), RunError> {
         if let Some(arrays) = &mut self.arrays {
             meter.time(Stage::Output, || {
@@ -109,18 +139,33 @@ impl Record {
             self.drawn.force.extend_from_slice(step.forces);
         }
         if step.step >= self.warm_up {
-            if self.keep_force {
-                self.force.push(step.total_force);
-            }
-            self.sum += step.total_force;
-            self.sum_of_squares += step.total_force * step.total_force;
+            self.force.push(step.total_force);
             self.sum_of_lengths += step.contact_length;
-            self.counted += 1;
+            if let Some(spectrum) = &mut self.spectrum {
+                spectrum.push(step.total_force);
+            }
         }
         Ok(())
     }
 
+    /// Brings all rows so far to the disk.
+    ///
+    /// # Errors
+    /// Of the arrays.
+    pub fn sync(&mut self, meter: &mut Meter) -> Result<(), ResultsError> {
+        let Some(arrays) = &mut self.arrays else { return Ok(()) };
+        meter.time(Stage::Output, || {
+            arrays.time.sync()?;
+            arrays.total_force.sync()?;
+            arrays.patch_force.sync()?;
+            arrays.patch_element.sync()
+        })
+    }
+
     /// Completes the arrays.
+    ///
+    /// # Errors
+    /// Of the arrays.
     pub fn finish(&mut self, meter: &mut Meter) -> Result<(), RunError> {
         let Some(arrays) = self.arrays.take() else { return Ok(()) };
         let written = arrays.time.bytes()
@@ -137,24 +182,57 @@ impl Record {
         Ok(())
     }
 
+    /// Takes the state down, the arrays' rows excepted.
+    pub fn save(&self, state: &mut StateWriter) {
+        self.force.save(state);
+        state.number(self.sum_of_lengths);
+        state.numbers(&self.drawn.time);
+        state.wholes(&self.drawn.first_element);
+        state.numbers(&self.drawn.force);
+        if let Some(spectrum) = &self.spectrum {
+            spectrum.save(state);
+        }
+    }
+
+    /// Goes on from the state of a recorder of the same run.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.force.restore(state)?;
+        self.sum_of_lengths = state.number()?;
+        self.drawn.time.extend(state.numbers()?);
+        self.drawn.first_element.extend(state.wholes()?);
+        self.drawn.force.extend(state.numbers()?);
+        if let Some(spectrum) = &mut self.spectrum {
+            spectrum.restore(state)?;
+        }
+        Ok(())
+    }
+
+    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end.
+    pub fn spectrum(&self) -> Option<PowerSpectrum> {
+        self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())
+    }
+
+    /// Whether the run is too short for a spectrum that was wanted.
+    pub fn lacks_spectrum(&self) -> bool {
+        self.spectrum.is_none()
+    }
+
     /// Mean force \[N\] after the warm-up, if there was any step.
     pub fn mean_force(&self) -> Option<f64> {
-        (self.counted > 0).then(|| self.sum / self.counted as f64)
+        self.force.mean()
     }
 
     /// Root mean square of the force less its mean \[N\].
     pub fn rms_force_variation(&self) -> Option<f64> {
-        let mean = self.mean_force()?;
-        let variance = match self.force.len() {
-            0 => self.sum_of_squares / self.counted as f64 - mean * mean,
-            // Two passes where the force is kept: no cancellation on a smooth road.
-            _ => self.force.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / self.counted as f64,
-        };
-        Some(variance.max(0.0).sqrt())
+        self.force.variance().map(f64::sqrt)
     }
 
     /// Mean length of the contact \[m\].
     pub fn mean_contact_length(&self) -> Option<f64> {
-        (self.counted > 0).then(|| self.sum_of_lengths / self.counted as f64)
+        let counted = self.force.count();
+        (counted > 0).then(|| self.sum_of_lengths / counted as f64)
     }
 }

@@ -3,6 +3,7 @@
 use super::error::RunError;
 use crate::contact::slice_queue::SliceQueue;
 use crate::meter::{Counter, Meter, Stage};
+use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::RoadSurface;
 use crate::road::slices::{SliceBuilder, StiffnessCurve};
 
@@ -21,13 +22,16 @@ pub struct RoadAhead {
     heights: Vec<f64>,
     /// Curves of one period of a road that repeats.
     period: Vec<Option<StiffnessCurve>>,
+    /// The first element made, and the one after the last.
+    made: (i64, i64),
 }
 
 impl RoadAhead {
     /// Nothing made yet; `queue` says where it will begin.
     pub fn new(surface: RoadSurface, builder: SliceBuilder, queue: SliceQueue, elements: Option<(i64, i64)>) -> Self {
         let period = surface.period().filter(|&period| period <= LONGEST_PERIOD).unwrap_or(0);
-        Self { surface, builder, queue, elements, heights: Vec::new(), period: vec![None; period as usize] }
+        let made = (queue.end(), queue.end());
+        Self { surface, builder, queue, elements, heights: Vec::new(), period: vec![None; period as usize], made }
     }
 
     /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road.
@@ -47,20 +51,64 @@ impl RoadAhead {
                 Some((_, last)) => CHUNK_ROWS.min((last + 1 - begin) as usize),
                 None => CHUNK_ROWS,
             };
-            let columns = self.surface.lattice().columns;
-            self.heights.resize(rows * columns, 0.0);
-            meter.time(Stage::Road, || self.surface.heights(begin, rows, &mut self.heights))?;
-            let curves = meter.time(Stage::Slices, || self.builder.build_rows(&self.heights))?;
+            let curves = self.make(begin, rows, meter)?;
             meter.count(Counter::Slices, rows as u64);
-            let period = self.period.len() as i64;
-            if period > 0 {
-                for (element, curve) in (begin..).zip(&curves) {
-                    self.period[element.rem_euclid(period) as usize] = Some(curve.clone());
-                }
-            }
+            self.made.1 = begin + rows as i64;
             self.queue.extend(curves);
         }
         Ok(())
+    }
+
+    /// Makes the curves of some rows, and keeps them where the road repeats.
+    fn make(&mut self, begin: i64, rows: usize, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+        self.heights.resize(rows * self.surface.lattice().columns, 0.0);
+        meter.time(Stage::Road, || self.surface.heights(begin, rows, &mut self.heights))?;
+        let curves = meter.time(Stage::Slices, || self.builder.build_rows(&self.heights))?;
+        let period = self.period.len() as i64;
+        if period > 0 {
+            for (element, curve) in (begin..).zip(&curves) {
+                self.period[element.rem_euclid(period) as usize] = Some(curve.clone());
+            }
+        }
+        Ok(curves)
+    }
+
+    /// Takes down which slices are there; not their curves, which [`Self::restore`] makes again.
+    pub fn save(&self, state: &mut StateWriter) {
+        state.wholes(&[self.queue.first(), self.queue.end(), self.made.0, self.made.1]);
+    }
+
+    /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not counted: they have been before.
+    ///
+    /// # Errors
+    /// Of the road and of its slices; [`StateError`] as a [`RunError`] by the caller's wrapping.
+    pub fn restore(&mut self, state: &mut StateReader<'_>, meter: &mut Meter) -> Result<Result<(), StateError>, RunError> {
+        let (first, end) = match state.wholes().as_deref() {
+            Ok(&[first, end, from, to]) if self.made.0 == from && from <= first && first <= end && to >= from => {
+                self.made = (from, to);
+                (first, end)
+            }
+            Ok(_) => return Ok(Err(StateError::Value)),
+            Err(error) => return Ok(Err(*error)),
+        };
+        let (mut begin, stop) = match self.period.len() as i64 {
+            0 => (first, end),
+            period => (self.made.0, self.made.1.min(self.made.0 + period)),
+        };
+        self.queue = SliceQueue::starting_at(first);
+        while begin < stop {
+            let rows = CHUNK_ROWS.min((stop - begin) as usize);
+            let curves = self.make(begin, rows, meter)?;
+            if self.period.is_empty() {
+                self.queue.extend(curves);
+            }
+            begin += rows as i64;
+        }
+        for element in self.queue.end()..end {
+            let Some(curve) = self.kept(element) else { return Ok(Err(StateError::Value)) };
+            self.queue.extend([curve]);
+        }
+        Ok(Ok(()))
     }
 
     /// The curve of an element that an earlier pass has made.

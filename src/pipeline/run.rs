@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ndarray::ArrayView2;
 
+use super::checkpoint::{Checkpoint, Checkpoints, Identity, Moving};
 use super::error::RunError;
 use super::plan::Plan;
 use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::{Record, StepRecord};
 use crate::meter::{Counter, Meter, Stage};
-use crate::response::PowerSpectrum;
-use crate::results::folder::ResultsFolder;
+use crate::results::folder::{ResultsFolder, unfinished};
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
@@ -22,8 +22,6 @@ use crate::scene::{Axle, LoadedScene};
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
 const LOWEST_FREQUENCY: f64 = 20.0;
-/// Segments of the averaged spectrum \[s\].
-const SEGMENT: f64 = 0.5;
 /// Part of the run that the force map shows, in contact lengths rolled.
 const LENGTHS_DRAWN: f64 = 6.0;
 /// Steps between two looks at the interrupt flag and the progress bar.
@@ -67,68 +65,156 @@ pub fn run(
     plan.check(loaded)?;
     // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when there is something to put in.
     drop(ResultsFolder::create(&options.target)?);
-    let mut meter = Meter::default();
-    progress.stage(Stage::Influence);
-    let mut prepared = prepare(loaded, &plan, &mut meter)?;
-    for warning in &prepared.warnings {
-        progress.note(warning);
+    if let Ok(unfinished) = unfinished(&options.target) {
+        let target = options.target.display();
+        progress.note(&format!(
+            "an unfinished run is kept in {}: `tyrewave resume {target}` would go on with it",
+            unfinished.display()
+        ));
     }
-    if stop.load(Ordering::Relaxed) {
-        return Err(RunError::Interrupted { kept: None });
-    }
-
-    let folder = ResultsFolder::create(&options.target)?;
-    let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
-    let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
-    let columns = prepared.march.geometry().columns;
-    let mut record = Record::new(&folder, &loaded.scene.outputs, columns, plan.warm_up_steps, shown)?;
-    progress.march(plan.steps, plan.time_step);
-    let interrupted = march(&plan, &mut prepared, &mut record, stop, progress, &mut meter)?;
-    record.finish(&mut meter)?;
-    progress.stage(Stage::Response);
-
-    let context = Context { loaded, plan: &plan, prepared: &prepared, record: &record };
-    if !interrupted {
-        let drawn = Instant::now();
-        context.spectra_and_plots(&folder)?;
-        meter.add_time(Stage::Response, drawn.elapsed());
-    }
-    let wall = begin.elapsed();
-    let summary = context.summary(Cost::new(&meter, wall.as_secs_f64(), options.threads))?;
-    for warning in &summary.warnings[prepared.warnings.len()..] {
-        progress.note(warning);
-    }
-    progress.finish();
-    if interrupted {
-        let kept = folder.finish_partial(summary)?;
-        return Err(RunError::Interrupted { kept: Some(kept) });
-    }
-    let folder = folder.finish(summary.clone())?;
-    Ok(RunReport { folder, summary: Summary { complete: true, ..summary }, meter, wall })
+    let work = Work { loaded, plan: &plan, threads: options.threads, begin };
+    work.carry_out(|| Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
-/// All steps; returns whether the user stopped them.
-fn march(
-    plan: &Plan,
-    prepared: &mut Prepared,
-    record: &mut Record,
+/// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never stopped.
+///
+/// # Errors
+/// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to go on with.
+pub fn resume(
+    path: &Path,
+    threads: usize,
     stop: &AtomicBool,
     progress: &mut dyn Progress,
-    meter: &mut Meter,
+) -> Result<RunReport, RunError> {
+    let begin = Instant::now();
+    let folder = ResultsFolder::reopen(path)?;
+    let checkpoint = Checkpoint::read(folder.working())?;
+    let loaded = checkpoint.loaded.clone();
+    loaded.check_time_domain()?;
+    let plan = Plan::new(&loaded.scene);
+    plan.check(&loaded)?;
+    let work = Work { loaded: &loaded, plan: &plan, threads, begin };
+    work.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress)
+}
+
+/// A planned run, new or gone on with.
+struct Work<'a> {
+    loaded: &'a LoadedScene,
+    plan: &'a Plan,
+    threads: usize,
+    begin: Instant,
+}
+
+impl Work<'_> {
+    fn carry_out(
+        &self,
+        folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
+        checkpoint: Option<&Checkpoint>,
+        stop: &AtomicBool,
+        progress: &mut dyn Progress,
+    ) -> Result<RunReport, RunError> {
+        let Self { loaded, plan, begin, .. } = *self;
+        let mut meter = Meter::default();
+        let identity = Identity::of(loaded)?;
+        progress.stage(Stage::Influence);
+        let mut prepared = prepare(loaded, plan, &mut meter)?;
+        for warning in &prepared.warnings {
+            progress.note(warning);
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Err(RunError::Interrupted { kept: None });
+        }
+
+        let mut folder = folder()?;
+        let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
+        let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
+        let columns = prepared.march.geometry().columns;
+        let rows = checkpoint.map(|checkpoint| checkpoint.steps);
+        let mut record = Record::new(&folder, &loaded.scene.outputs, plan, columns, shown, rows)?;
+        let mut moving = Moving { prepared: &mut prepared, record: &mut record, meter: &mut meter };
+        let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut moving))?;
+        let interval = loaded.scene.outputs.checkpoint_interval;
+        let mut checkpoints = Checkpoints::new(identity, interval, begin, earlier);
+        progress.march(moving.prepared.march.next_step(), plan.steps, plan.time_step);
+        let rolled = roll(plan, &mut moving, &mut folder, &mut checkpoints, stop, progress);
+        let ended = rolled.and_then(|interrupted| {
+            self.end(&prepared, &mut record, &mut meter, &folder, &checkpoints, interrupted, progress)
+                .map(|summary| (interrupted, summary))
+        });
+        let (interrupted, summary) = match ended {
+            Ok(ended) => ended,
+            Err(RunError::Results(source)) if folder.holds_checkpoint() => {
+                return Err(RunError::Kept { source, kept: folder.stay() });
+            }
+            Err(error) => {
+                // The same would happen again.
+                folder.discard();
+                return Err(error);
+            }
+        };
+        progress.finish();
+        if interrupted {
+            let kept = folder.finish_partial(summary)?;
+            return Err(RunError::Interrupted { kept: Some(kept) });
+        }
+        let wall = Duration::from_secs_f64(summary.cost.wall_seconds);
+        let folder = folder.finish(summary.clone())?;
+        Ok(RunReport { folder, summary: Summary { complete: true, ..summary }, meter, wall })
+    }
+
+    /// Arrays, spectra, plots and summary of a run that has ended or been stopped.
+    #[allow(clippy::too_many_arguments, reason = "what a run is made of, used once")]
+    fn end(
+        &self,
+        prepared: &Prepared,
+        record: &mut Record,
+        meter: &mut Meter,
+        folder: &ResultsFolder,
+        checkpoints: &Checkpoints,
+        interrupted: bool,
+        progress: &mut dyn Progress,
+    ) -> Result<Summary, RunError> {
+        record.finish(meter)?;
+        progress.stage(Stage::Response);
+        let context = Context { loaded: self.loaded, plan: self.plan, prepared, record };
+        if !interrupted {
+            let drawn = Instant::now();
+            context.spectra_and_plots(folder)?;
+            meter.add_time(Stage::Response, drawn.elapsed());
+        }
+        let wall = checkpoints.wall();
+        let summary = context.summary(Cost::new(meter, wall.as_secs_f64(), self.threads))?;
+        for warning in &summary.warnings[prepared.warnings.len()..] {
+            progress.note(warning);
+        }
+        Ok(summary)
+    }
+}
+
+/// All steps from the next one on; returns whether the user stopped them. Stopped, there is a checkpoint of the last step.
+fn roll(
+    plan: &Plan,
+    moving: &mut Moving<'_>,
+    folder: &mut ResultsFolder,
+    checkpoints: &mut Checkpoints,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
 ) -> Result<bool, RunError> {
-    let Prepared { march, road, axle, .. } = prepared;
-    let (columns, element) = (march.geometry().columns as i64, plan.element);
     let mut interrupted = false;
-    for step in 0..plan.steps {
+    for step in moving.prepared.march.next_step()..plan.steps {
         if step % LOOK_EVERY == 0 {
             progress.step(step);
-            if stop.load(Ordering::Relaxed) {
-                interrupted = true;
+            interrupted = stop.load(Ordering::Relaxed);
+            if interrupted || checkpoints.due() {
+                checkpoints.write(folder, moving)?;
+            }
+            if interrupted {
                 break;
             }
         }
+        let Moving { prepared: Prepared { march, road, axle, .. }, record, meter } = moving;
         let first = march.geometry().first_element(step);
-        road.reach(first, first + columns, meter)?;
+        road.reach(first, first + march.geometry().columns as i64, meter)?;
         let result = march.step(axle.indentation(step), road.slices())?;
         axle.observe(step, result.total_force);
         record.push(
@@ -138,11 +224,12 @@ fn march(
                 total_force: result.total_force,
                 first_element: result.first_element,
                 forces: march.forces(),
-                contact_length: result.extent as f64 * element,
+                contact_length: result.extent as f64 * plan.element,
             },
             meter,
         )?;
     }
+    let Moving { prepared: Prepared { march, .. }, meter, .. } = moving;
     let (totals, counts) = (march.totals(), march.search_counts());
     meter.add_time(Stage::History, totals.history_time);
     meter.add_time(Stage::ActiveSet, totals.search_time);
@@ -176,7 +263,7 @@ impl Context<'_> {
         let title = self.loaded.title();
         // A run too short for a spectrum has none: the summary's warnings say so.
         if (outputs.spectra || outputs.plots)
-            && let Ok(spectrum) = PowerSpectrum::of(&self.record.force, self.plan.time_step, Some(SEGMENT))
+            && let Some(spectrum) = self.record.spectrum()
         {
             let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
             if outputs.spectra {
@@ -263,7 +350,7 @@ impl Context<'_> {
                 totals.edge_contacts
             ));
         }
-        if self.record.force.len() < 8 && self.loaded.scene.outputs.spectra {
+        if self.record.lacks_spectrum() && self.loaded.scene.outputs.spectra {
             summary.warnings.push("the run is too short for a spectrum".into());
         }
         Ok(summary)

@@ -1,7 +1,9 @@
 //! What is heard of the forces: third-octave levels and spectra.
 
+pub mod accumulator;
 pub mod spectrum;
 pub mod third_octave;
 
+pub use accumulator::SpectrumAccumulator;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub use third_octave::ThirdOctaveBand;

@@ -2,7 +2,8 @@
 //!
 //! Levels of bands are only worth something if nothing is lost between them, so every step keeps the energy exactly:
 //!
-//! 1. The mean is removed; what is left has the mean square m.
+//! 1. The mean is removed; what is left has the mean square m. (The mean is known at the end only: see [`super::accumulator`], which takes the record sample by
+//!    sample.)
 //! 2. The record of N samples is cut into overlapping segments, J + 1 of them, h = N/J samples apart, weighted with
 //!    w = cos(pi/2 (t - j h)/h), |t - j h| < h: neighbours' squares add to cos^2 + sin^2 = 1 at every sample, so the segments share
 //!    the energy without loss and every segment starts and ends at zero (little leakage).
@@ -16,13 +17,13 @@
 //! Resolution: the main lobe of w is 3 df wide (zeros at +-1.5 df), side lobes fall 12 dB per octave. A segment shorter than
 //! the record averages (Welch 1967, Modified periodograms); a single pair (J = 1) keeps the finest resolution.
 //!
-//! Cost: two real FFTs per segment length of signal; memory: the spectrum and one segment.
+//! Cost: four real FFTs per segment length of signal; memory: some segments, whatever the length of the record.
 
 use std::ops::Range;
 
-use realfft::RealFftPlanner;
 use thiserror::Error;
 
+use super::accumulator::SpectrumAccumulator;
 use super::third_octave::ThirdOctaveBand;
 
 /// Why there is no spectrum.
@@ -55,7 +56,7 @@ pub enum SpectrumError {
 }
 
 /// Fewest samples that are transformed.
-const FEWEST_SAMPLES: usize = 8;
+pub(super) const FEWEST_SAMPLES: usize = 8;
 
 /// One-sided power spectrum of a real signal, its mean removed.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,51 +89,9 @@ impl PowerSpectrum {
     /// # Errors
     /// Fewer than 8 samples, a time that is not positive and finite, a sample that is not finite.
     pub fn of(signal: &[f64], time_step: f64, segment: Option<f64>) -> Result<Self, SpectrumError> {
-        let samples = signal.len();
-        if samples < FEWEST_SAMPLES {
-            return Err(SpectrumError::TooShort { samples, needed: FEWEST_SAMPLES });
-        }
-        for (quantity, value) in [("the time step", time_step), ("the segment length", segment.unwrap_or(1.0))] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(SpectrumError::BadTime { quantity, value });
-            }
-        }
-        if let Some((index, &value)) = signal.iter().enumerate().find(|(_, value)| !value.is_finite()) {
-            return Err(SpectrumError::NotFinite { index, value });
-        }
-
-        let mean = signal.iter().sum::<f64>() / samples as f64;
-        let longest_segment = 2.0 * samples as f64;
-        let wanted = segment
-            .map_or(longest_segment, |seconds| (seconds / time_step).clamp(FEWEST_SAMPLES as f64, longest_segment));
-        let hops = ((longest_segment / wanted).round() as usize).max(1);
-        let hop = samples as f64 / hops as f64;
-
-        // An even length that a mixed-radix transform likes; zeros in the tail change no energy.
-        let length = fast_length((2.0 * hop).ceil() as usize + 2);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-        let mut segment = transform.make_input_vec();
-        let mut bins = transform.make_output_vec();
-        let mut scratch = transform.make_scratch_vec();
-        let mut power = vec![0.0; bins.len()];
-        for index in 0..=hops {
-            let weight = if index == 0 || index == hops { 0.5 } else { 1.0 };
-            fill_segment(&mut segment, signal, mean, index as f64 * hop, hop);
-            // The lengths match by construction, the only thing the transform can complain about.
-            if transform.process_with_scratch(&mut segment, &mut bins, &mut scratch).is_ok() {
-                for (sum, bin) in power.iter_mut().zip(&bins) {
-                    *sum += weight * bin.norm_sqr();
-                }
-            }
-        }
-        // Parseval: sum_n x_n^2 = (1/length) sum over all bins; every bin but the first and the last (even length) is there twice.
-        let scale = 1.0 / (length as f64 * samples as f64);
-        let last = power.len() - 1;
-        for (k, value) in power.iter_mut().enumerate() {
-            *value *= if k == 0 || k == last { scale } else { 2.0 * scale };
-        }
-        let resolution = 1.0 / (length as f64 * time_step);
-        Ok(Self { mean, resolution, power, nyquist: 0.5 / time_step })
+        let mut accumulator = SpectrumAccumulator::new(signal.len(), time_step, segment)?;
+        signal.iter().for_each(|&value| accumulator.push(value));
+        accumulator.finish()
     }
 
     /// Mean square of the signal less its mean: all the power there is \[unit^2\].
@@ -185,47 +144,6 @@ impl PowerSpectrum {
     }
 }
 
-/// Weighted samples of the segment around `centre`, reflected at both ends of the record; zeros behind it.
-fn fill_segment(segment: &mut [f64], signal: &[f64], mean: f64, centre: f64, hop: f64) {
-    let samples = signal.len() as i64;
-    let begin = (centre - hop).floor() as i64;
-    for (offset, value) in segment.iter_mut().enumerate() {
-        let index = begin + offset as i64;
-        // Sample n sits in the middle of its interval (n, n + 1), so that both ends of the record are alike.
-        let distance = (index as f64 + 0.5 - centre) / hop;
-        *value = if distance.abs() < 1.0 {
-            let reflected = if index < 0 {
-                -1 - index
-            } else if index >= samples {
-                2 * samples - 1 - index
-            } else {
-                index
-            };
-            let weight = (0.5 * std::f64::consts::PI * distance).cos();
-            weight * (signal[reflected as usize] - mean)
-        } else {
-            0.0
-        };
-    }
-}
-
-/// The smallest even number >= `length` with no prime factor above 5.
-fn fast_length(length: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for prime in [2, 3, 5] {
-            while n.is_multiple_of(prime) {
-                n /= prime;
-            }
-        }
-        n == 1
-    };
-    let mut even = length.max(2).next_multiple_of(2);
-    while !smooth(even) {
-        even += 2;
-    }
-    even
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -234,6 +152,7 @@ mod tests {
     use rand::RngExt;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
+    use realfft::RealFftPlanner;
     use realfft::num_complex::Complex64;
 
     use super::*;

@@ -67,6 +67,14 @@ pub enum ResultsError {
         /// Length of the row.
         got: usize,
     },
+    /// An array to be gone on with is not the one that was begun.
+    #[error("{} is not the array that was begun: it lacks some of its first {rows} rows, or has another type or width", path.display())]
+    NotThisArray {
+        /// The array's file.
+        path: PathBuf,
+        /// Rows that it must have.
+        rows: u64,
+    },
     /// A summary that cannot be written as JSON.
     #[error("cannot write {} as JSON: {source}", path.display())]
     Json {

@@ -1,20 +1,30 @@
 //! The life of a results folder: under its final name there is a complete set of results or nothing of this run.
 //!
 //! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever stands there
-//!    already may be replaced: an empty folder, or an earlier results folder to which nobody has added anything.
-//! 2. Files are written there.
+//!    already may be replaced: an empty folder, or an earlier results folder to which nobody has added anything. A file in it is locked as long as the process lives.
+//! 2. Files are written there; from the first checkpoint on ([`ResultsFolder::keep_if_stopped`]) the folder outlives its process.
 //! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), moves an older folder aside, gives the new one its
-//!    name and deletes the older one. If the last rename fails the older one gets its name back.
-//! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`.
-//! 5. Dropped without either (an error, a panic), the folder is deleted, and parents that were made for it, too.
+//!    name, deletes the older one, and last the checkpoint. If the last rename fails the older one gets its name back.
+//! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where another process, or somebody's files, are in
+//!    the way, it keeps the name that it has.
+//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same folder. What another process has locked is refused.
+//! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were made for it, too.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use super::checkpoint::{CHECKPOINT_FILE, CheckpointError, SCENE_FILE, TEMPORARY_FILE};
 use super::error::ResultsError;
 use super::summary::{FORMAT, Marker, SUMMARY_FILE, Summary};
+
+/// Locked while a process writes to the folder.
+const LOCK_FILE: &str = "lock";
+/// What an unfinished run needs and a finished one does not.
+const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
+/// What the name of an unfinished run adds to the final one.
+const PARTIAL: &str = ".partial";
 
 /// A results folder being filled.
 #[derive(Debug)]
@@ -24,6 +34,9 @@ pub struct ResultsFolder {
     /// Parents that did not exist, innermost first.
     made_parents: Vec<PathBuf>,
     finished: bool,
+    keep: bool,
+    /// Held, not read: the lock ends with it.
+    _lock: Option<File>,
 }
 
 impl ResultsFolder {
@@ -42,7 +55,40 @@ impl ResultsFolder {
             fs::create_dir_all(parent).map_err(ResultsError::creating(parent))?;
         }
         let working = create_fresh(target)?;
-        Ok(Self { target: target.to_owned(), working, made_parents, finished: false })
+        // A lock protects a checkpoint, and there is none yet: a file system without locks is no reason not to run.
+        let lock = lock(&working).unwrap_or_default();
+        Ok(Self { target: target.to_owned(), working, made_parents, finished: false, keep: false, _lock: lock })
+    }
+
+    /// Goes on with an unfinished run, named by its final place or by its own folder.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, or a process that still writes to it.
+    pub fn reopen(path: &Path) -> Result<Self, CheckpointError> {
+        let working = unfinished(path)?;
+        let lock = lock(&working)?;
+        let target = final_name(&working).unwrap_or_else(|| path.to_owned());
+        Ok(Self { target, working, made_parents: Vec::new(), finished: false, keep: true, _lock: lock })
+    }
+
+    /// From now on the folder stays if the process ends before the run does: it holds a checkpoint.
+    pub fn keep_if_stopped(&mut self) {
+        self.keep = true;
+    }
+
+    /// Whether the folder holds a checkpoint to go on from.
+    pub fn holds_checkpoint(&self) -> bool {
+        self.keep
+    }
+
+    /// Deletes the folder: its run cannot be gone on with.
+    pub fn discard(mut self) {
+        self.keep = false;
+    }
+
+    /// Where the files are now.
+    pub fn working(&self) -> &Path {
+        &self.working
     }
 
     /// Where the results will be found.
@@ -66,43 +112,129 @@ impl ResultsFolder {
     /// Completes the results and returns their place. All writers must be finished.
     ///
     /// # Errors
-    /// As [`ResultsFolder::create`], [`ResultsError::Write`], [`ResultsError::Rename`]; the folder is gone then, an older one is where it was.
+    /// As [`ResultsFolder::create`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was then, and this one is gone unless it
+    /// holds a checkpoint.
     pub fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
-        let target = self.target.clone();
-        self.seal(Summary { complete: true, ..summary }, target)
+        self.write_summary(Summary { complete: true, ..summary }, &SERVICE_FILES)?;
+        // The place may have changed hands during the run.
+        check_replaceable(&self.target)?;
+        replace(&self.working, &self.target)?;
+        self.finished = true;
+        for name in SERVICE_FILES {
+            // Of no use any more, and no harm either if they cannot be removed.
+            let _ = fs::remove_file(self.target.join(name));
+        }
+        Ok(self.target.clone())
     }
 
-    /// Keeps what an interrupted run has written, as `<final>.partial`, and returns that place. All writers must be finished.
+    /// Keeps what an interrupted run has written, as `<final>.partial` if that is free, and returns that place. All writers must be finished.
     ///
     /// # Errors
-    /// As [`ResultsFolder::finish`].
+    /// [`ResultsError::Write`], [`ResultsError::Rename`].
     pub fn finish_partial(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
-        let target = with_suffix(&self.target, ".partial");
-        self.seal(Summary { complete: false, ..summary }, target)
+        self.write_summary(Summary { complete: false, ..summary }, &[LOCK_FILE])?;
+        let kept = self.settle()?;
+        let _ = fs::remove_file(kept.join(LOCK_FILE));
+        Ok(kept)
     }
 
-    fn seal(&mut self, mut summary: Summary, target: PathBuf) -> Result<PathBuf, ResultsError> {
+    /// Keeps the folder with its checkpoint after a failure, as `<final>.partial` if that is free; returns its place.
+    pub fn stay(mut self) -> PathBuf {
+        self.settle().unwrap_or_else(|_| self.working.clone())
+    }
+
+    /// Takes the name `<final>.partial`, or keeps the present one where that is somebody else's.
+    fn settle(&mut self) -> Result<PathBuf, ResultsError> {
+        self.finished = true;
+        let target = with_suffix(&self.target, PARTIAL);
+        let free = target != self.working && check_replaceable(&target).is_ok() && !in_use(&target);
+        if !free {
+            return Ok(self.working.clone());
+        }
+        replace(&self.working, &target)?;
+        Ok(target)
+    }
+
+    fn write_summary(&self, mut summary: Summary, but: &[&str]) -> Result<(), ResultsError> {
         let mut files = entries(&self.working).map_err(ResultsError::writing(&self.working))?;
         files.push(SUMMARY_FILE.to_owned());
+        files.retain(|name| !but.contains(&name.as_str()));
         files.sort();
         files.dedup();
         summary.files = files;
         let summary_path = self.path(SUMMARY_FILE);
         write_file(&summary_path, summary.to_json(&summary_path)?.as_bytes())?;
         // Every writer has brought its own file to the disk; their names are left.
-        sync_folder(&self.working).map_err(ResultsError::writing(&self.working))?;
-
-        // The place may have changed hands during the run.
-        check_replaceable(&target)?;
-        replace(&self.working, &target)?;
-        self.finished = true;
-        Ok(target)
+        sync_folder(&self.working).map_err(ResultsError::writing(&self.working))
     }
+}
+
+/// The folder of an unfinished run with a checkpoint, by the run's final name or by the folder's own.
+///
+/// # Errors
+/// [`CheckpointError`] unless there is exactly one.
+pub fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
+    let has_checkpoint = |folder: &Path| folder.join(CHECKPOINT_FILE).is_file();
+    if final_name(path).is_some() && path.is_dir() {
+        let path = path.to_owned();
+        return if has_checkpoint(&path) { Ok(path) } else { Err(CheckpointError::NoCheckpoint { path }) };
+    }
+    let mut found = partial_folders(path);
+    let without = found.iter().find(|folder| !has_checkpoint(folder)).cloned();
+    found.retain(|folder| has_checkpoint(folder));
+    match (found.len(), without) {
+        (1, _) => Ok(found.remove(0)),
+        (0, Some(path)) => Err(CheckpointError::NoCheckpoint { path }),
+        (0, None) if path.join(SUMMARY_FILE).is_file() => Err(CheckpointError::Complete { path: path.to_owned() }),
+        (0, None) => Err(CheckpointError::Nothing { path: path.to_owned() }),
+        _ => Err(CheckpointError::Several { found }),
+    }
+}
+
+/// Folders of unfinished runs of a final name, sorted.
+fn partial_folders(target: &Path) -> Vec<PathBuf> {
+    let Some(name) = target.file_name() else { return Vec::new() };
+    let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = entries(parent) else { return Vec::new() };
+    let name = name.to_string_lossy();
+    let mut names: Vec<String> = entries
+        .into_iter()
+        .filter(|entry| {
+            let rest = entry.strip_prefix(name.as_ref()).and_then(|rest| rest.strip_prefix(PARTIAL));
+            rest.is_some_and(|rest| rest.is_empty() || (rest.starts_with('-') && !rest.ends_with("-old")))
+        })
+        .collect();
+    names.sort();
+    names.into_iter().map(|name| target.with_file_name(name)).filter(|folder| folder.is_dir()).collect()
+}
+
+/// The final name of an unfinished run's folder.
+fn final_name(folder: &Path) -> Option<PathBuf> {
+    let name = folder.file_name()?.to_str()?;
+    let (name, rest) = name.rsplit_once(PARTIAL)?;
+    (!name.is_empty() && (rest.is_empty() || rest.starts_with('-'))).then(|| folder.with_file_name(name))
+}
+
+/// Locks a folder for this process, as long as the file lives; `None` where the file system knows no locks.
+fn lock(folder: &Path) -> Result<Option<File>, CheckpointError> {
+    let path = folder.join(LOCK_FILE);
+    let file = File::create(&path).map_err(|source| CheckpointError::Io { path, source })?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Err(CheckpointError::Running { path: folder.to_owned() }),
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+/// Whether a process writes to a folder.
+fn in_use(folder: &Path) -> bool {
+    let file = File::open(folder.join(LOCK_FILE));
+    file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
 }
 
 impl Drop for ResultsFolder {
     fn drop(&mut self) {
-        if self.finished {
+        if self.finished || self.keep {
             return;
         }
         // Nothing more can be done about a failure here; the name says that it is no result.
@@ -137,7 +269,10 @@ fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
         .and_then(|bytes| serde_json::from_slice::<Marker>(&bytes).ok())
         .filter(|marker| marker.format == FORMAT)
         .ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
-    match present.into_iter().find(|name| name != SUMMARY_FILE && !marker.files.contains(name)) {
+    let ours = |name: &String| {
+        name == SUMMARY_FILE || SERVICE_FILES.contains(&name.as_str()) || marker.files.contains(name)
+    };
+    match present.into_iter().find(|name| !ours(name)) {
         Some(entry) => Err(ResultsError::ForeignEntry { path: target.to_owned(), entry }),
         None => Ok(()),
     }
@@ -176,7 +311,7 @@ fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
     let process = std::process::id();
     let mut attempt = 0_u32;
     loop {
-        let suffix = if attempt == 0 { format!(".partial-{process}") } else { format!(".partial-{process}-{attempt}") };
+        let suffix = if attempt == 0 { format!("{PARTIAL}-{process}") } else { format!("{PARTIAL}-{process}-{attempt}") };
         let path = with_suffix(target, &suffix);
         match fs::create_dir(&path) {
             Ok(()) => return Ok(path),
@@ -208,7 +343,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 }
 
 /// Brings the names in a folder to the disk, where the system can do that.
-fn sync_folder(folder: &Path) -> io::Result<()> {
+pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
@@ -331,6 +466,56 @@ mod tests {
             let npy = npyz::NpyFile::new(File::open(kept.join("time.npy")).unwrap()).unwrap();
             assert_eq!(npy.shape(), [u64::from(rows)]);
         }
+    }
+
+    /// An unfinished run with a checkpoint, as a process that was killed leaves it.
+    fn killed(target: &Path) -> PathBuf {
+        let mut folder = ResultsFolder::create(target).unwrap();
+        folder.write_text("time.npy", "half").unwrap();
+        super::super::checkpoint::write(folder.working(), b"state").unwrap();
+        folder.keep_if_stopped();
+        let working = folder.working().to_owned();
+        drop(folder);
+        working
+    }
+
+    #[test]
+    fn a_killed_run_is_found_by_its_name_and_finished_without_a_trace() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Nothing { .. })));
+        let working = killed(&target);
+        for name in [&target, &working] {
+            let again = ResultsFolder::reopen(name).unwrap();
+            assert_eq!((again.working(), again.target()), (working.as_path(), target.as_path()));
+            // A second process is kept out; so is a run that is interrupted and would like that name.
+            assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Running { .. })));
+        }
+        let again = ResultsFolder::reopen(&target).unwrap();
+        let kept = again.finish_partial(example()).unwrap();
+        assert_eq!((kept.as_path(), names(place.path())), (place.path().join("run.partial").as_path(), vec!["run.partial".into()]));
+        assert_eq!(names(&kept), ["checkpoint", "summary.json", "time.npy"]);
+        let last = ResultsFolder::reopen(&target).unwrap();
+        assert_eq!(last.finish(example()).unwrap(), target);
+        assert_eq!(names(place.path()), ["run"]);
+        assert_eq!(names(&target), ["summary.json", "time.npy"]);
+        assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Complete { .. })));
+    }
+
+    #[test]
+    fn an_interrupted_run_leaves_one_that_is_being_resumed_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        killed(&target);
+        let resumed = ResultsFolder::reopen(&target).unwrap().finish_partial(example()).unwrap();
+        let resumed = ResultsFolder::reopen(&resumed).unwrap();
+        let other = killed(&target);
+        let both = ResultsFolder::reopen(&target).unwrap_err();
+        assert!(matches!(&both, CheckpointError::Several { found } if found.len() == 2), "{both}");
+        let kept = ResultsFolder::reopen(&other).unwrap().finish_partial(example()).unwrap();
+        assert_eq!(kept, other, "the name run.partial is taken");
+        resumed.finish(example()).unwrap();
+        assert!(names(&target).contains(&"time.npy".to_owned()));
     }
 
     #[test]

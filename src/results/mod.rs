@@ -1,8 +1,9 @@
 //! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
 //!
-//! [`folder`] decides when and under which name the rest appears; [`npy`] streams arrays while the run goes on; [`summary`],
+//! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run beside it; [`npy`] streams arrays while the run goes on; [`summary`],
 //! [`spectra`] and [`plots`] are written at its end; [`profile_table`] is for the terminal.
 
+pub mod checkpoint;
 pub mod error;
 pub mod folder;
 pub mod npy;
@@ -12,6 +13,7 @@ pub mod spectra;
 pub mod summary;
 pub mod table;
 
+pub use checkpoint::CheckpointError;
 pub use error::ResultsError;
 pub use folder::ResultsFolder;
 pub use npy::{NpyWriter, Row};

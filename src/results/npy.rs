@@ -5,8 +5,8 @@
 //! valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`].
 //! The crate npyz reads these files (see the tests) but patches one-dimensional shapes only.
 
-use std::fs::File;
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
@@ -86,6 +86,50 @@ impl<T: NpyNumber> NpyWriter<T> {
         Ok(writer)
     }
 
+    /// Goes on with a file of which the first `rows` rows count; what follows them is cut off.
+    ///
+    /// # Errors
+    /// [`ResultsError::NotThisArray`] for another type or shape of row, or too few rows; [`ResultsError::Write`].
+    pub fn reopen(path: &Path, row: Row, rows: u64) -> Result<Self, ResultsError> {
+        let writing = || ResultsError::writing(path);
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(writing())?;
+        let mut found = [0; HEADER_BYTES];
+        let complete = file.read_exact(&mut found).is_ok();
+        let length = file.metadata().map_err(writing())?.len();
+        let mut writer =
+            Self { path: path.to_owned(), file: BufWriter::with_capacity(BUFFER_BYTES, file), row, rows, number: PhantomData };
+        // Everything but the number of rows, which the file may not know yet.
+        let same = (0..=length / 8).contains(&rows) && {
+            let text = |bytes: &[u8]| {
+                let text = String::from_utf8_lossy(&bytes[10..]).into_owned();
+                let (before, shape) = text.split_once('(').unwrap_or((&text, ""));
+                (before.to_owned(), shape.split_once(',').unwrap_or(("", shape)).1.trim_end().to_owned())
+            };
+            found[..10] == header(T::DESCRIPTOR, row, 0)[..10] && text(&found) == text(&header(T::DESCRIPTOR, row, 0))
+        };
+        if !complete || !same || length < writer.bytes() {
+            return Err(ResultsError::NotThisArray { path: path.to_owned(), rows });
+        }
+        let bytes = writer.bytes();
+        writer
+            .file
+            .get_ref()
+            .set_len(bytes)
+            .and_then(|()| writer.file.seek(SeekFrom::End(0)).map(|_| ()))
+            .map_err(writing())?;
+        writer.checkpoint()?;
+        Ok(writer)
+    }
+
+    /// As [`Self::checkpoint`], and brings the data to the disk.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn sync(&mut self) -> Result<(), ResultsError> {
+        self.checkpoint()?;
+        self.file.get_ref().sync_data().map_err(ResultsError::writing(&self.path))
+    }
+
     /// Appends one row.
     ///
     /// # Errors
@@ -131,8 +175,7 @@ impl<T: NpyNumber> NpyWriter<T> {
     /// # Errors
     /// [`ResultsError::Write`].
     pub fn finish(mut self) -> Result<u64, ResultsError> {
-        self.checkpoint()?;
-        self.file.get_ref().sync_all().map_err(ResultsError::writing(&self.path))?;
+        self.sync()?;
         Ok(self.rows)
     }
 }
@@ -202,6 +245,34 @@ mod tests {
         }
         assert_eq!(writer.finish().unwrap(), 1000);
         assert_eq!(read::<i64>(&path), (vec![1000], (-500..500).collect()));
+    }
+
+    #[test]
+    fn a_file_goes_on_after_the_rows_that_count() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.npy");
+        let rows: Vec<[f64; 3]> = (0..50).map(|n| [f64::from(n), 0.5, -1.0]).collect();
+        let mut whole = NpyWriter::<f64>::create(&path, Row::Columns(3)).unwrap();
+        rows.iter().for_each(|row| whole.push(row).unwrap());
+        whole.finish().unwrap();
+        let expected = std::fs::read(&path).unwrap();
+        // A header that counts too many rows, too few, or none, and half a row at the end.
+        for counted in [50, 7, 0] {
+            let mut bytes = expected[..expected.len() - 5].to_vec();
+            bytes[..HEADER_BYTES].copy_from_slice(&header("<f8", Row::Columns(3), counted));
+            std::fs::write(&path, bytes).unwrap();
+            let mut again = NpyWriter::<f64>::reopen(&path, Row::Columns(3), 20).unwrap();
+            assert_eq!(read::<f64>(&path).0, [20, 3]);
+            rows[20..].iter().for_each(|row| again.push(row).unwrap());
+            again.finish().unwrap();
+            assert_eq!(std::fs::read(&path).unwrap(), expected);
+        }
+        let refused = |rows, row| NpyWriter::<f64>::reopen(&path, row, rows).unwrap_err();
+        for error in [refused(51, Row::Columns(3)), refused(u64::MAX, Row::Scalar), refused(5, Row::Columns(4)), refused(5, Row::Scalar)] {
+            assert!(matches!(error, ResultsError::NotThisArray { .. }), "{error}");
+        }
+        assert!(NpyWriter::<i64>::reopen(&path, Row::Columns(3), 5).is_err());
+        assert_eq!(std::fs::read(&path).unwrap(), expected, "a refused file is left alone");
     }
 
     #[test]

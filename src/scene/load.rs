@@ -96,6 +96,24 @@ impl LoadedScene {
         Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new())
     }
 
+    /// A scene that was loaded before: its settings as written and as used, both as TOML, and where they came from.
+    ///
+    /// # Errors
+    /// As [`Scene::from_str`].
+    pub fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
+        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new())?;
+        let written = Self::new(written.to_owned(), path, PathBuf::new())?;
+        Ok(Self { scene: used.scene, folder, ..written })
+    }
+
+    /// The settings as written, as [`Scene::to_toml`].
+    ///
+    /// # Errors
+    /// As [`Scene::to_toml`].
+    pub fn written_toml(&self) -> Result<String, SceneError> {
+        self.written.to_toml()
+    }
+
     /// The scene's name: its file's name without the ending.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()

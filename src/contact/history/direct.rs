@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::PastForces;
 use crate::contact::tread::{LagKernel, padded};
+use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
 const CHUNKS: usize = 32;
@@ -98,6 +99,28 @@ impl PastForces for DirectHistory {
         let to = forces.iter().rposition(|&force| force > 0.0).map_or(from, |last| last + 1);
         self.marks[row] = Mark { first_element, from: from as u32, to: to as u32 };
         self.steps += 1;
+    }
+
+    fn save(&self, state: &mut StateWriter) {
+        state.count(self.steps);
+        state.numbers(&self.forces);
+        for mark in &self.marks {
+            state.whole(mark.first_element);
+            state.count(u64::from(mark.from) << 32 | u64::from(mark.to));
+        }
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.steps = state.count()?;
+        state.numbers_into(&mut self.forces)?;
+        for mark in &mut self.marks {
+            let (first_element, columns) = (state.whole()?, state.count()?);
+            *mark = Mark { first_element, from: (columns >> 32) as u32, to: columns as u32 };
+            if mark.from > mark.to || mark.to as usize > self.columns {
+                return Err(StateError::Value);
+            }
+        }
+        Ok(())
     }
 }
 

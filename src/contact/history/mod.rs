@@ -9,6 +9,8 @@ pub mod modes;
 pub use direct::DirectHistory;
 pub use modes::ModalHistory;
 
+use crate::numeric::{StateError, StateReader, StateWriter};
+
 /// A way to carry the past along.
 pub trait PastForces: Send {
     /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the multiply-adds it took. Called once
@@ -17,4 +19,13 @@ pub trait PastForces: Send {
 
     /// Takes note of the step's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
+
+    /// Takes the state down; the same bytes for any number of threads.
+    fn save(&self, state: &mut StateWriter);
+
+    /// Goes on from the state of an equal history, on any number of threads.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 }

@@ -28,6 +28,7 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::PastForces;
+use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
@@ -164,6 +165,34 @@ impl PastForces for ModalHistory {
             self.forces[(first + index) % self.elements] = force;
         }
     }
+
+    fn save(&self, state: &mut StateWriter) {
+        state.numbers(&self.forces);
+        // List by list through all blocks: how wavenumbers are split over threads does not show.
+        for list in 0..self.blocks[0].states().len() {
+            state.count(self.blocks.iter().map(|block| block.states()[list].len() as u64).sum());
+            self.blocks.iter().flat_map(|block| block.states()[list]).for_each(|&value| state.number(value));
+        }
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        state.numbers_into(&mut self.forces)?;
+        for list in 0..self.blocks[0].states().len() {
+            let values = state.numbers()?;
+            let expected = self.blocks.iter().map(|block| block.states()[list].len()).sum();
+            if values.len() != expected {
+                return Err(StateError::Length { expected, found: values.len() });
+            }
+            let mut rest = values.as_slice();
+            for block in &mut self.blocks {
+                let target = &mut block.states_mut()[list];
+                let (own, others) = rest.split_at(target.len());
+                target.copy_from_slice(own);
+                rest = others;
+            }
+        }
+        Ok(())
+    }
 }
 
 impl Block {
@@ -194,6 +223,16 @@ impl Block {
         let zeros = || vec![0.0; block.g[0].len()];
         let state = [[zeros(), zeros()], [zeros(), zeros()]];
         Some(Self { ahead: state.clone(), behind: state, ..block })
+    }
+
+    /// All that evolves, list by list.
+    fn states(&self) -> Vec<&Vec<f64>> {
+        self.ahead.iter().chain(&self.behind).flatten().collect()
+    }
+
+    /// As [`Self::states`], to be changed.
+    fn states_mut(&mut self) -> Vec<&mut Vec<f64>> {
+        self.ahead.iter_mut().chain(&mut self.behind).flatten().collect()
     }
 }
 

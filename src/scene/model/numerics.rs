@@ -87,7 +87,7 @@ pub enum TimeRule {
 }
 
 /// What is written to the results folder beside `summary.json`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outputs {
     /// `time.npy`, `total_force.npy`, `patch_force.npy`, `patch_element.npy`.
     pub arrays: bool,
@@ -95,10 +95,12 @@ pub struct Outputs {
     pub spectra: bool,
     /// SVG plots.
     pub plots: bool,
+    /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
+    pub checkpoint_interval: f64,
 }
 
 impl Default for Outputs {
     fn default() -> Self {
-        Self { arrays: true, spectra: true, plots: true }
+        Self { arrays: true, spectra: true, plots: true, checkpoint_interval: 60.0 }
     }
 }

@@ -1,0 +1,250 @@
+//! All that an unfinished run is: who it belongs to, and the state that its next steps depend on.
+//!
+//! A checkpoint is used only by the version that wrote it, with the scene and the road file that it was written for, and where the tyre's influence functions come out
+//! with the same bits: then the run goes on as if it had never stopped.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use sha2::{Digest, Sha256};
+
+use super::error::RunError;
+use super::prepare::Prepared;
+use super::record::Record;
+use crate::meter::{Counter, Meter, Stage, StageCost};
+use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::results::ResultsError;
+use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
+use crate::results::folder::ResultsFolder;
+use crate::scene::LoadedScene;
+
+/// What a checkpoint belongs to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// The scene as used, as TOML.
+    scene: String,
+    /// The scene as written, as TOML.
+    written: String,
+    /// The scene's file.
+    path: String,
+    /// SHA-256 of the road file's content; empty without one.
+    road: String,
+}
+
+impl Identity {
+    /// Of a scene; reads its road file once.
+    ///
+    /// # Errors
+    /// A scene that TOML cannot hold, a road file that cannot be read.
+    pub fn of(loaded: &LoadedScene) -> Result<Self, RunError> {
+        let road = match loaded.scene.road.file() {
+            Some(file) => file_digest(file).map_err(|source| CheckpointError::Io { path: file.to_owned(), source })?,
+            None => String::new(),
+        };
+        Ok(Self {
+            scene: loaded.scene.to_toml()?,
+            written: loaded.written_toml()?,
+            path: loaded.path.to_string_lossy().into_owned(),
+            road,
+        })
+    }
+
+    /// The scene as used, as TOML.
+    pub fn scene(&self) -> &str {
+        &self.scene
+    }
+}
+
+/// The moving parts of a run between two steps.
+pub struct Moving<'a> {
+    /// Contact, road and axle.
+    pub prepared: &'a mut Prepared,
+    /// What is recorded.
+    pub record: &'a mut Record,
+    /// Its work counters.
+    pub meter: &'a mut Meter,
+}
+
+/// The body of a run's checkpoint; `wall` is the wall time of the run so far.
+fn encode(identity: &Identity, moving: &Moving<'_>, wall: Duration) -> Vec<u8> {
+    let mut state = StateWriter::default();
+    state.text(env!("CARGO_PKG_VERSION"));
+    state.text(&text_digest(&identity.scene));
+    for text in [&identity.written, &identity.path, &identity.road] {
+        state.text(text);
+    }
+    state.count(moving.prepared.march.next_step());
+    state.text(&influence_digest(moving.prepared));
+    state.count(nanoseconds(wall));
+    for stage in Stage::ALL {
+        let cost = moving.meter.cost(stage);
+        state.counts(&[cost.calls, nanoseconds(cost.wall)]);
+    }
+    state.counts(&Counter::ALL.map(|counter| moving.meter.counted(counter)));
+    moving.record.save(&mut state);
+    moving.prepared.axle.save(&mut state);
+    moving.prepared.road.save(&mut state);
+    moving.prepared.march.save(&mut state);
+    state.into_bytes()
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// A checkpoint that belongs to a known scene, version and road; its state is still to be read.
+pub struct Checkpoint {
+    path: PathBuf,
+    body: Vec<u8>,
+    /// Where the state begins in the body.
+    begin: usize,
+    /// Steps done.
+    pub steps: u64,
+    /// The scene that it belongs to.
+    pub loaded: LoadedScene,
+}
+
+impl Checkpoint {
+    /// Reads the checkpoint of an unfinished run and checks whose it is.
+    ///
+    /// # Errors
+    /// [`CheckpointError`].
+    pub fn read(folder: &Path) -> Result<Self, RunError> {
+        let body = checkpoint::read(folder)?;
+        let path = folder.join(CHECKPOINT_FILE);
+        let unusable = |reason: Unusable| CheckpointError::Unusable { path: path.clone(), reason };
+        let of_state = |error: StateError| unusable(error.into());
+        let mut state = StateReader::new(&body);
+        let program = state.text().map_err(of_state)?;
+        if program != env!("CARGO_PKG_VERSION") {
+            return Err(unusable(Unusable::Program { found: program.to_owned() }).into());
+        }
+        let scene_path = folder.join(SCENE_FILE);
+        let scene = std::fs::read_to_string(&scene_path)
+            .map_err(|source| CheckpointError::Io { path: scene_path, source })?;
+        if state.text().map_err(of_state)? != text_digest(&scene) {
+            return Err(unusable(Unusable::Scene).into());
+        }
+        let mut text = || state.text().map_err(of_state);
+        let (written, name, road) = (text()?, PathBuf::from(text()?), text()?);
+        let source = name.parent().map(Path::to_owned).unwrap_or_default();
+        let loaded = LoadedScene::restored(written, &scene, name, source)?;
+        if Identity::of(&loaded)?.road != road {
+            let file = loaded.scene.road.file().unwrap_or(Path::new("")).to_owned();
+            return Err(unusable(Unusable::Road { file }).into());
+        }
+        let steps = state.count().map_err(of_state)?;
+        let begin = body.len() - state.left();
+        Ok(Self { path, begin, steps, loaded, body })
+    }
+
+    /// Brings a prepared run to the state; returns the wall time that it had taken before.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Unusable`]; the parts are of no use then.
+    pub fn restore(&self, moving: &mut Moving<'_>) -> Result<Duration, RunError> {
+        let unusable = |reason| CheckpointError::Unusable { path: self.path.clone(), reason };
+        let mut state = StateReader::new(&self.body[self.begin..]);
+        let influence = state.text().map_err(|error| unusable(error.into()))?;
+        if influence != influence_digest(moving.prepared) {
+            return Err(unusable(Unusable::Influence).into());
+        }
+        let read = |state: &mut StateReader<'_>, moving: &mut Moving<'_>| -> Result<Duration, StateError> {
+            let wall = Duration::from_nanos(state.count()?);
+            for stage in Stage::ALL {
+                let mut cost = [0; 2];
+                state.counts_into(&mut cost)?;
+                let [calls, wall] = cost;
+                moving.meter.add_cost(stage, StageCost { calls, wall: Duration::from_nanos(wall) });
+            }
+            let mut counts = [0; Counter::ALL.len()];
+            state.counts_into(&mut counts)?;
+            for (counter, amount) in Counter::ALL.into_iter().zip(counts) {
+                moving.meter.set_count(counter, amount);
+            }
+            moving.record.restore(state)?;
+            moving.prepared.axle.restore(state)?;
+            Ok(wall)
+        };
+        let wall = read(&mut state, moving).map_err(|error| unusable(error.into()))?;
+        let road = moving.prepared.road.restore(&mut state, moving.meter)?;
+        road.and_then(|()| moving.prepared.march.restore(&mut state))
+            .and_then(|()| state.end())
+            .and_then(|()| if moving.prepared.march.next_step() == self.steps { Ok(()) } else { Err(StateError::Value) })
+            .map_err(|error| unusable(error.into()))?;
+        Ok(wall)
+    }
+}
+
+/// Writes checkpoints as the time comes.
+pub struct Checkpoints {
+    identity: Identity,
+    interval: Option<Duration>,
+    last: Instant,
+    /// When this process began with the run, and the wall time before that.
+    begin: Instant,
+    earlier: Duration,
+}
+
+impl Checkpoints {
+    /// Every `interval` seconds of wall time, not at all for 0; the run began at `begin` and had taken `earlier` before.
+    pub fn new(identity: Identity, interval: f64, begin: Instant, earlier: Duration) -> Self {
+        let interval = Duration::try_from_secs_f64(interval).ok().filter(|interval| !interval.is_zero());
+        Self { identity, interval, last: Instant::now(), begin, earlier }
+    }
+
+    /// Wall time of the whole run so far.
+    pub fn wall(&self) -> Duration {
+        self.earlier + self.begin.elapsed()
+    }
+
+    /// Whether it is time for one.
+    pub fn due(&self) -> bool {
+        self.interval.is_some_and(|interval| self.last.elapsed() >= interval)
+    }
+
+    /// Brings the arrays to the disk, then the state.
+    ///
+    /// # Errors
+    /// [`ResultsError`]; the checkpoint before stays whole then.
+    pub fn write(&mut self, folder: &mut ResultsFolder, moving: &mut Moving<'_>) -> Result<(), ResultsError> {
+        moving.record.sync(moving.meter)?;
+        if !folder.holds_checkpoint() {
+            folder.write_text(SCENE_FILE, self.identity.scene())?;
+        }
+        let begin = Instant::now();
+        checkpoint::write(folder.working(), &encode(&self.identity, moving, self.wall()))?;
+        folder.keep_if_stopped();
+        moving.meter.add_time(Stage::Output, begin.elapsed());
+        self.last = Instant::now();
+        Ok(())
+    }
+}
+
+/// SHA-256 of the first weights: other bits there mean other bits everywhere.
+fn influence_digest(prepared: &Prepared) -> String {
+    let mut hash = Sha256::new();
+    prepared.march.kernel().instant.iter().for_each(|value| hash.update(value.to_le_bytes()));
+    hexadecimal(hash)
+}
+
+fn text_digest(text: &str) -> String {
+    hexadecimal(Sha256::new_with_prefix(text))
+}
+
+fn file_digest(path: &Path) -> std::io::Result<String> {
+    let mut reader = BufReader::with_capacity(1 << 16, File::open(path)?);
+    let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match reader.read(&mut block)? {
+            0 => return Ok(hexadecimal(hash)),
+            count => hash.update(&block[..count]),
+        }
+    }
+}
+
+fn hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,82 @@
+//! No step of the contact allocates: counted, on all threads.
+//!
+//! One test only in this file: whatever else ran beside it would be counted, too.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::alloc::System;
+
+use common::{scene, scene_text};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use tyrewave::contact::slice_queue::SliceQueue;
+use tyrewave::meter::Meter;
+use tyrewave::pipeline::Plan;
+use tyrewave::pipeline::prepare::prepare;
+use tyrewave::road::slices::StiffnessCurve;
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Steps whose allocations are counted.
+const COUNTED: u64 = 400;
+/// Steps before.
+const BEFORE: u64 = 100;
+
+/// Rolls over rough slices made beforehand; returns allocations and reallocations of the counted steps, and the factorisations and cache hits among them.
+fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize) -> (usize, u64, u64) {
+    let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.4\naxle = { indentation = 0.014, ramp = 0.01 }";
+    let numerics = format!("history = \"{history}\"\nmemory = 0.02\ntime_rule = \"{rule}\"\ncached_factors = {cached}");
+    let contact = format!("[contact]\ntread = \"{tread}\"\n");
+    let loaded = scene(&scene_text(elements, "kind = \"smooth\"", rolling, &numerics, &contact));
+    let plan = Plan::new(&loaded.scene);
+    let mut prepared = prepare(&loaded, &plan, &mut Meter::default()).unwrap();
+    let march = &mut prepared.march;
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    let first = march.geometry().first_element(0);
+    let mut slices = SliceQueue::starting_at(first);
+    slices.extend((0..BEFORE + COUNTED + march.geometry().columns as u64).map(|_| {
+        StiffnessCurve::flat(random.random_range(-6e-3..0.0))
+    }));
+    for step in 0..BEFORE {
+        march.step(prepared.axle.indentation(step), &slices).unwrap();
+    }
+    let before = march.search_counts().factors;
+    let region = Region::new(ALLOCATOR);
+    for step in BEFORE..BEFORE + COUNTED {
+        march.step(prepared.axle.indentation(step), &slices).unwrap();
+    }
+    let change = region.change();
+    let after = march.search_counts().factors;
+    (change.allocations + change.reallocations, after.factorisations - before.factorisations, after.hits - before.hits)
+}
+
+#[test]
+fn no_step_allocates_whether_its_factor_is_found_or_made() {
+    // The counter counts.
+    let region = Region::new(ALLOCATOR);
+    drop(std::hint::black_box(Box::new(1)));
+    assert_eq!(region.change().allocations, 1);
+
+    let cases = [
+        ("direct", "elastic", "bdf2", 256, 4096),
+        ("modal", "elastic", "bdf2", 256, 4096),
+        ("modal", "elastic", "bdf2", 256, 3),
+        ("direct", "bedding", "bdf1", 256, 64),
+        ("direct", "uncoupled", "trapezoidal", 256, 64),
+        // Enough poles for the wavenumbers to be shared out among threads.
+        ("modal", "elastic", "bdf2", 512, 4096),
+    ];
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        for (history, tread, rule, elements, cached) in cases {
+            let (allocations, made, found) = pool.install(|| count(history, tread, rule, elements, cached));
+            println!("{history}, {tread}, {rule}, N = {elements}, {cached} factors, {threads} threads: {allocations} allocations, {made} factors made, {found} found");
+            assert_eq!(allocations, 0, "{history}, {tread}, {rule}, {threads} threads");
+            assert!(tread == "uncoupled" || made > 10, "{made} factors made");
+            assert!(tread == "uncoupled" || cached < 10 || found > 20, "{found} factors found");
+        }
+    }
+}

@@ -1,8 +1,9 @@
 //! Roads that are made: isotropic Gaussian random texture with a given profile spectrum.
 //!
 //! [`target`] turns levels or a power law into band energies of a profile, [`rings`] finds the two-dimensional spectrum whose
-//! profiles have them, [`synthesis`] draws the surface piece by piece.
+//! profiles have them, [`synthesis`] draws the surface piece by piece, with the inner loops of `noise`.
 
+mod noise;
 pub mod rings;
 pub mod synthesis;
 pub mod target;

@@ -21,11 +21,11 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use pulp::Arch;
 use rayon::prelude::*;
 use rustfft::{Fft, FftPlanner, num_complex::Complex64};
 
+use super::noise::{Interpolation, LateralSum, Taps, normal_pairs};
 use super::rings::RingSpectrum;
 use super::target::TargetSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
@@ -38,10 +38,6 @@ const PERIOD_IN_WAVELENGTHS: f64 = 8.0;
 const SMALLEST_PERIOD: f64 = 1.0;
 /// Sub-cells of one lateral cell over which S is averaged.
 const SUBCELLS: usize = 6;
-/// Random words (32 bit) per complex sample: two 64-bit numbers.
-const WORDS_PER_SAMPLE: u128 = 4;
-/// Sample 0's place in its stream: far enough in for any negative coordinate.
-const ORIGIN: i128 = 1 << 60;
 /// Share of the Nyquist wavenumber below which the low-pass is flat; a raised cosine from there to it.
 const PASS: f64 = 0.8;
 /// Largest share of the lattice's sampling wavenumber that the spectrum may reach.
@@ -155,55 +151,45 @@ impl Texture {
         let position = |row: usize| (first_element + row as f64) * ratio;
         let half_width = self.interpolation.half_width() as i64;
         let first_sample = position(0).floor() as i64 - half_width - self.reach as i64;
-        let mut taps = Vec::new();
-        let mut starts = Vec::with_capacity(rows);
-        let mut weights = Vec::with_capacity(rows * (2 * half_width as usize + 1));
-        let mut ends = Vec::with_capacity(rows);
+        let (mut taps, mut weights, mut row_taps) = (Vec::new(), Vec::new(), Vec::with_capacity(rows));
         for row in 0..rows {
             let start = self.interpolation.weights(position(row), 1.0, &mut taps);
-            starts.push((start - first_sample) as usize);
             weights.extend_from_slice(&taps);
-            ends.push(weights.len());
+            row_taps.push(Taps { start: (start - first_sample) as usize, end: weights.len() });
         }
-        let components: Vec<Vec<Complex64>> = (0..self.filters.len())
+        let length = self.forward.len();
+        let arch = Arch::new();
+        let components: Vec<Vec<[f64; 2]>> = (0..self.filters.len())
             .into_par_iter()
             .map_init(
-                || (Vec::new(), vec![Complex64::default(); self.forward.get_inplace_scratch_len()]),
-                |(noise, scratch), stream| {
-                    self.filtered_noise(stream, first_sample, noise, scratch);
-                    let mut begin = 0;
-                    let interpolate = |(&start, &end): (&usize, &usize)| {
-                        let row_weights = &weights[begin..end];
-                        begin = end;
-                        let samples = &noise[start..start + row_weights.len()];
-                        samples.iter().zip(row_weights).map(|(sample, weight)| sample * weight).sum()
-                    };
-                    starts.iter().zip(&ends).map(interpolate).collect()
+                || Workspace {
+                    parts: [vec![0.0; length], vec![0.0; length]],
+                    line: vec![Complex64::default(); length],
+                    scratch: vec![Complex64::default(); self.forward.get_inplace_scratch_len()],
+                },
+                |work, stream| {
+                    self.filtered_noise(stream, first_sample, work);
+                    let [real, imaginary] = &work.parts;
+                    arch.dispatch(Interpolation { rows: &row_taps, weights: &weights, real, imaginary })
                 },
             )
             .collect();
         let mut heights = vec![0.0; rows * columns];
         const BLOCK: usize = 16;
-        heights.par_chunks_mut(BLOCK * columns).enumerate().for_each(|(block, out)| {
-            for (component, shape) in components.iter().zip(&self.shapes) {
-                let (cosines, sines) = shape.split_at(columns);
-                for (row, amplitude) in out.chunks_exact_mut(columns).zip(&component[block * BLOCK..]) {
-                    for ((height, cosine), sine) in row.iter_mut().zip(cosines).zip(sines) {
-                        *height += amplitude.re * cosine + amplitude.im * sine;
-                    }
-                }
-            }
+        heights.par_chunks_mut(BLOCK * columns).enumerate().for_each(|(block, heights)| {
+            let (components, shapes) = (&components, &self.shapes);
+            arch.dispatch(LateralSum { heights, columns, first: block * BLOCK, components, shapes });
         });
         heights
     }
 
-    /// Noise of one stream from sample `first` on, filtered in place; valid from `reach` samples inside.
-    fn filtered_noise(&self, stream: usize, first: i64, noise: &mut Vec<Complex64>, scratch: &mut [Complex64]) {
-        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(stream as u64);
-        random.set_word_pos((ORIGIN + i128::from(first)) as u128 * WORDS_PER_SAMPLE);
-        noise.clear();
-        noise.extend((0..self.forward.len()).map(|_| normal_pair(&mut random)));
+    /// Noise of one stream from sample `first` on, filtered, in the work's parts; valid from `reach` samples inside.
+    fn filtered_noise(&self, stream: usize, first: i64, work: &mut Workspace) {
+        let Workspace { parts: [real, imaginary], line: noise, scratch } = work;
+        normal_pairs(self.seed, stream as u64, first, real, imaginary);
+        for ((sample, &re), &im) in noise.iter_mut().zip(real.iter()).zip(imaginary.iter()) {
+            *sample = Complex64::new(re, im);
+        }
         self.forward.process_with_scratch(noise, scratch);
         let filter = &self.filters[stream];
         let (lower, upper) = noise.split_at_mut(filter.len());
@@ -211,15 +197,17 @@ impl Texture {
             *line *= gain;
         }
         self.backward.process_with_scratch(noise, scratch);
+        for ((sample, re), im) in noise.iter().zip(real).zip(imaginary) {
+            (*re, *im) = (sample.re, sample.im);
+        }
     }
 }
 
-/// Two independent standard normal numbers (Box and Muller), from exactly two 64-bit random numbers.
-fn normal_pair(random: &mut ChaCha8Rng) -> Complex64 {
-    let unit = 1.0 / (1_u64 << 53) as f64;
-    // In (0, 1], so that the logarithm is finite.
-    let radius = (-2.0 * (((random.next_u64() >> 11) + 1) as f64 * unit).ln()).sqrt();
-    Complex64::from_polar(radius, 2.0 * PI * (random.next_u64() >> 11) as f64 * unit)
+/// Arrays of one thread.
+struct Workspace {
+    parts: [Vec<f64>; 2],
+    line: Vec<Complex64>,
+    scratch: Vec<Complex64>,
 }
 
 /// Flat to `PASS` of the Nyquist wavenumber, zero from it on.

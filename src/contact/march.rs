@@ -1,6 +1,7 @@
 //! One time step after the other.
 //!
-//! At step l (t = l dt), with the axle's indentation given:
+//! Step l solves at t = l dt; a Runge-Kutta rule at its stages t = (l - 1 + c_i) dt, one after the other, and the forces of the last stage (c = 1) are the step's. Everything is at rest
+//! at t = -dt; the axle waits until t = 0. At each time:
 //! 1. u_old of every element of the window from the history;
 //! 2. penetration y_i = indentation - rise(x_i) + peak_i - u_old_i and required displacement d_i = S_i(y_i), or the gap y_i itself where y_i <= 0;
 //! 3. forces: the active set (elastic, bedding), or F_i = max(0, d_i)/G0_ii (uncoupled);
@@ -9,6 +10,7 @@
 use std::time::{Duration, Instant};
 
 use super::active_set::{ActiveSet, Residuals, SearchCounts};
+use super::axle::AxleHeight;
 use super::error::ContactError;
 use super::geometry::Geometry;
 use super::history::PastForces;
@@ -70,6 +72,7 @@ pub struct March {
     required: Vec<f64>,
     forces: Vec<f64>,
     step: u64,
+    nodes: &'static [f64],
     time_step: f64,
     totals: MarchTotals,
 }
@@ -93,6 +96,7 @@ impl March {
             required: vec![0.0; columns],
             forces: vec![0.0; columns],
             step: 0,
+            nodes: numerics.time_rule.nodes(),
             time_step,
             totals: MarchTotals::default(),
             geometry,
@@ -135,10 +139,40 @@ impl March {
         self.step
     }
 
-    /// Does the next step at an axle indentation \[m\].
-    pub fn step(&mut self, indentation: f64, slices: &SliceQueue) -> Result<StepResult, ContactError> {
-        let step = self.step;
-        let first_element = self.geometry.first_element(step);
+    /// Does the next step under an axle.
+    ///
+    /// # Errors
+    /// [`ContactError`]; the march cannot go on then.
+    pub fn step(&mut self, axle: &AxleHeight, slices: &SliceQueue) -> Result<StepResult, ContactError> {
+        let first_element = self.geometry.first_element(self.step);
+        if self.step > 0 {
+            self.search.advance((first_element - self.geometry.first_element(self.step - 1)) as usize);
+        }
+        let mut total_force = 0.0;
+        for &node in self.nodes {
+            // Multistep rules solve at the step's end: exactly at l dt.
+            total_force = self.stage(first_element, (self.step as f64 - 1.0) + node, axle, slices)?;
+        }
+        self.step += 1;
+        let from = self.forces.iter().position(|&force| force > 0.0);
+        let to = self.forces.iter().rposition(|&force| force > 0.0);
+        Ok(StepResult {
+            first_element,
+            total_force,
+            points: self.forces.iter().filter(|&&force| force > 0.0).count(),
+            extent: from.zip(to).map_or(0, |(from, to)| to - from + 1),
+        })
+    }
+
+    /// Solves for the contact at a time in steps; returns the total force.
+    fn stage(
+        &mut self,
+        first_element: i64,
+        steps: f64,
+        axle: &AxleHeight,
+        slices: &SliceQueue,
+    ) -> Result<f64, ContactError> {
+        let (step, indentation) = (self.step, axle.between(steps));
         let begin = Instant::now();
         self.totals.multiply_adds += self.history.displacement(first_element, &mut self.old);
         let after_history = Instant::now();
@@ -146,14 +180,11 @@ impl March {
             let element = first_element + column as i64;
             *required = match slices.get(element) {
                 Some(curve) => {
-                    let rise = self.geometry.rise(self.geometry.position(element, step));
+                    let rise = self.geometry.rise(self.geometry.position_between(element, steps));
                     curve.displacement_at(indentation - rise + curve.peak - old)
                 }
                 None => f64::NEG_INFINITY,
             };
-        }
-        if step > 0 {
-            self.search.advance((first_element - self.geometry.first_element(step - 1)) as usize);
         }
         let residuals = match self.kernel.law {
             Tread::Elastic | Tread::Bedding => {
@@ -183,15 +214,7 @@ impl March {
         }
         self.history.push(first_element, &self.forces);
         self.record(residuals);
-        self.step += 1;
-        let from = self.forces.iter().position(|&force| force > 0.0);
-        let to = self.forces.iter().rposition(|&force| force > 0.0);
-        Ok(StepResult {
-            first_element,
-            total_force,
-            points: self.forces.iter().filter(|&&force| force > 0.0).count(),
-            extent: from.zip(to).map_or(0, |(from, to)| to - from + 1),
-        })
+        Ok(total_force)
     }
 
     fn record(&mut self, residuals: Residuals) {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
-use crate::scene::{Axle, LoadedScene, Rolling, Scene, SceneError};
+use crate::scene::{Axle, History, LoadedScene, Rolling, Scene, SceneError};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
 /// Sizes, memory and work of a run. Estimates count the large arrays and the inner loops only.
@@ -97,7 +97,16 @@ impl Plan {
     pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         let numerics = &loaded.scene.numerics;
         let gigabytes = self.memory / 1e9;
-        let complaint = if gigabytes > numerics.memory_limit {
+        let rule = numerics.time_rule;
+        let complaint = if numerics.history == History::Direct && !rule.is_multistep() {
+            let why = if rule.runge_kutta().is_some() {
+                "couples the stages of a step: its weights are matrices, which the direct sum does not keep"
+            } else {
+                "is no convolution quadrature: it needs the tyre's modes"
+            };
+            let wrong = format!("\"{}\" {why}", rule.name());
+            loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
+        } else if gigabytes > numerics.memory_limit {
             loaded.complain(
                 "numerics.elements",
                 format!(

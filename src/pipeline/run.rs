@@ -129,7 +129,7 @@ fn march(
         }
         let first = march.geometry().first_element(step);
         road.reach(first, first + columns, meter)?;
-        let result = march.step(axle.indentation(step), road.slices())?;
+        let result = march.step(axle, road.slices())?;
         axle.observe(step, result.total_force);
         record.push(
             StepRecord {

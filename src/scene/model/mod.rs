@@ -8,6 +8,7 @@ mod material;
 mod numerics;
 mod road;
 mod rolling;
+mod time_rule;
 mod tyre;
 
 use serde::Serialize;
@@ -17,6 +18,7 @@ pub use material::*;
 pub use numerics::*;
 pub use road::*;
 pub use rolling::*;
+pub use time_rule::*;
 pub use tyre::*;
 
 /// A complete scene: what rolls, on what, how fast, and what is wanted from it.

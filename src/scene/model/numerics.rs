@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::TimeRule;
+
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Numerics {
@@ -9,7 +11,7 @@ pub struct Numerics {
     pub elements: usize,
     /// Time steps q per element rolled.
     pub substeps: usize,
-    /// Convolution quadrature rule.
+    /// Time rule.
     pub time_rule: TimeRule,
     /// How the past is carried along.
     pub history: History,
@@ -71,19 +73,6 @@ pub enum History {
     Direct,
     /// A recursion per pole of the rational model: the whole past, much faster.
     Modal,
-}
-
-/// Convolution quadrature rule.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TimeRule {
-    /// First-order backward differences.
-    Bdf1,
-    /// Second-order backward differences.
-    #[default]
-    Bdf2,
-    /// Trapezoidal rule.
-    Trapezoidal,
 }
 
 /// What is written to the results folder beside `summary.json`.

@@ -1,0 +1,71 @@
+//! The discrete transfer function w(zeta) = sum_p w_p zeta^p from forces to displacements of one wavenumber.
+//!
+//! - quadratures: H(mu(zeta)/dt), for a Runge-Kutta rule the determinant of its matrix of stages, prod_i H(mu_i(zeta)/dt), whose zeros are those of the matrix;
+//! - first-order hold: sum_r R_r dt (today + yesterday zeta)/(1 - exp(lambda dt) zeta).
+
+use num_complex::Complex64;
+
+use crate::scene::TimeRule;
+use crate::tyre::rational::model::Modes;
+
+/// Exact step of a' = lambda a + F for F linear between the steps, in units of dt, z = lambda dt:
+/// a_l = exp(z) a_(l-1) + dt (yesterday F_(l-1) + today F_l).
+#[derive(Clone, Copy, Debug)]
+pub struct FirstOrderHold {
+    /// exp(z); not below exp(-500), which is as good as zero.
+    pub decay: Complex64,
+    /// (exp z - 1 - z)/z^2.
+    pub today: Complex64,
+    /// (exp z - 1)/z less that.
+    pub yesterday: Complex64,
+}
+
+impl FirstOrderHold {
+    /// For z = lambda dt, Re z < 0.
+    pub fn new(z: Complex64) -> Self {
+        let decay = Complex64::new(z.re.max(-500.0), z.im).exp();
+        let (first, second) = if z.norm() < 0.5 {
+            // Taylor: sum z^k/(k+1)!, sum z^k/(k+2)!; 0.5^16/18! is far below rounding.
+            let (mut first, mut second, mut term) = (Complex64::ZERO, Complex64::ZERO, Complex64::ONE);
+            for k in 0..16 {
+                let order = f64::from(k);
+                first += term / (order + 1.0);
+                second += term / ((order + 1.0) * (order + 2.0));
+                term *= z / (order + 1.0);
+            }
+            (first, second)
+        } else {
+            ((decay - 1.0) / z, (decay - 1.0 - z) / (z * z))
+        };
+        Self { decay, today: second, yesterday: first - second }
+    }
+}
+
+/// w(zeta) of one wavenumber \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
+pub fn transfer(modes: &Modes<'_>, rule: TimeRule, time_step: f64, zeta: Complex64) -> Complex64 {
+    if rule == TimeRule::FirstOrderHold {
+        let mut sum = Complex64::new(modes.constant, 0.0);
+        for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
+            let term = |pole: Complex64, residue: Complex64| {
+                let hold = FirstOrderHold::new(pole * time_step);
+                residue * time_step * (hold.today + hold.yesterday * zeta) / (1.0 - hold.decay * zeta)
+            };
+            sum += term(pole, residue);
+            if index < modes.pairs {
+                sum += term(pole.conj(), residue.conj());
+            }
+        }
+        return sum;
+    }
+    rule.rates(zeta).map_or(Complex64::ZERO, |rates| {
+        rates.all().iter().fold(Complex64::ONE, |product, rate| product * modes.evaluate(rate / time_step))
+    })
+}
+
+/// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or within a stage.
+pub fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
+    match rule.runge_kutta() {
+        Some(method) => modes.evaluate(Complex64::new(1.0 / (method.gamma * time_step), 0.0)).re,
+        None => transfer(modes, rule, time_step, Complex64::ZERO).re,
+    }
+}

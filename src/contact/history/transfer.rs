@@ -12,7 +12,7 @@ use crate::tyre::rational::model::Modes;
 /// a_l = exp(z) a_(l-1) + dt (yesterday F_(l-1) + today F_l).
 #[derive(Clone, Copy, Debug)]
 pub struct FirstOrderHold {
-    /// exp(z); not below exp(-500), which is as good as zero.
+    /// exp(z); not below exp(-300), which is as good as zero and still has a reciprocal.
     pub decay: Complex64,
     /// (exp z - 1 - z)/z^2.
     pub today: Complex64,
@@ -23,7 +23,7 @@ pub struct FirstOrderHold {
 impl FirstOrderHold {
     /// For z = lambda dt, Re z < 0.
     pub fn new(z: Complex64) -> Self {
-        let decay = Complex64::new(z.re.max(-500.0), z.im).exp();
+        let decay = Complex64::new(z.re.max(-300.0), z.im).exp();
         let (first, second) = if z.norm() < 0.5 {
             // Taylor: sum z^k/(k+1)!, sum z^k/(k+2)!; 0.5^16/18! is far below rounding.
             let (mut first, mut second, mut term) = (Complex64::ZERO, Complex64::ZERO, Complex64::ONE);
@@ -41,31 +41,48 @@ impl FirstOrderHold {
     }
 }
 
-/// w(zeta) of one wavenumber \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
-pub fn transfer(modes: &Modes<'_>, rule: TimeRule, time_step: f64, zeta: Complex64) -> Complex64 {
-    if rule == TimeRule::FirstOrderHold {
-        let mut sum = Complex64::new(modes.constant, 0.0);
-        for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-            let term = |pole: Complex64, residue: Complex64| {
-                let hold = FirstOrderHold::new(pole * time_step);
-                residue * time_step * (hold.today + hold.yesterday * zeta) / (1.0 - hold.decay * zeta)
-            };
-            sum += term(pole, residue);
-            if index < modes.pairs {
-                sum += term(pole.conj(), residue.conj());
+/// w(zeta) of one wavenumber, ready to be evaluated.
+pub struct Transfer<'a> {
+    modes: Modes<'a>,
+    rule: TimeRule,
+    time_step: f64,
+    /// The hold's steps, conjugates included, with R dt.
+    holds: Vec<(FirstOrderHold, Complex64)>,
+}
+
+impl<'a> Transfer<'a> {
+    /// For a rule and a time step \[s\].
+    pub fn new(modes: Modes<'a>, rule: TimeRule, time_step: f64) -> Self {
+        let mut holds = Vec::new();
+        if rule == TimeRule::FirstOrderHold {
+            for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
+                holds.push((FirstOrderHold::new(pole * time_step), residue * time_step));
+                if index < modes.pairs {
+                    holds.push((FirstOrderHold::new(pole.conj() * time_step), residue.conj() * time_step));
+                }
             }
         }
-        return sum;
+        Self { modes, rule, time_step, holds }
     }
-    rule.rates(zeta).map_or(Complex64::ZERO, |rates| {
-        rates.all().iter().fold(Complex64::ONE, |product, rate| product * modes.evaluate(rate / time_step))
-    })
+
+    /// w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
+    pub fn at(&self, zeta: Complex64) -> Complex64 {
+        match self.rule.rates(zeta) {
+            Some(rates) => rates
+                .all()
+                .iter()
+                .fold(Complex64::ONE, |product, rate| product * self.modes.evaluate(rate / self.time_step)),
+            None => self.holds.iter().fold(Complex64::new(self.modes.constant, 0.0), |sum, (hold, residue)| {
+                sum + residue * (hold.today + hold.yesterday * zeta) / (1.0 - hold.decay * zeta)
+            }),
+        }
+    }
 }
 
 /// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or within a stage.
 pub fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     match rule.runge_kutta() {
         Some(method) => modes.evaluate(Complex64::new(1.0 / (method.gamma * time_step), 0.0)).re,
-        None => transfer(modes, rule, time_step, Complex64::ZERO).re,
+        None => Transfer::new(*modes, rule, time_step).at(Complex64::ZERO).re,
     }
 }

@@ -72,6 +72,12 @@ const SDIRK3: RungeKutta = RungeKutta {
 };
 
 impl RungeKutta {
+    /// b, which is the last row of A: the rule is stiffly accurate.
+    pub const fn weights(&self) -> [f64; 3] {
+        let [a21, a31, a32] = self.below;
+        if self.nodes.len() == 2 { [a21, self.gamma, 0.0] } else { [a31, a32, self.gamma] }
+    }
+
     /// Base values of the stages as sums of the values at the step's beginning and of the earlier stages: row i gives
     /// base_i = p_0 b_0 + p_1 b_1 + p_2 b_2, with k_j = (b_j - base_j)/(gamma dt).
     pub fn bases(&self) -> [[f64; 3]; 3] {
@@ -167,6 +173,14 @@ impl TimeRule {
         match self.runge_kutta() {
             Some(rule) => rule.nodes,
             None => END,
+        }
+    }
+
+    /// Weights of the stages' forces in the step's mean force, see [`Self::nodes`].
+    pub const fn weights(self) -> [f64; 3] {
+        match self.runge_kutta() {
+            Some(rule) => rule.weights(),
+            None => [1.0, 0.0, 0.0],
         }
     }
 

@@ -32,7 +32,13 @@ fn model(elements: usize, speed: f64, tolerance: f64) -> RationalModel {
 }
 
 /// The total force over `duration` \[s\] on a smooth road at 12 mm of indentation, without the program's refusals.
-fn smooth_road(model: &RationalModel, rule: TimeRule, speed_kmh: f64, substeps: usize, duration: f64) -> Result<Vec<f64>, ContactError> {
+fn smooth_road(
+    model: &RationalModel,
+    rule: TimeRule,
+    speed_kmh: f64,
+    substeps: usize,
+    duration: f64,
+) -> Result<Vec<f64>, ContactError> {
     let elements = model.elements;
     let mut numerics = scene(&scene_text(elements, SMOOTH, INDENTED, "", "")).scene.numerics;
     numerics.time_rule = rule;
@@ -80,7 +86,11 @@ fn stable_rules_are_steady_on_a_smooth_road_and_agree_about_the_mean_force() {
         let found = Stability::of(&model, Field::Surface, rule, time_step(256, 80.0, 1), 0.0).unwrap();
         assert!(found.unstable.is_none() && !found.rings() && found.eigenvalues.0 > 0.0, "{rule:?}: {found:?}");
         let force = smooth_road(&model, rule, 80.0, 1, 0.6).unwrap();
-        println!("{rule:?}: mean {:.2} N, std/mean {:.1e}", mean_and_deviation(&force[force.len() * 2 / 3..]).0, unrest(&force));
+        println!(
+            "{rule:?}: mean {:.2} N, std/mean {:.1e}",
+            mean_and_deviation(&force[force.len() * 2 / 3..]).0,
+            unrest(&force)
+        );
         assert!(unrest(&force) < 1e-4, "{rule:?}: {:e}", unrest(&force));
         means.push(mean_and_deviation(&force[force.len() * 2 / 3..]).0);
     }
@@ -124,9 +134,18 @@ fn the_program_refuses_first_order_hold_and_says_why() {
 #[test]
 fn trapezoidal_is_warned_about() {
     for history in ["direct", "modal"] {
-        let text = scene_text(64, SMOOTH, INDENTED, &format!("time_rule = \"trapezoidal\"\nmemory = 0.1\nhistory = \"{history}\""), "");
+        let text = scene_text(
+            64,
+            SMOOTH,
+            INDENTED,
+            &format!("time_rule = \"trapezoidal\"\nmemory = 0.1\nhistory = \"{history}\""),
+            "",
+        );
         let warnings = run(&text).report.summary.warnings;
-        assert!(warnings.iter().any(|warning| warning.contains("trapezoidal") && warning.contains("rings")), "{warnings:?}");
+        assert!(
+            warnings.iter().any(|warning| warning.contains("trapezoidal") && warning.contains("rings")),
+            "{warnings:?}"
+        );
     }
 }
 
@@ -179,15 +198,21 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
             let mu = rates.all();
             let h: Vec<Complex64> = mu.iter().map(|rate| own(&model, rate / time_step)).collect();
             let first = (h[1] - h[0]) / (mu[1] - mu[0]);
-            let shifted = |rate: Complex64| Matrix::from_fn(s, |i, j| delta.0[i][j] - if i == j { rate } else { Complex64::ZERO });
-            let mut value = Matrix::from_fn(s, |i, j| if i == j { h[0] } else { Complex64::ZERO } + first * shifted(mu[0]).0[i][j]);
+            let shifted = |rate: Complex64| {
+                Matrix::from_fn(s, |i, j| delta.0[i][j] - if i == j { rate } else { Complex64::ZERO })
+            };
+            let mut value =
+                Matrix::from_fn(s, |i, j| if i == j { h[0] } else { Complex64::ZERO } + first * shifted(mu[0]).0[i][j]);
             if s == 3 {
                 let second = ((h[2] - h[1]) / (mu[2] - mu[1]) - first) / (mu[2] - mu[0]);
                 let product = shifted(mu[0]).times(&shifted(mu[1]));
                 value = Matrix::from_fn(s, |i, j| value.0[i][j] + second * product.0[i][j]);
             }
             for (p, weight) in weights.iter_mut().enumerate() {
-                let factor = Complex64::from_polar(radius.powi(-(p as i32)) / length as f64, 2.0 * PI * (k * p) as f64 / length as f64);
+                let factor = Complex64::from_polar(
+                    radius.powi(-(p as i32)) / length as f64,
+                    2.0 * PI * (k * p) as f64 / length as f64,
+                );
                 for i in 0..s {
                     for j in 0..s {
                         weight[i][j] += (value.0[i][j] * factor).re;
@@ -224,7 +249,13 @@ impl Matrix {
         let mut rows = [[Complex64::ZERO; 3]; 3];
         for (i, row) in rows.iter_mut().enumerate() {
             for (j, value) in row.iter_mut().enumerate() {
-                *value = if i < s && j < s { entry(i, j) } else if i == j { Complex64::ONE } else { Complex64::ZERO };
+                *value = if i < s && j < s {
+                    entry(i, j)
+                } else if i == j {
+                    Complex64::ONE
+                } else {
+                    Complex64::ZERO
+                };
             }
         }
         Self(rows)
@@ -298,9 +329,14 @@ fn every_rule_has_its_order_for_a_smooth_force_on_the_tyre() {
 #[test]
 fn hard_cases_6_speeds_and_steps_with_the_runge_kutta_rules_and_modes() {
     for rule in ["bdf2", "sdirk2", "sdirk3"] {
-        for (elements, substeps, speed, duration) in
-            [(64, 1, 1.0, 6.0), (64, 1, 30.0, 0.4), (64, 1, 130.0, 0.3), (16, 1, 80.0, 0.3), (64, 16, 80.0, 0.1), (64, 1, 400.0, 0.03)]
-        {
+        for (elements, substeps, speed, duration) in [
+            (64, 1, 1.0, 6.0),
+            (64, 1, 30.0, 0.4),
+            (64, 1, 130.0, 0.3),
+            (16, 1, 80.0, 0.3),
+            (64, 16, 80.0, 0.1),
+            (64, 1, 400.0, 0.03),
+        ] {
             let rolling = format!(
                 "speed_kmh = {speed:?}\nwarm_up = 0.05\nduration = {duration:?}\naxle = {{ indentation = 0.012, ramp = 0.03 }}"
             );
@@ -319,15 +355,19 @@ fn hard_cases_6_speeds_and_steps_with_the_runge_kutta_rules_and_modes() {
 }
 
 #[test]
-#[ignore = "survey"]
-fn survey() {
+#[ignore = "every rule, three cases: a minute"]
+fn every_rule_on_a_smooth_road_at_80_and_250_km_h() {
     for (n, speed) in [(256, 80.0), (256, 250.0), (512, 80.0)] {
         let model = model(n, speed / 3.6 * 4.0, 1e-6);
         for rule in TimeRule::ALL {
             for q in [1, 2, 4] {
                 let found = Stability::of(&model, Field::Surface, rule, time_step(n, speed, q), 0.0).unwrap();
                 match smooth_road(&model, rule, speed, q, 0.6) {
-                    Ok(force) => println!("{n} {speed} {rule:?} q {q}: mean {:.2}, unrest {:.1e}, {found:?}", mean_and_deviation(&force[force.len() * 2 / 3..]).0, unrest(&force)),
+                    Ok(force) => println!(
+                        "{n} {speed} {rule:?} q {q}: mean {:.2}, unrest {:.1e}, {found:?}",
+                        mean_and_deviation(&force[force.len() * 2 / 3..]).0,
+                        unrest(&force)
+                    ),
                     Err(error) => println!("{n} {speed} {rule:?} q {q}: {error}, {found:?}"),
                 }
             }

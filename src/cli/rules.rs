@@ -9,9 +9,9 @@ use serde_json::json;
 
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
+use crate::pipeline::Plan;
 use crate::pipeline::progress::Progress;
 use crate::pipeline::rules::{RuleReport, WorkPrecision, compare, work_precision};
-use crate::pipeline::Plan;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::{Cost, Summary};
@@ -85,8 +85,10 @@ impl RulesArguments {
         drop(progress);
         let (title, time_step) = (loaded.title(), Plan::new(&loaded.scene).time_step);
         folder.write_text("rules.csv", &rules_csv(&reports, time_step))?;
-        folder.write_text("damping.svg", &curves(&title, time_step, "Damping / angular frequency", |rate| -rate.im)?)?;
-        folder.write_text("phase.svg", &curves(&title, time_step, "Relative frequency error", |rate| rate.re - 1.0)?)?;
+        folder
+            .write_text("damping.svg", &curves(&title, time_step, "Damping / angular frequency", |rate| -rate.im)?)?;
+        folder
+            .write_text("phase.svg", &curves(&title, time_step, "Relative frequency error", |rate| rate.re - 1.0)?)?;
         let mut text = rules_table(&reports, time_step);
         if let Some(work) = &work {
             folder.write_text("work.csv", &work_csv(work))?;
@@ -107,7 +109,12 @@ const PARTS: [f64; 3] = [0.02, 0.05, 0.1];
 
 fn verdict(report: &RuleReport) -> String {
     match (&report.stability.unstable, report.stability.rings()) {
-        (Some(zero), _) => format!("unstable: n = {}, {:.0} Hz, x {:.2} a step", zero.wavenumber, zero.frequency, 1.0 / zero.zeta.norm()),
+        (Some(zero), _) => format!(
+            "unstable: n = {}, {:.0} Hz, x {:.2} a step",
+            zero.wavenumber,
+            zero.frequency,
+            1.0 / zero.zeta.norm()
+        ),
         (None, true) => "marginal: rings at half the sampling frequency".to_owned(),
         (None, false) => "stable".to_owned(),
     }
@@ -228,7 +235,12 @@ fn work_plot(title: &str, work: &WorkPrecision) -> Result<String, CliError> {
     let (small, large) = errors.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     let series = COMPARED.iter().map(|rule| Series {
         name: rule.name(),
-        points: work.points.iter().filter(|point| point.rule == *rule).map(|point| (cost(point), point.error)).collect(),
+        points: work
+            .points
+            .iter()
+            .filter(|point| point.rule == *rule)
+            .map(|point| (cost(point), point.error))
+            .collect(),
     });
     let plot = LinePlot {
         title,

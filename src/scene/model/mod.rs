@@ -6,6 +6,7 @@
 mod contact;
 mod material;
 mod numerics;
+mod resolution;
 mod road;
 mod rolling;
 mod time_rule;
@@ -16,6 +17,7 @@ use serde::Serialize;
 pub use contact::*;
 pub use material::*;
 pub use numerics::*;
+pub use resolution::*;
 pub use road::*;
 pub use rolling::*;
 pub use time_rule::*;

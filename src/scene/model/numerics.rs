@@ -7,6 +7,9 @@ use super::TimeRule;
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Numerics {
+    /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see [`super::Resolution`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fmax: Option<f64>,
     /// Elements N round the tyre; even.
     pub elements: usize,
     /// Time steps q per element rolled.
@@ -47,6 +50,7 @@ impl Numerics {
 impl Default for Numerics {
     fn default() -> Self {
         Self {
+            fmax: None,
             elements: 512,
             substeps: 1,
             time_rule: TimeRule::Bdf2,

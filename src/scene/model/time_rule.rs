@@ -11,18 +11,28 @@ use serde::{Deserialize, Serialize};
 
 /// Time rule.
 ///
-/// | rule | order | damping at small w dt | G0 | remark |
-/// |---|---|---|---|---|
-/// | `bdf1` | 1 | w dt/2 | H(1/dt) | L-stable |
-/// | `bdf2` | 2 | (w dt)^3/4 | H(1.5/dt) | L-stable |
-/// | `trapezoidal` | 2 | 0 | H(2/dt) | marginal: the force rings at half the sampling frequency |
-/// | `sdirk2` | 2 | - | H(3.41/dt) | L-stable, 2 stages |
-/// | `sdirk3` | 3 | - | H(2.29/dt) | L-stable, 3 stages |
-/// | `first-order-hold` | 2 in the force, exact modes | 0 | mean of g | refused: its inverse is unstable where the tyre is inertia-like |
+/// x = w dt; damping relative to w, phase as relative error of the frequency, both for small x.
+///
+/// | rule | order | damping | phase | G0 | inverse |
+/// |---|---|---|---|---|---|
+/// | `bdf1` | 1 | x/2 | x^2/6 | H(1/dt) | stable |
+/// | `bdf2` | 2 | x^3/4 | x^2/3 | H(1.5/dt) | stable |
+/// | `trapezoidal` | 2 | 0 | x^2/12 | H(2/dt) | marginal: the force rings at half the sampling frequency |
+/// | `sdirk2` | 2 | 0.0037 x^3 | 0.040 x^2 | H(3.41/dt) | stable; 2 stages |
+/// | `sdirk3` | 3 | 0.026 x^3 | 0.015 x^4 | H(2.29/dt) | stable; 3 stages, one with a negative weight |
+/// | `first-order-hold` | 2 in the force | 0 | 0 | mean of g | unstable where the tyre is inertia-like: refused |
+///
+/// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre (tests/time_rules.rs: 0.95, 1.99, 2.00, 2.00, 2.99, 2.00).
 ///
 /// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the same symmetric positive definite G0, and one
 /// cached factor serves all stages. Fully implicit ones (Radau IIA) couple the stages in one problem whose matrix is not symmetric: neither its
-/// unique solution nor the end of the search would be certain.
+/// unique solution nor the end of the search would be certain. Their force of a step is the stages' weighted mean: single stages have order 1 only. With
+/// `sdirk3` an element's mean may be slightly negative.
+///
+/// Why `bdf2` is the default: on a rough road the contact, not the modes, limits every rule, and none is far ahead at equal work. `tyrewave rules scenes/default.toml --work`
+/// (N = 512, 80 km/h, total force up to 1 kHz against 16 steps per element; multiply-adds of the history for 0.4 s rolled): 3.9e8: bdf1 0.86, bdf2 0.79, trapezoidal 0.77; 7.8e8: bdf2
+/// 0.72, sdirk2 0.70; 1.6e9: bdf2 0.58, sdirk2 0.55; 1.2e9: sdirk3 0.74; 3.1e9: sdirk2 0.44. The two finest references (sdirk2, bdf2) differ by 0.29 themselves: the lead of
+/// sdirk2 at equal work is no evidence for a change, and only `bdf2` runs with both histories.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeRule {
@@ -114,8 +124,7 @@ impl RungeKutta {
         for _ in 0..200 {
             let mut moved = 0.0_f64;
             for k in 0..degree {
-                let others =
-                    (0..degree).filter(|&j| j != k).fold(Complex64::ONE, |p, j| p * (roots[k] - roots[j]));
+                let others = (0..degree).filter(|&j| j != k).fold(Complex64::ONE, |p, j| p * (roots[k] - roots[j]));
                 let change = value(roots[k]) / others;
                 roots[k] -= change;
                 moved = moved.max(change.norm() / (1.0 + roots[k].norm()));
@@ -268,7 +277,7 @@ mod tests {
         }
         // The closed forms of the second-order backward differences.
         let found = TimeRule::Bdf2.relative_rate(0.05);
-        assert!(((found.re - 1.0) / (0.05_f64.powi(2) / 3.0) + 1.0).abs() < 0.01 || (found.re - 1.0) > 0.0);
+        assert!(((found.re - 1.0) / (0.05_f64.powi(2) / 3.0) - 1.0).abs() < 0.01, "{found}");
         assert!((found.im.abs() / (0.05_f64.powi(3) / 4.0) - 1.0).abs() < 0.01, "{found}");
     }
 }

@@ -163,6 +163,8 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             (memory_limit, time_limit),
         )| {
             Numerics {
+                // Decides about other keys; it has its own test.
+                fmax: None,
                 elements: 2 * half,
                 substeps,
                 time_rule,

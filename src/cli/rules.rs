@@ -7,6 +7,7 @@ use clap::Args;
 use comfy_table::{LineStyle, Table, TableStyle};
 use serde_json::json;
 
+use super::mobility::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
 use crate::pipeline::Plan;
@@ -52,10 +53,10 @@ pub struct RulesArguments {
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(2..))]
     pub finest: u16,
     /// Highest frequency of the compared forces [Hz].
-    #[arg(long, default_value_t = 1000.0)]
+    #[arg(long, value_name = "HZ", default_value = "1000", value_parser = positive)]
     pub highest: f64,
     /// Time compared [s].
-    #[arg(long, default_value_t = 0.3)]
+    #[arg(long, value_name = "S", default_value = "0.3", value_parser = positive)]
     pub duration: f64,
 }
 
@@ -249,4 +250,26 @@ fn work_plot(title: &str, work: &WorkPrecision) -> Result<String, CliError> {
         series: series.collect(),
     };
     Ok(plot.to_svg()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        rules: RulesArguments,
+    }
+
+    #[test]
+    fn substeps_are_a_list_and_numbers_are_positive() {
+        let parse = |line: &[&str]| Line::try_parse_from([&["rules", "a.toml"], line].concat()).map(|line| line.rules);
+        assert_eq!(parse(&["--substeps", "1,3"]).unwrap().substeps, [1, 3]);
+        for wrong in [["--substeps", "0"], ["--finest", "1"], ["--highest", "0"], ["--duration", "-1"]] {
+            assert!(parse(&wrong).is_err(), "{wrong:?}");
+        }
+    }
 }

@@ -115,7 +115,7 @@ impl Past<'_> {
         // A warm model took its evaluations in an earlier run.
         meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });
         meter.count(Counter::Poles, model.order() as u64);
-        self.check_rule(&model, warnings)?;
+        meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
             .zip(ModalHistory::new(&model, self.field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;

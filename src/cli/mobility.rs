@@ -45,7 +45,8 @@ pub struct MobilityArguments {
     pub out: Option<PathBuf>,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// A finite number above zero.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
         _ => Err("a positive number is needed".to_owned()),

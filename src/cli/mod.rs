@@ -16,6 +16,7 @@ pub mod options;
 pub mod progress;
 pub mod resume;
 pub mod road;
+pub mod rules;
 pub mod run;
 pub mod slice;
 pub mod slices;
@@ -76,6 +77,8 @@ pub enum Command {
     Compliance(compliance::ComplianceArguments),
     /// Fit and check the influence functions of a scene's tyre, and draw them.
     Influence(influence::InfluenceArguments),
+    /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
+    Rules(rules::RulesArguments),
     /// List or clear the influence models kept on disk.
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
@@ -131,6 +134,7 @@ impl Command {
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
             Self::Influence(arguments) => arguments.execute(context),
+            Self::Rules(arguments) => arguments.execute(context),
             Self::Cache(arguments) => arguments.execute(),
             Self::Slices(arguments) => arguments.execute(context),
             Self::Slice(arguments) => arguments.execute(),
@@ -181,7 +185,19 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in ["run", "resume", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"] {
+        for name in [
+            "run",
+            "resume",
+            "mobility",
+            "road",
+            "compliance",
+            "influence",
+            "rules",
+            "cache",
+            "slices",
+            "slice",
+            "indent",
+        ] {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }

@@ -127,15 +127,21 @@ pub enum AxleHeight {
 impl AxleHeight {
     /// Indentation at a step \[m\].
     pub fn indentation(&self, step: u64) -> f64 {
+        self.between(step as f64)
+    }
+
+    /// Indentation at a time in steps \[m\]; before t = 0 as at t = 0.
+    pub fn between(&self, steps: f64) -> f64 {
+        let steps = steps.max(0.0);
         match self {
             Self::Fixed { indentation, ramp } => {
-                if (step as f64) < *ramp {
-                    indentation * step as f64 / ramp
+                if steps < *ramp {
+                    indentation * steps / ramp
                 } else {
                     *indentation
                 }
             }
-            Self::Loaded(control) => control.indentation(step),
+            Self::Loaded(control) => control.indentation(steps),
         }
     }
 
@@ -224,12 +230,13 @@ impl LoadControl {
         Ok(())
     }
 
-    fn indentation(&self, step: u64) -> f64 {
+    fn indentation(&self, steps: f64) -> f64 {
         let (begin, length) = self.turn;
-        if step >= begin + length {
+        if steps >= (begin + length) as f64 {
             return self.to;
         }
-        self.from + (self.to - self.from) * (step - begin) as f64 / length as f64
+        // A stage of the step in which a turn begins may lie before it.
+        self.from + (self.to - self.from) * (steps - begin as f64).max(0.0) / length as f64
     }
 
     fn observe(&mut self, step: u64, force: f64) {

@@ -56,7 +56,12 @@ impl Geometry {
 
     /// x of element e in the patch at a step \[m\].
     pub fn position(&self, e: i64, step: u64) -> f64 {
-        e as f64 * self.element - (self.start + step as f64 * self.element / self.substeps as f64)
+        self.position_between(e, step as f64)
+    }
+
+    /// x of element e in the patch at a time in steps \[m\].
+    pub fn position_between(&self, e: i64, steps: f64) -> f64 {
+        e as f64 * self.element - (self.start + steps * self.element / self.substeps as f64)
     }
 
     /// Height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without cancellation \[m\].

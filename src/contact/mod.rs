@@ -5,7 +5,8 @@
 //! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
 //! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
 //! - [`march`]: one time step after the other;
-//! - [`axle`]: axle height, static solution.
+//! - [`axle`]: axle height, static solution;
+//! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
 pub mod active_set;
 pub mod axle;
@@ -16,6 +17,7 @@ pub mod history;
 pub mod march;
 pub mod pattern_index;
 pub mod slice_queue;
+pub mod stability;
 pub mod tread;
 
 pub use error::ContactError;

@@ -3,6 +3,8 @@
 //! 1. [`plan`]: sizes, memory and work of a scene, checked before anything is allocated;
 //! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
 //! 3. [`mod@run`]: steps, arrays, spectra, plots, summary; [`checkpoint`] lets it go on where it was stopped.
+//!
+//! [`rules`] does the first two for several time rules and compares them.
 
 pub mod checkpoint;
 pub mod error;
@@ -12,6 +14,7 @@ pub mod prepare;
 pub mod progress;
 pub mod record;
 pub mod road_ahead;
+pub mod rules;
 pub mod run;
 
 pub use error::RunError;

@@ -4,13 +4,14 @@ use super::error::RunError;
 use super::plan::Plan;
 use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, ModalHistory, PastForces};
+use crate::contact::stability::Stability;
 use crate::contact::tread::{ContactKernel, LagKernel};
 use crate::meter::{Counter, Meter, Stage};
-use crate::scene::{LoadedScene, Numerics, Scene, SceneError, Tyre};
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tyre};
 use crate::tyre::convolution_quadrature::Weights;
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::rational::cache::{Cache, Fetched};
-use crate::tyre::rational::{FitError, FitOptions, fit};
+use crate::tyre::rational::{FitError, FitOptions, RationalModel, fit};
 
 /// What a way to carry the past is made from.
 pub struct Past<'a> {
@@ -55,6 +56,15 @@ pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
     }
 }
 
+/// The warning of a rule that is marginal.
+fn ringing(rule: TimeRule, time_step: f64) -> String {
+    format!(
+        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \"bdf2\" does not",
+        rule.name(),
+        0.5 / time_step
+    )
+}
+
 /// What the points in contact feel of each other at once, and of the past.
 pub type Kernels = (ContactKernel, Box<dyn PastForces>);
 
@@ -65,6 +75,9 @@ impl Past<'_> {
     /// As [`ContactKernel::new`].
     pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let numerics = &self.loaded.scene.numerics;
+        if numerics.time_rule == TimeRule::Trapezoidal {
+            warnings.push(ringing(numerics.time_rule, self.plan.time_step));
+        }
         let weights = meter.time(Stage::Influence, || {
             Weights::new(self.sum, self.field, numerics.time_rule, self.plan.time_step, self.plan.lags)
         });
@@ -102,10 +115,35 @@ impl Past<'_> {
         // A warm model took its evaluations in an earlier run.
         meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });
         meter.count(Counter::Poles, model.order() as u64);
+        meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
             .zip(ModalHistory::new(&model, self.field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;
         Ok((self.kernel(&first)?, Box::new(history)))
+    }
+
+    /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
+    fn check_rule(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
+        let (rule, time_step) = (self.loaded.scene.numerics.time_rule, self.plan.time_step);
+        let stability =
+            Stability::of(model, self.field, rule, time_step, self.spring).ok_or(ContactError::NoSuchField)?;
+        if let Some(zero) = stability.unstable {
+            let wrong = format!(
+                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at wavenumber {} (and {} others) a force at {:.0} Hz grows \
+                 by a factor of {:.2} a step while nothing moves, and the contact would chatter for ever",
+                rule.name(),
+                zero.wavenumber,
+                zero.wavenumbers - 1,
+                zero.frequency,
+                1.0 / zero.zeta.norm()
+            );
+            let right = "time_rule = \"bdf2\", or another A-stable rule";
+            return Err(SceneError::from(self.loaded.complain("numerics.time_rule", wrong, right)).into());
+        }
+        if stability.rings() {
+            warnings.push(ringing(rule, time_step));
+        }
+        Ok(())
     }
 
     fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::contact::factors::largest_memory;
-use crate::scene::{Axle, LoadedScene, Rolling, Scene, SceneError};
+use crate::scene::{Axle, History, LoadedScene, Numerics, Resolution, Rolling, Scene, SceneError};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
 /// Sizes, memory and work of a run. Estimates count the large arrays and the inner loops only.
@@ -103,7 +103,16 @@ impl Plan {
     pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         let numerics = &loaded.scene.numerics;
         let gigabytes = self.memory / 1e9;
-        let complaint = if gigabytes > numerics.memory_limit {
+        let rule = numerics.time_rule;
+        let complaint = if numerics.history == History::Direct && !rule.is_multistep() {
+            let why = if rule.runge_kutta().is_some() {
+                "couples the stages of a step: its weights are matrices, which the direct sum does not keep"
+            } else {
+                "is no convolution quadrature: it needs the tyre's modes"
+            };
+            let wrong = format!("\"{}\" {why}", rule.name());
+            loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
+        } else if gigabytes > numerics.memory_limit {
             loaded.complain(
                 "numerics.elements",
                 format!(
@@ -132,6 +141,21 @@ impl Plan {
             return Ok(());
         };
         Err(complaint.into())
+    }
+
+    /// Why elements and time step are what they are, for a scene with `fmax`.
+    pub fn resolution_note(scene: &Scene) -> Option<String> {
+        let Numerics { fmax, elements, substeps, time_rule, .. } = scene.numerics;
+        let (highest, speed) = (fmax?, scene.rolling.speed());
+        let resolution = Resolution { elements, substeps };
+        let texture = resolution.texture_limit(scene.tyre.circumference, speed);
+        let rule = resolution.rule_limit(scene.tyre.circumference, speed, time_rule);
+        Some(format!(
+            "fmax = {highest} Hz: {elements} elements ({:.1} per texture wavelength), {substeps} steps per element ({} stays within {} % in phase and damping up to {rule:.0} Hz)",
+            2.0 * texture / highest,
+            time_rule.name(),
+            100.0 * Resolution::RULE_ERROR
+        ))
     }
 
     /// The ramp of an axle that is held by its height, in steps.

@@ -39,7 +39,7 @@ pub struct Prepared {
 pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<Prepared, RunError> {
     let scene = &loaded.scene;
     let (tyre, numerics) = (&scene.tyre, &scene.numerics);
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = Plan::resolution_note(scene).into_iter().collect();
     let sum = meter.time(Stage::Influence, || {
         InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
     });

@@ -215,7 +215,7 @@ fn roll(
         let Moving { prepared: Prepared { march, road, axle, .. }, record, meter } = moving;
         let first = march.geometry().first_element(step);
         road.reach(first, first + march.geometry().columns as i64, meter)?;
-        let result = march.step(axle.indentation(step), road.slices())?;
+        let result = march.step(axle, road.slices())?;
         axle.observe(step, result.total_force);
         record.push(
             StepRecord {

@@ -19,22 +19,19 @@ use crate::scene::TimeRule;
 /// What wraps round, relative to itself: rho^K.
 const WRAPPED: f64 = 1e-12;
 
-/// delta(zeta) of a rule.
+/// delta(zeta) of a multistep rule; of the others the first of the rates at zeta (see [`TimeRule::rates`]), of the first-order hold the exact one.
 pub fn symbol(rule: TimeRule, zeta: Complex64) -> Complex64 {
-    match rule {
-        TimeRule::Bdf1 => Complex64::new(1.0, 0.0) - zeta,
-        TimeRule::Bdf2 => zeta * zeta * 0.5 - zeta * 2.0 + 1.5,
-        TimeRule::Trapezoidal => (Complex64::new(1.0, 0.0) - zeta) / (zeta + 1.0) * 2.0,
-    }
+    rule.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
 }
 
 /// Largest |delta| that a rule should be resolved for, times dt: the value at the sampling frequency for the backward differences; the
-/// trapezoidal symbol is unbounded and is resolved to four times as much.
+/// trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on the unit circle for the Runge-Kutta rules.
 pub fn resolved_symbol(rule: TimeRule) -> f64 {
     match rule {
         TimeRule::Bdf1 => 2.0,
         TimeRule::Bdf2 => 4.0,
-        TimeRule::Trapezoidal => 16.0,
+        TimeRule::Sdirk2 | TimeRule::Sdirk3 => 8.0,
+        TimeRule::Trapezoidal | TimeRule::FirstOrderHold => 16.0,
     }
 }
 

@@ -1,10 +1,12 @@
 //! Displacement left over from past forces.
 //!
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
-//! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose.
+//! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
+//! - [`transfer`]: the transfer function that such a recursion is.
 
 pub mod direct;
 pub mod modes;
+pub mod transfer;
 
 pub use direct::DirectHistory;
 pub use modes::ModalHistory;
@@ -14,10 +16,10 @@ use crate::numeric::{StateError, StateReader, StateWriter};
 /// A way to carry the past along.
 pub trait PastForces: Send {
     /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the multiply-adds it took. Called once
-    /// a step.
+    /// a stage of a step.
     fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> u64;
 
-    /// Takes note of the step's forces \[N\], from element `first_element` on.
+    /// Takes note of the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
 
     /// Takes the state down; the same bytes for any number of threads.

@@ -8,6 +8,11 @@
 //! | bdf1 | g b_(l-1) + w F_l | 1/(1 - lambda dt) | g R dt |
 //! | bdf2 | g (2 b_(l-1) - b_(l-2)/2) + w F_l | 1/(3/2 - lambda dt) | g R dt |
 //! | trapezoidal | g b_(l-1) + w (F_l + F_(l-1)) | (2 + lambda dt)/(2 - lambda dt) | R dt/(2 - lambda dt) |
+//! | sdirk2, sdirk3, stage i | g base_i + w F_i | 1/(1 - gamma lambda dt) | g R gamma dt |
+//! | first-order-hold | g b_(l-1) + v F_(l-1) + w F_l | exp(lambda dt) | see [`FirstOrderHold`] |
+//!
+//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`crate::scene::RungeKutta::bases`]); the last stage is the step's end. The first-order hold
+//! steps as bdf1 with last step's force weighted w + v/g instead of w.
 //!
 //! Forces are real in the element frame, complex in wavenumber space; their real and imaginary parts drive two real systems with the same
 //! conjugate-symmetric poles, so a pair is stored once and u = 2 Re b.
@@ -28,6 +33,7 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::PastForces;
+use super::transfer::{FirstOrderHold, first_weight};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
@@ -52,14 +58,20 @@ struct Block {
     w: [Vec<f64>; 2],
     /// b without the last step's force, for the real and the imaginary part of the forces.
     ahead: [[Vec<f64>; 2]; 2],
-    /// b of the step before.
+    /// b of the step before; for a Runge-Kutta rule b at the step's beginning.
     behind: [[Vec<f64>; 2]; 2],
+    /// b of a Runge-Kutta rule's first stage; empty otherwise. Written before it is read within every step.
+    first_stage: [[Vec<f64>; 2]; 2],
 }
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {
     elements: usize,
     rule: TimeRule,
+    /// Stage of the step that comes next.
+    stage: usize,
+    /// Sums that the bases of the stages are, see [`RungeKutta::bases`].
+    bases: Option<[[f64; 3]; 3]>,
     blocks: Vec<Block>,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
@@ -79,18 +91,25 @@ pub struct ModalHistory {
 /// g and w of a pole.
 fn coefficients(rule: TimeRule, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
     let z = pole * time_step;
+    let implicit = |delta: f64| {
+        let g = (delta - z).inv();
+        (g, g * residue * time_step)
+    };
     match rule {
-        TimeRule::Bdf1 => {
-            let g = (1.0 - z).inv();
-            (g, g * residue * time_step)
-        }
-        TimeRule::Bdf2 => {
-            let g = (1.5 - z).inv();
-            (g, g * residue * time_step)
-        }
+        TimeRule::Bdf1 => implicit(1.0),
+        TimeRule::Bdf2 => implicit(1.5),
         TimeRule::Trapezoidal => {
             let g = (2.0 - z).inv();
             (g * (2.0 + z), g * residue * time_step)
+        }
+        TimeRule::Sdirk2 | TimeRule::Sdirk3 => {
+            let gamma = rule.runge_kutta().map_or(1.0, |rule| rule.gamma);
+            let g = (1.0 - gamma * z).inv();
+            (g, g * residue * time_step * gamma)
+        }
+        TimeRule::FirstOrderHold => {
+            let hold = FirstOrderHold::new(z);
+            (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
         }
     }
 }
@@ -114,6 +133,8 @@ impl ModalHistory {
         Some(Self {
             elements,
             rule,
+            stage: 0,
+            bases: rule.runge_kutta().map(|rule| rule.bases()),
             blocks,
             forces: forward.make_input_vec(),
             force_spectrum: forward.make_output_vec(),
@@ -130,8 +151,9 @@ impl ModalHistory {
 
     /// First weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\].
     pub fn first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
-        let s = crate::tyre::convolution_quadrature::symbol(rule, Complex64::ZERO) / time_step;
-        (0..=model.largest_wavenumber()).map(|n| model.evaluate(n, s, field).map(|value| value.re)).collect()
+        (0..=model.largest_wavenumber())
+            .map(|n| model.modes(n, field).map(|modes| first_weight(&modes, rule, time_step)))
+            .collect()
     }
 }
 
@@ -139,7 +161,12 @@ impl PastForces for ModalHistory {
     fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> u64 {
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
         let _ = self.forward.process_with_scratch(&mut self.forces, &mut self.force_spectrum, &mut self.scratch);
-        let (rule, arch, forces) = (self.rule, self.arch, &self.force_spectrum);
+        let (arch, forces) = (self.arch, &self.force_spectrum);
+        let rule = match self.bases {
+            Some(bases) => Recursion::Stage { stage: self.stage, base: bases[self.stage] },
+            None => Recursion::of(self.rule),
+        };
+        self.stage = (self.stage + 1) % self.rule.nodes().len();
         let per_block = self.blocks[0].offsets.len() - 1;
         let advance =
             |block: &mut Block, spectrum: &mut [Complex64]| arch.dispatch(Advance { block, rule, forces, spectrum });
@@ -222,7 +249,8 @@ impl Block {
         }
         let zeros = || vec![0.0; block.g[0].len()];
         let state = [[zeros(), zeros()], [zeros(), zeros()]];
-        Some(Self { ahead: state.clone(), behind: state, ..block })
+        let first_stage = if rule.runge_kutta().is_some() { state.clone() } else { Default::default() };
+        Some(Self { ahead: state.clone(), behind: state, first_stage, ..block })
     }
 
     /// All that evolves, list by list.
@@ -236,10 +264,33 @@ impl Block {
     }
 }
 
+/// What a call does with b of the step or stage before, x, to find b without today's force.
+#[derive(Clone, Copy)]
+enum Recursion {
+    /// g x.
+    Last,
+    /// g (2 x - b/2).
+    Bdf2,
+    /// g x + w F.
+    Trapezoidal,
+    /// g times the stage's base.
+    Stage { stage: usize, base: [f64; 3] },
+}
+
+impl Recursion {
+    fn of(rule: TimeRule) -> Self {
+        match rule {
+            TimeRule::Bdf2 => Self::Bdf2,
+            TimeRule::Trapezoidal => Self::Trapezoidal,
+            _ => Self::Last,
+        }
+    }
+}
+
 /// One step of a block.
 struct Advance<'a> {
     block: &'a mut Block,
-    rule: TimeRule,
+    rule: Recursion,
     /// Last step's forces, all wavenumbers.
     forces: &'a [Complex64],
     /// u_old of the block's wavenumbers.
@@ -261,9 +312,16 @@ impl WithSimd for Advance<'_> {
                 g: [&block.g[0][range.clone()], &block.g[1][range.clone()]],
                 w: [&block.w[0][range.clone()], &block.w[1][range.clone()]],
             };
-            let re = driven(simd, rule, &poles, force.re, ahead_re, behind_re, range.clone());
-            let im = driven(simd, rule, &poles, force.im, ahead_im, behind_im, range);
-            *out = Complex64::new(re, im);
+            *out = if let Recursion::Stage { stage, base } = rule {
+                let [first_re, first_im] = &mut block.first_stage;
+                let re = staged(simd, (stage, base), &poles, force.re, [ahead_re, behind_re, first_re], range.clone());
+                let im = staged(simd, (stage, base), &poles, force.im, [ahead_im, behind_im, first_im], range);
+                Complex64::new(re, im)
+            } else {
+                let re = driven(simd, rule, &poles, force.re, ahead_re, behind_re, range.clone());
+                let im = driven(simd, rule, &poles, force.im, ahead_im, behind_im, range);
+                Complex64::new(re, im)
+            };
         }
     }
 }
@@ -278,7 +336,7 @@ struct Poles<'a> {
 #[inline(always)]
 fn driven<S: Simd>(
     simd: S,
-    rule: TimeRule,
+    rule: Recursion,
     poles: &Poles<'_>,
     force: f64,
     ahead: &mut [Vec<f64>; 2],
@@ -302,22 +360,80 @@ fn driven<S: Simd>(
         // b of the last step, complete.
         let (x_re, x_im) = (simd.mul_add_e_f64s(w_re, force, *a_re), simd.mul_add_e_f64s(w_im, force, *a_im));
         let (y_re, y_im) = match rule {
-            TimeRule::Bdf2 => (
+            Recursion::Bdf2 => (
                 simd.mul_add_e_f64s(half, *b_re, simd.mul_f64s(two, x_re)),
                 simd.mul_add_e_f64s(half, *b_im, simd.mul_f64s(two, x_im)),
             ),
-            TimeRule::Bdf1 | TimeRule::Trapezoidal => (x_re, x_im),
+            _ => (x_re, x_im),
         };
         let next_re = simd.sub_f64s(simd.mul_f64s(g_re, y_re), simd.mul_f64s(g_im, y_im));
         let next_im = simd.mul_add_e_f64s(g_re, y_im, simd.mul_f64s(g_im, y_re));
         let (next_re, next_im) = match rule {
             // Half of today's drive is last step's force.
-            TimeRule::Trapezoidal => {
+            Recursion::Trapezoidal => {
                 (simd.mul_add_e_f64s(w_re, force, next_re), simd.mul_add_e_f64s(w_im, force, next_im))
             }
-            TimeRule::Bdf1 | TimeRule::Bdf2 => (next_re, next_im),
+            _ => (next_re, next_im),
         };
         (*b_re, *b_im) = (x_re, x_im);
+        (*a_re, *a_im) = (next_re, next_im);
+        sum = simd.add_f64s(sum, next_re);
+    }
+    simd.reduce_sum_f64s(sum)
+}
+
+/// One stage of a Runge-Kutta rule, driven by one real force: adds the force of the stage before, moves on, returns u_old. `states`: b without the last force, b at the
+/// step's beginning, b of the first stage.
+#[inline(always)]
+fn staged<S: Simd>(
+    simd: S,
+    (stage, base): (usize, [f64; 3]),
+    poles: &Poles<'_>,
+    force: f64,
+    states: [&mut [Vec<f64>; 2]; 3],
+    range: std::ops::Range<usize>,
+) -> f64 {
+    let [[ahead_re, ahead_im], [begin_re, begin_im], [first_re, first_im]] = states;
+    let (ahead_re, _) = S::as_mut_simd_f64s(&mut ahead_re[range.clone()]);
+    let (ahead_im, _) = S::as_mut_simd_f64s(&mut ahead_im[range.clone()]);
+    let (begin_re, _) = S::as_mut_simd_f64s(&mut begin_re[range.clone()]);
+    let (begin_im, _) = S::as_mut_simd_f64s(&mut begin_im[range.clone()]);
+    let (first_re, _) = S::as_mut_simd_f64s(&mut first_re[range.clone()]);
+    let (first_im, _) = S::as_mut_simd_f64s(&mut first_im[range]);
+    let (g_re, g_im) = (S::as_simd_f64s(poles.g[0]).0, S::as_simd_f64s(poles.g[1]).0);
+    let (w_re, w_im) = (S::as_simd_f64s(poles.w[0]).0, S::as_simd_f64s(poles.w[1]).0);
+    let force = simd.splat_f64s(force);
+    // The last of the base's numbers that counts belongs to the stage just done.
+    let latest = simd.splat_f64s(base[stage]);
+    let [from_begin, from_first, _] = base.map(|factor| simd.splat_f64s(factor));
+    let mut sum = simd.splat_f64s(0.0);
+    let states = ahead_re.iter_mut().zip(ahead_im).zip(begin_re.iter_mut().zip(begin_im));
+    let coefficients = g_re.iter().zip(g_im).zip(w_re.iter().zip(w_im));
+    let firsts = first_re.iter_mut().zip(first_im);
+    for ((((a_re, a_im), (b_re, b_im)), (f_re, f_im)), ((&g_re, &g_im), (&w_re, &w_im))) in
+        states.zip(firsts).zip(coefficients)
+    {
+        let (x_re, x_im) = (simd.mul_add_e_f64s(w_re, force, *a_re), simd.mul_add_e_f64s(w_im, force, *a_im));
+        let (y_re, y_im) = match stage {
+            0 => {
+                (*b_re, *b_im) = (x_re, x_im);
+                (x_re, x_im)
+            }
+            1 => {
+                (*f_re, *f_im) = (x_re, x_im);
+                (
+                    simd.mul_add_e_f64s(from_begin, *b_re, simd.mul_f64s(latest, x_re)),
+                    simd.mul_add_e_f64s(from_begin, *b_im, simd.mul_f64s(latest, x_im)),
+                )
+            }
+            _ => {
+                let re = simd.mul_add_e_f64s(from_first, *f_re, simd.mul_f64s(latest, x_re));
+                let im = simd.mul_add_e_f64s(from_first, *f_im, simd.mul_f64s(latest, x_im));
+                (simd.mul_add_e_f64s(from_begin, *b_re, re), simd.mul_add_e_f64s(from_begin, *b_im, im))
+            }
+        };
+        let next_re = simd.sub_f64s(simd.mul_f64s(g_re, y_re), simd.mul_f64s(g_im, y_im));
+        let next_im = simd.mul_add_e_f64s(g_re, y_im, simd.mul_f64s(g_im, y_re));
         (*a_re, *a_im) = (next_re, next_im);
         sum = simd.add_f64s(sum, next_re);
     }

@@ -6,8 +6,10 @@
 mod contact;
 mod material;
 mod numerics;
+mod resolution;
 mod road;
 mod rolling;
+mod time_rule;
 mod tyre;
 
 use serde::Serialize;
@@ -15,8 +17,10 @@ use serde::Serialize;
 pub use contact::*;
 pub use material::*;
 pub use numerics::*;
+pub use resolution::*;
 pub use road::*;
 pub use rolling::*;
+pub use time_rule::*;
 pub use tyre::*;
 
 /// A complete scene: what rolls, on what, how fast, and what is wanted from it.

@@ -2,14 +2,19 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::TimeRule;
+
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Numerics {
+    /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see [`super::Resolution`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fmax: Option<f64>,
     /// Elements N round the tyre; even.
     pub elements: usize,
     /// Time steps q per element rolled.
     pub substeps: usize,
-    /// Convolution quadrature rule.
+    /// Time rule.
     pub time_rule: TimeRule,
     /// How the past is carried along.
     pub history: History,
@@ -45,6 +50,7 @@ impl Numerics {
 impl Default for Numerics {
     fn default() -> Self {
         Self {
+            fmax: None,
             elements: 512,
             substeps: 1,
             time_rule: TimeRule::Bdf2,
@@ -71,19 +77,6 @@ pub enum History {
     Direct,
     /// A recursion per pole of the rational model: the whole past, much faster.
     Modal,
-}
-
-/// Convolution quadrature rule.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TimeRule {
-    /// First-order backward differences.
-    Bdf1,
-    /// Second-order backward differences.
-    #[default]
-    Bdf2,
-    /// Trapezoidal rule.
-    Trapezoidal,
 }
 
 /// What is written to the results folder beside `summary.json`.

@@ -11,7 +11,7 @@ mod tyre;
 
 use super::kind::Text;
 use super::table::Table;
-use super::{Axle, Contact, Numerics, Outputs, Problem, Road, Scene};
+use super::{Axle, Contact, Outputs, Problem, Road, Scene};
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
@@ -20,16 +20,17 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let road = table.or("road", &road::ROAD, Road::default());
     let rolling = table.required("rolling", &rolling::ROLLING);
     let contact = table.or("contact", &contact::CONTACT, Contact::default());
-    let numerics = table.or("numerics", &numerics::NUMERICS, Numerics::default());
+    let numerics = table.or("numerics", &numerics::NUMERICS, numerics::Given::default());
     let outputs = table.or("outputs", &numerics::OUTPUTS, Outputs::default());
 
+    let (tyre, rolling) = (tyre?, rolling?);
     let scene = Scene {
         title: title?,
-        tyre: tyre?,
+        numerics: numerics?.resolve(&tyre, &rolling, table)?,
+        tyre,
         road: road?,
-        rolling: rolling?,
+        rolling,
         contact: contact?,
-        numerics: numerics?,
         outputs: outputs?,
     };
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.

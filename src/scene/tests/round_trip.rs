@@ -147,7 +147,7 @@ fn contact() -> impl Strategy<Value = Contact> {
 }
 
 fn numerics() -> impl Strategy<Value = Numerics> {
-    let rule = prop_oneof![Just(TimeRule::Bdf1), Just(TimeRule::Bdf2), Just(TimeRule::Trapezoidal)];
+    let rule = prop::sample::select(TimeRule::ALL.to_vec());
     let history = (prop_oneof![Just(History::Direct), Just(History::Modal)], 1e-10..1e-2_f64);
     let sizes = (8..1_000_000_000_usize, 1..9_usize, 1..9999_usize);
     let tolerances = (1e-14..0.1_f64, 1e-15..1e-3_f64);
@@ -163,6 +163,8 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             (memory_limit, time_limit),
         )| {
             Numerics {
+                // Decides about other keys; it has its own test.
+                fmax: None,
                 elements: 2 * half,
                 substeps,
                 time_rule,

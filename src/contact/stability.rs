@@ -1,0 +1,169 @@
+//! Is the inverse of a discretised tyre stable?
+//!
+//! Contact prescribes displacements and asks for forces: F(zeta) = u(zeta)/w(zeta) for every wavenumber. A zero of w inside the unit disk is a
+//! force that grows by 1/|zeta| a step while no element moves: the contact chatters for ever, however small the step.
+//!
+//! w is analytic in the disk (the tyre's poles are stable), so the number of zeros inside |zeta| = r is the number of turns of w round zero along that circle
+//! (argument principle), for two radii: refused and marginal. The circle is followed in steps that turn w by less than 0.8 rad.
+//!
+//! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There delta(zeta) w_n(zeta), with the same delta for all
+//! wavenumbers, is positive real, which a compression to the elements of the patch keeps: the patch alone is stable, too. Runge-Kutta rules mix
+//! their stages and have this proof for the whole circumference only; the patch rests on the smooth-road tests.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::history::transfer::{Transfer, first_weight};
+use crate::scene::TimeRule;
+use crate::tyre::influence::Field;
+use crate::tyre::rational::RationalModel;
+
+/// A force that grows by more than a tenth a step is refused: 1/1.1.
+pub const UNSTABLE: f64 = 0.909;
+/// A force that grows by less than one in a thousand a step is below what the fitted poles can tell; between the two lies the trapezoidal rule, whose symbol reads the
+/// model far beyond its band.
+pub const MARGINAL: f64 = 0.999;
+/// Largest turn of w between two points of the circle \[rad\].
+const TURN: f64 = 0.8;
+/// |w(-1)|^(1/stages) relative to the first weight below which a rule rings at half the sampling frequency.
+const RINGING: f64 = 1e-2;
+
+/// A zero of the discrete transfer function inside the unit disk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnstableZero {
+    /// Wavenumber n.
+    pub wavenumber: usize,
+    /// Where.
+    pub zeta: Complex64,
+    /// Frequency of the growing force \[Hz\].
+    pub frequency: f64,
+    /// Wavenumbers that have zeros this deep in the disk: |zeta| < [`UNSTABLE`] or, for a marginal one, [`MARGINAL`].
+    pub wavenumbers: usize,
+}
+
+/// What a rule does to a tyre's inverse at a time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stability {
+    /// The zero with the smallest |zeta| < [`UNSTABLE`], if there is any.
+    pub unstable: Option<UnstableZero>,
+    /// The zero with the smallest |zeta| between [`UNSTABLE`] and [`MARGINAL`], if there is none deeper.
+    pub marginal: Option<UnstableZero>,
+    /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: what is left of the response at half the sampling frequency.
+    pub at_half_sampling: f64,
+    /// Smallest and largest first weight, times N: the eigenvalues of G0 \[m/N\].
+    pub eigenvalues: (f64, f64),
+}
+
+impl Stability {
+    /// Looks at every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model does not hold the field.
+    pub fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
+        let spring = spring / model.elements as f64;
+        let found: Option<Vec<_>> = (0..=model.largest_wavenumber())
+            .into_par_iter()
+            .map(|n| {
+                let mut modes = model.modes(n, field)?;
+                modes.constant += spring;
+                let first = first_weight(&modes, rule, time_step);
+                let w = Transfer::new(modes, rule, time_step);
+                // Just inside -1: the trapezoidal symbol is infinite there.
+                let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.nodes().len() as f64);
+                Some(([UNSTABLE, MARGINAL].map(|radius| smallest_zero(&w, radius)), end / first, first))
+            })
+            .collect();
+        let found = found?;
+        let zero = |which: usize| {
+            let zeros = || found.iter().enumerate().filter_map(|(n, entry)| Some((n, entry.0[which]?)));
+            let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+            worst.map(|(wavenumber, zeta)| UnstableZero {
+                wavenumber,
+                zeta,
+                frequency: zeta.arg().abs() / (2.0 * PI * time_step),
+                wavenumbers: zeros().count(),
+            })
+        };
+        let unstable = zero(0);
+        let elements = model.elements as f64;
+        Some(Self {
+            unstable,
+            marginal: if unstable.is_some() { None } else { zero(1) },
+            at_half_sampling: found.iter().fold(f64::INFINITY, |a, entry| a.min(entry.1)),
+            eigenvalues: found
+                .iter()
+                .map(|entry| elements * entry.2)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x))),
+        })
+    }
+
+    /// Whether the force rings at half the sampling frequency without decay.
+    pub fn rings(&self) -> bool {
+        self.at_half_sampling < RINGING || self.marginal.is_some()
+    }
+}
+
+/// The zero of smallest modulus inside a radius, if the winding number says that there is one.
+fn smallest_zero(w: &Transfer<'_>, radius: f64) -> Option<Complex64> {
+    if half_turns(w, radius) == 0 {
+        return None;
+    }
+    let mut best: Option<Complex64> = None;
+    for ring in 1..=6 {
+        for step in 0..=6 {
+            let start = Complex64::from_polar(radius * f64::from(ring) / 6.5, PI * f64::from(step) / 6.0);
+            if let Some(zero) = newton(w, start).filter(|zero| zero.norm() < radius)
+                && best.is_none_or(|best| zero.norm() < best.norm())
+            {
+                best = Some(zero);
+            }
+        }
+    }
+    // The count is what decides; a zero that Newton's method cannot find is still one.
+    best.or(Some(Complex64::new(-radius, 0.0)))
+}
+
+/// Zeros inside a radius r: half turns of w along the circle's upper half, from the real w(r) to the real w(-r).
+fn half_turns(w: &Transfer<'_>, radius: f64) -> i64 {
+    // Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
+    let angles = (0..=320).map(|k| match k {
+        0 => 0.0,
+        1..=256 => 1e-5 * (0.5 * PI / 1e-5).powf(f64::from(k - 1) / 255.0),
+        _ => 0.5 * PI * (1.0 + f64::from(k - 256) / 64.0),
+    });
+    let at = |angle: f64| w.at(Complex64::from_polar(radius, angle));
+    let (mut turned, mut last) = (0.0, (0.0, at(0.0)));
+    for angle in angles.skip(1) {
+        let next = (angle, at(angle));
+        turned += turn(&at, last, next, 0);
+        last = next;
+    }
+    (turned / PI).round() as i64
+}
+
+fn turn(at: &impl Fn(f64) -> Complex64, from: (f64, Complex64), to: (f64, Complex64), depth: u32) -> f64 {
+    let direct = (to.1 / from.1).arg();
+    if direct.abs() < TURN || depth >= 24 {
+        return direct;
+    }
+    let middle = 0.5 * (from.0 + to.0);
+    let middle = (middle, at(middle));
+    turn(at, from, middle, depth + 1) + turn(at, middle, to, depth + 1)
+}
+
+/// Newton's method with a central difference for the derivative.
+fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
+    let mut zeta = start;
+    for _ in 0..40 {
+        let h = 1e-6;
+        let slope = (w.at(zeta + h) - w.at(zeta - h)) / (2.0 * h);
+        let change = w.at(zeta) / slope;
+        zeta -= change;
+        if !zeta.is_finite() || zeta.norm() > 1.5 {
+            return None;
+        }
+        if change.norm() < 1e-10 {
+            return Some(if zeta.im < 0.0 { zeta.conj() } else { zeta });
+        }
+    }
+    None
+}

@@ -307,7 +307,8 @@ mod tests {
     fn a_restored_cache_solves_to_the_same_bits_and_drops_the_same_factors() {
         let row: Vec<f64> = (0..100).map(influence).collect();
         let round = |cache: &mut FactorCache, round: usize| {
-            let points: Vec<usize> = (0..30 + round % 5).filter(|point| point % 3 > 0 || point % (2 + round % 7) == 0).collect();
+            let points: Vec<usize> =
+                (0..30 + round % 5).filter(|point| point % 3 > 0 || point % (2 + round % 7) == 0).collect();
             let mut values: Vec<f64> = points.iter().map(|&point| (point as f64).sin()).collect();
             cache.solve(&points, &row, &mut values).unwrap();
             values.iter().map(|value| value.to_bits()).collect::<Vec<_>>()

@@ -122,8 +122,8 @@ impl Checkpoint {
             return Err(unusable(Unusable::Program { found: program.to_owned() }).into());
         }
         let scene_path = folder.join(SCENE_FILE);
-        let scene = std::fs::read_to_string(&scene_path)
-            .map_err(|source| CheckpointError::Io { path: scene_path, source })?;
+        let scene =
+            std::fs::read_to_string(&scene_path).map_err(|source| CheckpointError::Io { path: scene_path, source })?;
         if state.text().map_err(of_state)? != text_digest(&scene) {
             return Err(unusable(Unusable::Scene).into());
         }
@@ -172,7 +172,9 @@ impl Checkpoint {
         let road = moving.prepared.road.restore(&mut state, moving.meter)?;
         road.and_then(|()| moving.prepared.march.restore(&mut state))
             .and_then(|()| state.end())
-            .and_then(|()| if moving.prepared.march.next_step() == self.steps { Ok(()) } else { Err(StateError::Value) })
+            .and_then(
+                |()| if moving.prepared.march.next_step() == self.steps { Ok(()) } else { Err(StateError::Value) },
+            )
             .map_err(|error| unusable(error.into()))?;
         Ok(wall)
     }

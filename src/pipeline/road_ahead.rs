@@ -82,7 +82,11 @@ impl RoadAhead {
     ///
     /// # Errors
     /// Of the road and of its slices; [`StateError`] as a [`RunError`] by the caller's wrapping.
-    pub fn restore(&mut self, state: &mut StateReader<'_>, meter: &mut Meter) -> Result<Result<(), StateError>, RunError> {
+    pub fn restore(
+        &mut self,
+        state: &mut StateReader<'_>,
+        meter: &mut Meter,
+    ) -> Result<Result<(), StateError>, RunError> {
         let (first, end) = match state.wholes().as_deref() {
             Ok(&[first, end, from, to]) if self.made.0 == from && from <= first && first <= end && to >= from => {
                 self.made = (from, to);

@@ -14,10 +14,11 @@ use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::{Record, StepRecord};
 use crate::meter::{Counter, Meter, Stage};
-use crate::results::folder::{ResultsFolder, unfinished};
+use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::results::unfinished::unfinished;
 use crate::scene::{Axle, LoadedScene};
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.

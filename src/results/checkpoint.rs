@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(read(folder.path()).unwrap(), b"a state of some length");
         let path = folder.path().join(CHECKPOINT_FILE);
         let good = fs::read(&path).unwrap();
-        let mut refused = |bytes: &[u8]| {
+        let refused = |bytes: &[u8]| {
             fs::write(&path, bytes).unwrap();
             match read(folder.path()).unwrap_err() {
                 CheckpointError::Unusable { reason, .. } => reason,

@@ -18,6 +18,7 @@ pub mod road;
 pub mod run;
 pub mod slice;
 pub mod slices;
+pub mod sweep;
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -67,6 +68,8 @@ pub enum Command {
     Run(run::RunArguments),
     /// Go on with a run that was interrupted or killed, as if it had never stopped.
     Resume(resume::ResumeArguments),
+    /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
+    Sweep(sweep::SweepArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
     /// Describe and draw a scene's road.
@@ -126,6 +129,7 @@ impl Command {
         match self {
             Self::Run(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
+            Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
@@ -181,7 +185,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         for name in
-            ["run", "resume", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"]
+            ["run", "resume", "sweep", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"]
         {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -51,6 +51,14 @@ fn partial_folders(target: &Path) -> Vec<PathBuf> {
     names.into_iter().map(|name| target.with_file_name(name)).filter(|folder| folder.is_dir()).collect()
 }
 
+/// Deletes what unfinished runs of a final name have left, unless a process still writes to it.
+pub fn forget_abandoned(target: &Path) {
+    for folder in partial_folders(target).into_iter().filter(|folder| !in_use(folder)) {
+        // What cannot be deleted is in nobody's way.
+        let _ = std::fs::remove_dir_all(folder);
+    }
+}
+
 /// The final name of an unfinished run's folder.
 pub(super) fn final_name(folder: &Path) -> Option<PathBuf> {
     let name = folder.file_name()?.to_str()?;

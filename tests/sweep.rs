@@ -55,7 +55,19 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     fs::write(place.join("scene.toml"), scene(0.8)).unwrap();
     fs::write(place.join("smooth.toml"), "kind = \"smooth\"").unwrap();
     fs::write(place.join("rough.toml"), ROAD.replace("46.0", "50.0")).unwrap();
-    let arguments = ["scene.toml", "--speed", "40..80:40", "--load", "2500,3000", "--road", "rough.toml", "--out", "s", "--threads", "2"];
+    let arguments = [
+        "scene.toml",
+        "--speed",
+        "40..80:40",
+        "--load",
+        "2500,3000",
+        "--road",
+        "rough.toml",
+        "--out",
+        "s",
+        "--threads",
+        "2",
+    ];
     let first = output(place, &arguments);
     assert!(first.status.success(), "{}", text(&first.stderr));
     assert!(text(&first.stdout).contains("4 variants, 0 of them found finished"), "{}", text(&first.stdout));
@@ -123,7 +135,10 @@ fn a_killed_sweep_goes_on_from_its_checkpoints() {
     let last = output(place, &arguments("cut"));
     assert!(last.status.success(), "{}", text(&last.stderr));
     for name in ["sweep.csv", "sweep.txt", "60kmh/total_force.npy", "80kmh/patch_force.npy", "80kmh/spectra.csv"] {
-        assert!(fs::read(place.join("whole").join(name)).unwrap() == fs::read(place.join("cut").join(name)).unwrap(), "{name}");
+        assert!(
+            fs::read(place.join("whole").join(name)).unwrap() == fs::read(place.join("cut").join(name)).unwrap(),
+            "{name}"
+        );
     }
     let left: Vec<_> = fs::read_dir(place.join("cut")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert!(left.iter().all(|name| !name.to_string_lossy().contains("partial")), "{left:?}");

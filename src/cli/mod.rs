@@ -184,9 +184,19 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in
-            ["run", "resume", "sweep", "mobility", "road", "compliance", "influence", "cache", "slices", "slice", "indent"]
-        {
+        for name in [
+            "run",
+            "resume",
+            "sweep",
+            "mobility",
+            "road",
+            "compliance",
+            "influence",
+            "cache",
+            "slices",
+            "slice",
+            "indent",
+        ] {
             let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }

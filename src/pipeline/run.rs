@@ -116,7 +116,6 @@ impl Work<'_> {
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, begin, .. } = *self;
         let mut meter = Meter::default();
-        let identity = Identity::of(loaded)?;
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, &mut meter)?;
         for warning in &prepared.warnings {
@@ -126,6 +125,7 @@ impl Work<'_> {
             return Err(RunError::Interrupted { kept: None });
         }
 
+        let identity = Identity::of(loaded)?;
         let mut folder = folder()?;
         let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);

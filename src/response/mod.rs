@@ -6,6 +6,6 @@ pub mod speed_exponent;
 pub mod third_octave;
 
 pub use accumulator::SpectrumAccumulator;
-pub use speed_exponent::SpeedExponent;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
+pub use speed_exponent::SpeedExponent;
 pub use third_octave::ThirdOctaveBand;

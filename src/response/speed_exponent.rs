@@ -35,8 +35,7 @@ impl SpeedExponent {
             return None;
         }
         let slope = covariance / variance;
-        let squares: f64 =
-            points.iter().map(|(x, level)| (level - level_mean - slope * (x - x_mean)).powi(2)).sum();
+        let squares: f64 = points.iter().map(|(x, level)| (level - level_mean - slope * (x - x_mean)).powi(2)).sum();
         Some(Self { decibels_per_decade: slope, residual: (squares / count).sqrt(), speeds: points.len() })
     }
 }

@@ -123,7 +123,8 @@ fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
         && summary["version"] == env!("CARGO_PKG_VERSION");
     let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
     // A road file written after the results may have another content.
-    let newer = variant.loaded.scene.road.file().is_some_and(|road| written(road) > written(&folder.join(SUMMARY_FILE)));
+    let newer =
+        variant.loaded.scene.road.file().is_some_and(|road| written(road) > written(&folder.join(SUMMARY_FILE)));
     if !same || newer {
         return None;
     }

@@ -7,8 +7,8 @@ use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
 use super::run::Outcome;
 use super::variants::Variant;
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
-use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::ResultsError;
+use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,7 +168,8 @@ mod tests {
     fn block() -> SweepBlock {
         let speeds = vec![50.0, 80.0, 130.0];
         let line = |band: i32, offset: f64, slope: f64| {
-            let levels: Vec<Option<f64>> = speeds.iter().map(|speed: &f64| Some(offset + slope * speed.log10())).collect();
+            let levels: Vec<Option<f64>> =
+                speeds.iter().map(|speed: &f64| Some(offset + slope * speed.log10())).collect();
             let exponent = SpeedExponent::fit(speeds.iter().copied().zip(levels.iter().map(|level| level.unwrap())));
             BandLine { band: ThirdOctaveBand(band), levels, exponent }
         };
@@ -189,7 +190,7 @@ mod tests {
         let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
         assert_eq!(rows.len(), 7);
         let growth: f64 = rows[0][5].parse().unwrap();
-        assert!((growth - 30.0).abs() < 1e-10 && &rows[0][0] == "stone, 3000 N" && &rows[6][5] == "");
+        assert!((growth - 30.0).abs() < 1e-10 && &rows[0][0] == "stone, 3000 N" && rows[6][5].is_empty());
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
         assert!(svg.contains("per decade of speed"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);

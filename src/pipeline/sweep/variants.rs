@@ -149,7 +149,9 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
     };
     let same = own.get("kind").and_then(Value::as_str) == Some(kind);
     if kind == "grid" && !same {
-        return Err(failed("a height map needs its spacings: name a .toml file with kind = \"grid\", file, dx and dy".into()));
+        return Err(failed(
+            "a height map needs its spacings: name a .toml file with kind = \"grid\", file, dx and dy".into(),
+        ));
     }
     let mut table = if same { own } else { Table::from_iter([("kind".to_owned(), Value::String(kind.into()))]) };
     table.insert("file".into(), text(&absolute)?);

@@ -66,7 +66,7 @@ impl Sizes {
     fn new(capacity: usize, points: usize) -> Self {
         let points = points.max(1);
         let stride = points.next_multiple_of(LINE);
-        let slots = capacity.min(LARGEST_MEMORY / (8 * stride * points)).max(1);
+        let slots = capacity.min(LARGEST_MEMORY / stride.saturating_mul(8 * points)).max(1);
         Self { points, stride, slots }
     }
 }
@@ -74,7 +74,7 @@ impl Sizes {
 /// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
 pub fn largest_memory(capacity: usize, points: usize) -> usize {
     let Sizes { points, stride, slots } = Sizes::new(capacity, points);
-    8 * slots * (stride + 1) * points
+    (8 * slots * points).saturating_mul(stride + 1)
 }
 
 /// The cache.

@@ -1,6 +1,6 @@
 //! One scene at many speeds, loads and roads.
 //!
-//! 1. [`variants`]: the scenes, checked before anything runs;
+//! 1. [`mod@variants`]: the scenes, checked before anything runs;
 //! 2. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
 //! 3. [`table`]: levels side by side, and how they grow with the speed.
 

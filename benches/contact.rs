@@ -164,7 +164,7 @@ fn search(criterion: &mut Criterion) {
         let sets = [(0..points).collect::<Vec<_>>(), (0..points + 1).filter(|j| *j != 1).collect()];
         let values: Vec<f64> = (0..points).map(|j| 1e-4 * (1 + j % 3) as f64).collect();
         for (name, capacity) in [("cached", 2), ("fresh", 1)] {
-            let mut cache = FactorCache::new(capacity, points);
+            let mut cache = FactorCache::new(capacity, points + 1);
             let mut solution = values.clone();
             group.bench_function(BenchmarkId::new(name, points), |bench| {
                 let mut turn = 0;

@@ -37,16 +37,17 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize)
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let first = march.geometry().first_element(0);
     let mut slices = SliceQueue::starting_at(first);
-    slices.extend((0..BEFORE + COUNTED + march.geometry().columns as u64).map(|_| {
-        StiffnessCurve::flat(random.random_range(-6e-3..0.0))
-    }));
+    slices.extend(
+        (0..BEFORE + COUNTED + march.geometry().columns as u64)
+            .map(|_| StiffnessCurve::flat(random.random_range(-6e-3..0.0))),
+    );
     for step in 0..BEFORE {
-        march.step(prepared.axle.indentation(step), &slices).unwrap();
+        march.step(&prepared.axle, &slices).unwrap();
     }
     let before = march.search_counts().factors;
     let region = Region::new(ALLOCATOR);
     for step in BEFORE..BEFORE + COUNTED {
-        march.step(prepared.axle.indentation(step), &slices).unwrap();
+        march.step(&prepared.axle, &slices).unwrap();
     }
     let change = region.change();
     let after = march.search_counts().factors;
@@ -73,7 +74,9 @@ fn no_step_allocates_whether_its_factor_is_found_or_made() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         for (history, tread, rule, elements, cached) in cases {
             let (allocations, made, found) = pool.install(|| count(history, tread, rule, elements, cached));
-            println!("{history}, {tread}, {rule}, N = {elements}, {cached} factors, {threads} threads: {allocations} allocations, {made} factors made, {found} found");
+            println!(
+                "{history}, {tread}, {rule}, N = {elements}, {cached} factors, {threads} threads: {allocations} allocations, {made} factors made, {found} found"
+            );
             assert_eq!(allocations, 0, "{history}, {tread}, {rule}, {threads} threads");
             assert!(tread == "uncoupled" || made > 10, "{made} factors made");
             assert!(tread == "uncoupled" || cached < 10 || found > 20, "{found} factors found");

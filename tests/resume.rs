@@ -100,7 +100,8 @@ fn assert_same(one: &Path, other: &Path) {
 
 /// The one folder of an unfinished run called `name`.
 fn unfinished(folder: &Path, name: &str) -> Option<PathBuf> {
-    let found: Vec<String> = names(folder).into_iter().filter(|entry| entry.starts_with(&format!("{name}.partial"))).collect();
+    let found: Vec<String> =
+        names(folder).into_iter().filter(|entry| entry.starts_with(&format!("{name}.partial"))).collect();
     assert!(found.len() <= 1, "{found:?}");
     found.first().map(|found| folder.join(found))
 }
@@ -132,7 +133,8 @@ fn killed_at_random(scene: &str, metres: f64, kills: usize, seed: u64) {
         let mut run = command(place, arguments).args(["--threads", threads]).spawn().unwrap();
         if killed < kills {
             let delay = length.mul_f64(random.random_range(0.0..1.0 / (1.0 + kills as f64 / 2.0)));
-            let before = unfinished(place, "cut").map(|folder| folder.join("checkpoint")).and_then(|file| fs::read(file).ok());
+            let before =
+                unfinished(place, "cut").map(|folder| folder.join("checkpoint")).and_then(|file| fs::read(file).ok());
             if attempt % 3 > 0 {
                 // At least one checkpoint further, so that the run gets on.
                 wait_for(&mut run, || {
@@ -171,7 +173,8 @@ fn killed_at_random_moments_the_direct_history_ends_in_the_same_bytes() {
 
 #[test]
 fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
-    let scene = scene_of("modal", &road("repeat"), 20.0, 0.004).replace("load = 3000.0", "indentation = 0.012, ramp = 0.05");
+    let scene =
+        scene_of("modal", &road("repeat"), 20.0, 0.004).replace("load = 3000.0", "indentation = 0.012, ramp = 0.05");
     killed_at_random(&scene, 21.0, 3, 3);
 }
 
@@ -229,7 +232,9 @@ fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
         assert!(output.stdout.is_empty() && !message.contains("panicked"), "{message}");
     };
-    for (place, words) in [(0, "not a checkpoint"), (8, "format version"), (30, "damaged"), (good.len() - 40, "damaged")] {
+    for (place, words) in
+        [(0, "not a checkpoint"), (8, "format version"), (30, "damaged"), (good.len() - 40, "damaged")]
+    {
         let mut bad = good.clone();
         bad[place] ^= 0x10;
         fs::write(&file, &bad).unwrap();

@@ -95,7 +95,8 @@ fn smooth(steps: u64) -> (String, u64) {
         warm_up as f64 * time_step,
         (steps - warm_up) as f64 * time_step
     );
-    let text = scene_text(64, "kind = \"smooth\"", &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.2");
+    let text =
+        scene_text(64, "kind = \"smooth\"", &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.2");
     (text, steps)
 }
 

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::heights::HeightsError;
 use crate::half_space::HalfSpaceError;
 use crate::pipeline::RunError;
+use crate::pipeline::sweep::SweepError;
 use crate::results::{PlotError, ResultsError};
 use crate::road::slices::SliceError;
 use crate::scene::SceneError;
@@ -74,6 +75,20 @@ pub enum CliError {
         /// Where the partial results are, if there are any.
         kept: Option<PathBuf>,
     },
+    /// The variants of a sweep make no sense.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// Some variants of a sweep failed.
+    #[error("{} of {of} variants failed: {}; the others are done", failed.len(), failed.join(", "))]
+    SweepFailed {
+        /// Their names.
+        failed: Vec<String>,
+        /// How many there were.
+        of: usize,
+    },
+    /// The user stopped a sweep.
+    #[error("interrupted; the same command goes on where the sweep was")]
+    SweepStopped,
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
@@ -92,7 +107,9 @@ impl CliError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
-            Self::Interrupted { .. } => INTERRUPTED,
+            Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
+            Self::SweepFailed { .. } => FAILED,
+            Self::Sweep(_) => USAGE,
             Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } | Self::Heights(_) | Self::Slice(_) => USAGE,
             Self::HalfSpace(HalfSpaceError::NotConverged { .. } | HalfSpaceError::NotPositiveDefinite { .. }) => FAILED,
             Self::HalfSpace(_) => USAGE,
@@ -111,6 +128,7 @@ impl CliError {
     pub fn render(&self, colour: bool) -> String {
         match self {
             Self::Scene(error) | Self::Run(RunError::Scene(error)) => error.render(colour),
+            Self::Sweep(SweepError::Scene { name, source }) => format!("variant {name}:\n{}", source.render(colour)),
             other => other.to_string(),
         }
     }

@@ -20,6 +20,7 @@ pub mod rules;
 pub mod run;
 pub mod slice;
 pub mod slices;
+pub mod sweep;
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -69,6 +70,8 @@ pub enum Command {
     Run(run::RunArguments),
     /// Go on with a run that was interrupted or killed, as if it had never stopped.
     Resume(resume::ResumeArguments),
+    /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
+    Sweep(sweep::SweepArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
     /// Describe and draw a scene's road.
@@ -130,6 +133,7 @@ impl Command {
         match self {
             Self::Run(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
+            Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
@@ -188,6 +192,7 @@ mod tests {
         for name in [
             "run",
             "resume",
+            "sweep",
             "mobility",
             "road",
             "compliance",

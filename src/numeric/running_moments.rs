@@ -47,7 +47,7 @@ impl RunningMoments {
 
     /// The mean, if there is any value.
     pub fn mean(&self) -> Option<f64> {
-        (self.count > 0).then(|| self.shift + self.mean)
+        (self.count > 0).then_some(self.shift + self.mean)
     }
 
     /// Mean square of the values less their mean, if there is any value.

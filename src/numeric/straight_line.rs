@@ -18,7 +18,8 @@ impl StraightLine {
         let mean = |value: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / count;
         let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
         let spread = mean(&|point| (point.0 - x).powi(2));
-        if points.len() < 2 || spread <= 0.0 {
+        // Places that agree to rounding are one.
+        if points.len() < 2 || spread <= 1e-20 * (1.0 + x * x) {
             return None;
         }
         let slope = mean(&|point| (point.0 - x) * (point.1 - y)) / spread;

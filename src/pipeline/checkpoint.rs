@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use super::error::RunError;
 use super::prepare::Prepared;
 use super::record::Record;
+use super::road_ahead::Missing;
 use crate::meter::{Counter, Meter, Stage, StageCost};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::results::ResultsError;
@@ -122,8 +123,8 @@ impl Checkpoint {
             return Err(unusable(Unusable::Program { found: program.to_owned() }).into());
         }
         let scene_path = folder.join(SCENE_FILE);
-        let scene = std::fs::read_to_string(&scene_path)
-            .map_err(|source| CheckpointError::Io { path: scene_path, source })?;
+        let scene =
+            std::fs::read_to_string(&scene_path).map_err(|source| CheckpointError::Io { path: scene_path, source })?;
         if state.text().map_err(of_state)? != text_digest(&scene) {
             return Err(unusable(Unusable::Scene).into());
         }
@@ -151,30 +152,34 @@ impl Checkpoint {
         if influence != influence_digest(moving.prepared) {
             return Err(unusable(Unusable::Influence).into());
         }
-        let read = |state: &mut StateReader<'_>, moving: &mut Moving<'_>| -> Result<Duration, StateError> {
-            let wall = Duration::from_nanos(state.count()?);
-            for stage in Stage::ALL {
-                let mut cost = [0; 2];
-                state.counts_into(&mut cost)?;
-                let [calls, wall] = cost;
-                moving.meter.add_cost(stage, StageCost { calls, wall: Duration::from_nanos(wall) });
-            }
-            let mut counts = [0; Counter::ALL.len()];
-            state.counts_into(&mut counts)?;
-            for (counter, amount) in Counter::ALL.into_iter().zip(counts) {
-                moving.meter.set_count(counter, amount);
-            }
-            moving.record.restore(state)?;
-            moving.prepared.axle.restore(state)?;
-            Ok(wall)
-        };
-        let wall = read(&mut state, moving).map_err(|error| unusable(error.into()))?;
-        let road = moving.prepared.road.restore(&mut state, moving.meter)?;
-        road.and_then(|()| moving.prepared.march.restore(&mut state))
-            .and_then(|()| state.end())
-            .and_then(|()| if moving.prepared.march.next_step() == self.steps { Ok(()) } else { Err(StateError::Value) })
-            .map_err(|error| unusable(error.into()))?;
+        let (wall, missing) = self.read_state(&mut state, moving).map_err(|error| unusable(error.into()))?;
+        state.end().map_err(|error| unusable(error.into()))?;
+        moving.prepared.road.refill(&missing, moving.meter)?;
         Ok(wall)
+    }
+
+    fn read_state(
+        &self,
+        state: &mut StateReader<'_>,
+        moving: &mut Moving<'_>,
+    ) -> Result<(Duration, Missing), StateError> {
+        let wall = Duration::from_nanos(state.count()?);
+        for stage in Stage::ALL {
+            let mut cost = [0; 2];
+            state.counts_into(&mut cost)?;
+            let [calls, wall] = cost;
+            moving.meter.add_cost(stage, StageCost { calls, wall: Duration::from_nanos(wall) });
+        }
+        let mut counts = [0; Counter::ALL.len()];
+        state.counts_into(&mut counts)?;
+        for (counter, amount) in Counter::ALL.into_iter().zip(counts) {
+            moving.meter.set_count(counter, amount);
+        }
+        moving.record.restore(state)?;
+        moving.prepared.axle.restore(state)?;
+        let missing = moving.prepared.road.restore(state)?;
+        moving.prepared.march.restore(state)?;
+        if moving.prepared.march.next_step() == self.steps { Ok((wall, missing)) } else { Err(StateError::Value) }
     }
 }
 

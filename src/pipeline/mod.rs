@@ -2,7 +2,8 @@
 //!
 //! 1. [`plan`]: sizes, memory and work of a scene, checked before anything is allocated;
 //! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
-//! 3. [`mod@run`]: steps, arrays, spectra, plots, summary; [`checkpoint`] lets it go on where it was stopped.
+//! 3. [`mod@run`]: steps, arrays, spectra, plots, summary; [`checkpoint`] lets it go on where it was stopped;
+//! 4. [`sweep`]: the same at many speeds, loads and roads.
 //!
 //! [`rules`] does the first two for several time rules and compares them.
 
@@ -16,6 +17,7 @@ pub mod record;
 pub mod road_ahead;
 pub mod rules;
 pub mod run;
+pub mod sweep;
 
 pub use error::RunError;
 pub use plan::Plan;

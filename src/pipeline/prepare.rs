@@ -43,10 +43,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let sum = meter.time(Stage::Influence, || {
         InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
     });
-    let field = match scene.contact.tread {
-        Tread::Elastic | Tread::Uncoupled => Field::Surface,
-        Tread::Bedding => Field::UnderTread,
-    };
+    let field = contact_field(scene);
     let (at_rest, spring) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
 
     let lattice = Lattice::choose(&scene.road, plan.element, tyre.contact_width, scene.contact.lateral_points)
@@ -113,6 +110,14 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
         at_rest,
         warnings,
     })
+}
+
+/// The displacement that a scene's contact feels.
+pub fn contact_field(scene: &Scene) -> Field {
+    match scene.contact.tread {
+        Tread::Elastic | Tread::Uncoupled => Field::Surface,
+        Tread::Bedding => Field::UnderTread,
+    }
 }
 
 /// The maker of a law's stiffness curves on a lattice.

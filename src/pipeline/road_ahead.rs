@@ -26,6 +26,13 @@ pub struct RoadAhead {
     made: (i64, i64),
 }
 
+/// Slices that a state wants to be there.
+#[derive(Clone, Copy, Debug)]
+pub struct Missing {
+    first: i64,
+    end: i64,
+}
+
 impl RoadAhead {
     /// Nothing made yet; `queue` says where it will begin.
     pub fn new(surface: RoadSurface, builder: SliceBuilder, queue: SliceQueue, elements: Option<(i64, i64)>) -> Self {
@@ -78,37 +85,43 @@ impl RoadAhead {
         state.wholes(&[self.queue.first(), self.queue.end(), self.made.0, self.made.1]);
     }
 
+    /// Reads which slices are to be there; [`Self::refill`] then makes them.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<Missing, StateError> {
+        let [first, end, from, to] = state.wholes()?[..] else { return Err(StateError::Value) };
+        if self.made.0 != from || first < from || end < first || to < from {
+            return Err(StateError::Value);
+        }
+        self.made.1 = to;
+        self.queue = SliceQueue::starting_at(first);
+        Ok(Missing { first, end })
+    }
+
     /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not counted: they have been before.
     ///
     /// # Errors
-    /// Of the road and of its slices; [`StateError`] as a [`RunError`] by the caller's wrapping.
-    pub fn restore(&mut self, state: &mut StateReader<'_>, meter: &mut Meter) -> Result<Result<(), StateError>, RunError> {
-        let (first, end) = match state.wholes().as_deref() {
-            Ok(&[first, end, from, to]) if self.made.0 == from && from <= first && first <= end && to >= from => {
-                self.made = (from, to);
-                (first, end)
-            }
-            Ok(_) => return Ok(Err(StateError::Value)),
-            Err(error) => return Ok(Err(*error)),
-        };
+    /// Of the road and of its slices.
+    pub fn refill(&mut self, missing: &Missing, meter: &mut Meter) -> Result<(), RunError> {
+        let repeats = !self.period.is_empty();
         let (mut begin, stop) = match self.period.len() as i64 {
-            0 => (first, end),
+            0 => (missing.first, missing.end),
             period => (self.made.0, self.made.1.min(self.made.0 + period)),
         };
-        self.queue = SliceQueue::starting_at(first);
         while begin < stop {
             let rows = CHUNK_ROWS.min((stop - begin) as usize);
             let curves = self.make(begin, rows, meter)?;
-            if self.period.is_empty() {
+            if !repeats {
                 self.queue.extend(curves);
             }
             begin += rows as i64;
         }
-        for element in self.queue.end()..end {
-            let Some(curve) = self.kept(element) else { return Ok(Err(StateError::Value)) };
+        while repeats && self.queue.end() < missing.end {
+            let Some(curve) = self.kept(self.queue.end()) else { break };
             self.queue.extend([curve]);
         }
-        Ok(Ok(()))
+        Ok(())
     }
 
     /// The curve of an element that an earlier pass has made.

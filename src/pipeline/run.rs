@@ -14,10 +14,11 @@ use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::{Record, StepRecord};
 use crate::meter::{Counter, Meter, Stage};
-use crate::results::folder::{ResultsFolder, unfinished};
+use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::results::unfinished::unfinished;
 use crate::scene::{Axle, LoadedScene};
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
@@ -115,7 +116,6 @@ impl Work<'_> {
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, begin, .. } = *self;
         let mut meter = Meter::default();
-        let identity = Identity::of(loaded)?;
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, &mut meter)?;
         for warning in &prepared.warnings {
@@ -125,6 +125,7 @@ impl Work<'_> {
             return Err(RunError::Interrupted { kept: None });
         }
 
+        let identity = Identity::of(loaded)?;
         let mut folder = folder()?;
         let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);

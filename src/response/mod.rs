@@ -2,8 +2,10 @@
 
 pub mod accumulator;
 pub mod spectrum;
+pub mod speed_exponent;
 pub mod third_octave;
 
 pub use accumulator::SpectrumAccumulator;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
+pub use speed_exponent::SpeedExponent;
 pub use third_octave::ThirdOctaveBand;

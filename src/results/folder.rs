@@ -11,20 +11,17 @@
 //! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were made for it, too.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{CHECKPOINT_FILE, CheckpointError, SCENE_FILE, TEMPORARY_FILE};
 use super::error::ResultsError;
 use super::summary::{FORMAT, Marker, SUMMARY_FILE, Summary};
+use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
 
-/// Locked while a process writes to the folder.
-const LOCK_FILE: &str = "lock";
 /// What an unfinished run needs and a finished one does not.
 const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
-/// What the name of an unfinished run adds to the final one.
-const PARTIAL: &str = ".partial";
 
 /// A results folder being filled.
 #[derive(Debug)]
@@ -169,69 +166,6 @@ impl ResultsFolder {
     }
 }
 
-/// The folder of an unfinished run with a checkpoint, by the run's final name or by the folder's own.
-///
-/// # Errors
-/// [`CheckpointError`] unless there is exactly one.
-pub fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
-    let has_checkpoint = |folder: &Path| folder.join(CHECKPOINT_FILE).is_file();
-    if final_name(path).is_some() && path.is_dir() {
-        let path = path.to_owned();
-        return if has_checkpoint(&path) { Ok(path) } else { Err(CheckpointError::NoCheckpoint { path }) };
-    }
-    let mut found = partial_folders(path);
-    let without = found.iter().find(|folder| !has_checkpoint(folder)).cloned();
-    found.retain(|folder| has_checkpoint(folder));
-    match (found.len(), without) {
-        (1, _) => Ok(found.remove(0)),
-        (0, Some(path)) => Err(CheckpointError::NoCheckpoint { path }),
-        (0, None) if path.join(SUMMARY_FILE).is_file() => Err(CheckpointError::Complete { path: path.to_owned() }),
-        (0, None) => Err(CheckpointError::Nothing { path: path.to_owned() }),
-        _ => Err(CheckpointError::Several { found }),
-    }
-}
-
-/// Folders of unfinished runs of a final name, sorted.
-fn partial_folders(target: &Path) -> Vec<PathBuf> {
-    let Some(name) = target.file_name() else { return Vec::new() };
-    let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Ok(entries) = entries(parent) else { return Vec::new() };
-    let name = name.to_string_lossy();
-    let mut names: Vec<String> = entries
-        .into_iter()
-        .filter(|entry| {
-            let rest = entry.strip_prefix(name.as_ref()).and_then(|rest| rest.strip_prefix(PARTIAL));
-            rest.is_some_and(|rest| rest.is_empty() || (rest.starts_with('-') && !rest.ends_with("-old")))
-        })
-        .collect();
-    names.sort();
-    names.into_iter().map(|name| target.with_file_name(name)).filter(|folder| folder.is_dir()).collect()
-}
-
-/// The final name of an unfinished run's folder.
-fn final_name(folder: &Path) -> Option<PathBuf> {
-    let name = folder.file_name()?.to_str()?;
-    let (name, rest) = name.rsplit_once(PARTIAL)?;
-    (!name.is_empty() && (rest.is_empty() || rest.starts_with('-'))).then(|| folder.with_file_name(name))
-}
-
-/// Locks a folder for this process, as long as the file lives; `None` where the file system knows no locks.
-fn lock(folder: &Path) -> Result<Option<File>, CheckpointError> {
-    let path = folder.join(LOCK_FILE);
-    let file = File::create(&path).map_err(|source| CheckpointError::Io { path, source })?;
-    match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
-        Err(TryLockError::WouldBlock) => Err(CheckpointError::Running { path: folder.to_owned() }),
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
-}
-
-/// Whether a process writes to a folder.
-fn in_use(folder: &Path) -> bool {
-    let file = File::open(folder.join(LOCK_FILE));
-    file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
-}
-
 impl Drop for ResultsFolder {
     fn drop(&mut self) {
         if self.finished || self.keep {
@@ -269,9 +203,8 @@ fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
         .and_then(|bytes| serde_json::from_slice::<Marker>(&bytes).ok())
         .filter(|marker| marker.format == FORMAT)
         .ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
-    let ours = |name: &String| {
-        name == SUMMARY_FILE || SERVICE_FILES.contains(&name.as_str()) || marker.files.contains(name)
-    };
+    let ours =
+        |name: &String| name == SUMMARY_FILE || SERVICE_FILES.contains(&name.as_str()) || marker.files.contains(name);
     match present.into_iter().find(|name| !ours(name)) {
         Some(entry) => Err(ResultsError::ForeignEntry { path: target.to_owned(), entry }),
         None => Ok(()),
@@ -311,7 +244,8 @@ fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
     let process = std::process::id();
     let mut attempt = 0_u32;
     loop {
-        let suffix = if attempt == 0 { format!("{PARTIAL}-{process}") } else { format!("{PARTIAL}-{process}-{attempt}") };
+        let suffix =
+            if attempt == 0 { format!("{PARTIAL}-{process}") } else { format!("{PARTIAL}-{process}-{attempt}") };
         let path = with_suffix(target, &suffix);
         match fs::create_dir(&path) {
             Ok(()) => return Ok(path),
@@ -322,7 +256,7 @@ fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
 }
 
 /// Names of what is in a folder.
-fn entries(folder: &Path) -> io::Result<Vec<String>> {
+pub(super) fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
@@ -493,7 +427,10 @@ mod tests {
         }
         let again = ResultsFolder::reopen(&target).unwrap();
         let kept = again.finish_partial(example()).unwrap();
-        assert_eq!((kept.as_path(), names(place.path())), (place.path().join("run.partial").as_path(), vec!["run.partial".into()]));
+        assert_eq!(
+            (kept.as_path(), names(place.path())),
+            (place.path().join("run.partial").as_path(), vec!["run.partial".into()])
+        );
         assert_eq!(names(&kept), ["checkpoint", "summary.json", "time.npy"]);
         let last = ResultsFolder::reopen(&target).unwrap();
         assert_eq!(last.finish(example()).unwrap(), target);

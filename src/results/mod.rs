@@ -1,6 +1,6 @@
 //! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
 //!
-//! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run beside it; [`npy`] streams arrays while the run goes on; [`summary`],
+//! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run goes on; [`summary`],
 //! [`spectra`] and [`plots`] are written at its end; [`profile_table`] is for the terminal.
 
 pub mod checkpoint;
@@ -12,6 +12,7 @@ pub mod profile_table;
 pub mod spectra;
 pub mod summary;
 pub mod table;
+pub mod unfinished;
 
 pub use checkpoint::CheckpointError;
 pub use error::ResultsError;

@@ -96,8 +96,13 @@ impl<T: NpyNumber> NpyWriter<T> {
         let mut found = [0; HEADER_BYTES];
         let complete = file.read_exact(&mut found).is_ok();
         let length = file.metadata().map_err(writing())?.len();
-        let mut writer =
-            Self { path: path.to_owned(), file: BufWriter::with_capacity(BUFFER_BYTES, file), row, rows, number: PhantomData };
+        let mut writer = Self {
+            path: path.to_owned(),
+            file: BufWriter::with_capacity(BUFFER_BYTES, file),
+            row,
+            rows,
+            number: PhantomData,
+        };
         // Everything but the number of rows, which the file may not know yet.
         let same = (0..=length / 8).contains(&rows) && {
             let text = |bytes: &[u8]| {
@@ -268,7 +273,12 @@ mod tests {
             assert_eq!(std::fs::read(&path).unwrap(), expected);
         }
         let refused = |rows, row| NpyWriter::<f64>::reopen(&path, row, rows).unwrap_err();
-        for error in [refused(51, Row::Columns(3)), refused(u64::MAX, Row::Scalar), refused(5, Row::Columns(4)), refused(5, Row::Scalar)] {
+        for error in [
+            refused(51, Row::Columns(3)),
+            refused(u64::MAX, Row::Scalar),
+            refused(5, Row::Columns(4)),
+            refused(5, Row::Scalar),
+        ] {
             assert!(matches!(error, ResultsError::NotThisArray { .. }), "{error}");
         }
         assert!(NpyWriter::<i64>::reopen(&path, Row::Columns(3), 5).is_err());

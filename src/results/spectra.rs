@@ -5,7 +5,7 @@ use std::path::Path;
 use csv::Writer;
 
 use super::error::ResultsError;
-use crate::response::BandLevel;
+use crate::response::{BandLevel, ThirdOctaveBand};
 
 /// Name of the file in a results folder.
 pub const SPECTRA_FILE: &str = "spectra.csv";
@@ -43,10 +43,30 @@ pub fn force_levels_csv(levels: &[BandLevel], path: &Path) -> Result<String, Res
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
+/// The levels in such a text, bit by bit; `None` where it is none.
+pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let column = |name: &str, reader: &mut csv::Reader<&[u8]>| {
+        reader.headers().ok().and_then(|headers| headers.iter().position(|header| header == name))
+    };
+    let mid_frequency = column("mid_frequency_hz", &mut reader)?;
+    let mean_square = column("mean_square_n2", &mut reader)?;
+    let level = column("level_db_re_1n", &mut reader)?;
+    let rows = reader.records().map(|row| {
+        let row = row.ok()?;
+        let number = |column: usize| row.get(column)?.parse::<f64>().ok();
+        Some(BandLevel {
+            band: ThirdOctaveBand::containing(number(mid_frequency)?)?,
+            mean_square: number(mean_square)?,
+            level: number(level)?,
+        })
+    });
+    rows.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::response::ThirdOctaveBand;
 
     #[test]
     fn numbers_come_back_bit_by_bit() {
@@ -72,6 +92,8 @@ mod tests {
             ];
             assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));
         }
+        assert_eq!(read_force_levels(&text).unwrap(), levels);
+        assert_eq!(read_force_levels("a,b\n1,2\n"), None);
         assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains("-inf"), "{text}");
     }
 }

@@ -32,7 +32,7 @@ pub struct Numerics {
     /// A fixed largest alias |p|, instead of the tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wavenumber_aliases: Option<usize>,
-    /// Largest number of cached factorisations.
+    /// Largest number of cached factorisations; fewer where they would take more than 256 MB.
     pub cached_factors: usize,
     /// Memory that the run may plan to use \[GB\].
     pub memory_limit: f64,

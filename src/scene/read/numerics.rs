@@ -130,10 +130,5 @@ fn outputs(table: &mut Table<'_>) -> Option<Outputs> {
     let spectra = table.or("spectra", &Flag, default.spectra);
     let plots = table.or("plots", &Flag, default.plots);
     let checkpoint_interval = table.or("checkpoint_interval", &Bounds::not_negative("s"), default.checkpoint_interval);
-    Some(Outputs {
-        arrays: arrays?,
-        spectra: spectra?,
-        plots: plots?,
-        checkpoint_interval: checkpoint_interval?,
-    })
+    Some(Outputs { arrays: arrays?, spectra: spectra?, plots: plots?, checkpoint_interval: checkpoint_interval? })
 }

@@ -184,11 +184,8 @@ fn numerics() -> impl Strategy<Value = Numerics> {
 }
 
 fn scene() -> impl Strategy<Value = Scene> {
-    let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64).prop_map(|([arrays, spectra, plots], checkpoint_interval)| Outputs {
-        arrays,
-        spectra,
-        plots,
-        checkpoint_interval,
+    let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64).prop_map(|([arrays, spectra, plots], checkpoint_interval)| {
+        Outputs { arrays, spectra, plots, checkpoint_interval }
     });
     ("\\PC{0,20}", tyre(), road(), rolling(), contact(), numerics(), outputs).prop_map(
         |(title, tyre, road, rolling, contact, numerics, outputs)| Scene {

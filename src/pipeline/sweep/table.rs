@@ -1,0 +1,198 @@
+//! The levels of a sweep side by side.
+
+use std::path::Path;
+
+use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
+
+use super::run::Outcome;
+use super::variants::Variant;
+use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
+use crate::results::ResultsError;
+use crate::results::plots::{Axis, LinePlot, PlotError, Series};
+
+/// One line of a block: a band over all speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandLine {
+    /// The band.
+    pub band: ThirdOctaveBand,
+    /// Level at each speed \[dB re 1 N\]; `None` where the variant is not done or does not reach the band.
+    pub levels: Vec<Option<f64>>,
+    /// How they grow, from two speeds on.
+    pub exponent: Option<SpeedExponent>,
+}
+
+/// The variants of one road and load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepBlock {
+    /// Road and load, as far as they are varied.
+    pub group: String,
+    /// Speeds \[km/h\].
+    pub speeds: Vec<f64>,
+    /// Bands, rising.
+    pub lines: Vec<BandLine>,
+}
+
+/// The blocks of a sweep, in the order of its variants.
+pub fn blocks(variants: &[Variant], outcomes: &[Outcome]) -> Vec<SweepBlock> {
+    let pairs: Vec<(&Variant, &Outcome)> = variants.iter().zip(outcomes).collect();
+    pairs.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
+}
+
+fn block(pairs: &[(&Variant, &Outcome)]) -> SweepBlock {
+    let levels_of = |outcome: &Outcome| -> Vec<BandLevel> {
+        match outcome {
+            Outcome::Done { levels, .. } => levels.clone(),
+            Outcome::Stopped | Outcome::Failed(_) => Vec::new(),
+        }
+    };
+    let spectra: Vec<(f64, Vec<BandLevel>)> =
+        pairs.iter().map(|(variant, outcome)| (variant.speed, levels_of(outcome))).collect();
+    let mut bands: Vec<i32> = spectra.iter().flat_map(|(_, levels)| levels).map(|level| level.band.0).collect();
+    bands.sort_unstable();
+    bands.dedup();
+    let lines = bands.into_iter().map(|band| {
+        let at = |levels: &[BandLevel]| levels.iter().find(|level| level.band.0 == band).map(|level| level.level);
+        let levels: Vec<Option<f64>> = spectra.iter().map(|(_, levels)| at(levels)).collect();
+        let points = spectra.iter().zip(&levels).filter_map(|((speed, _), level)| level.map(|level| (*speed, level)));
+        BandLine { band: ThirdOctaveBand(band), exponent: SpeedExponent::fit(points), levels }
+    });
+    SweepBlock {
+        group: pairs[0].0.group.clone(),
+        lines: lines.collect(),
+        speeds: spectra.iter().map(|(speed, _)| *speed).collect(),
+    }
+}
+
+impl SweepBlock {
+    /// The block for people: a line per band, a column per speed, growth and residual last.
+    pub fn text(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
+        let mut header = vec!["Hz".to_owned()];
+        header.extend(self.speeds.iter().map(|speed| format!("{speed} km/h")));
+        header.extend(["dB/decade", "residual dB"].map(str::to_owned));
+        let right = |texts: Vec<String>| -> Vec<Cell> {
+            texts.into_iter().map(|text| Cell::new(text).set_alignment(CellAlignment::Right)).collect()
+        };
+        table.set_header(right(header));
+        for line in &self.lines {
+            let mut row = vec![line.band.label()];
+            row.extend(line.levels.iter().map(|level| level.map_or("-".to_owned(), |level| format!("{level:.2}"))));
+            let exponent = |of: fn(&SpeedExponent) -> f64| {
+                line.exponent.as_ref().map_or("-".to_owned(), |exponent| format!("{:.2}", of(exponent)))
+            };
+            row.extend([exponent(|fit| fit.decibels_per_decade), exponent(|fit| fit.residual)]);
+            table.add_row(right(row));
+        }
+        let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+        let title = if self.group.is_empty() { String::new() } else { format!("{}\n", self.group) };
+        format!("{title}{}\n", lines.join("\n"))
+    }
+}
+
+/// All blocks as CSV: one row per group, band and speed, the band's growth repeated. Numbers are written so that reading gives the same bits.
+///
+/// # Errors
+/// [`ResultsError::Write`] naming `path`, where it is going to be.
+pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
+    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let header = [
+        "group",
+        "nominal_hz",
+        "mid_frequency_hz",
+        "speed_kmh",
+        "level_db_re_1n",
+        "growth_db_per_decade",
+        "residual_db",
+        "speeds",
+    ];
+    writer.write_record(header).map_err(failed)?;
+    for block in blocks {
+        for line in &block.lines {
+            let of_line = |of: fn(&SpeedExponent) -> String| line.exponent.as_ref().map_or(String::new(), of);
+            for (speed, level) in block.speeds.iter().zip(&line.levels) {
+                let Some(level) = level else { continue };
+                let row = [
+                    block.group.clone(),
+                    line.band.nominal_frequency().to_string(),
+                    line.band.mid_frequency().to_string(),
+                    speed.to_string(),
+                    level.to_string(),
+                    of_line(|fit| fit.decibels_per_decade.to_string()),
+                    of_line(|fit| fit.residual.to_string()),
+                    of_line(|fit| fit.speeds.to_string()),
+                ];
+                writer.write_record(row).map_err(failed)?;
+            }
+        }
+    }
+    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// Growth over frequency, a curve per group; `None` where no band has one.
+///
+/// # Errors
+/// [`PlotError`].
+pub fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<String>, PlotError> {
+    let series: Vec<Series<'_>> = blocks
+        .iter()
+        .map(|block| Series {
+            name: &block.group,
+            points: (block.lines.iter())
+                .filter_map(|line| line.exponent.map(|fit| (line.band.mid_frequency(), fit.decibels_per_decade)))
+                .collect(),
+        })
+        .filter(|series| !series.points.is_empty())
+        .collect();
+    let frequencies = || series.iter().flat_map(|series| &series.points).map(|point| point.0);
+    let (lowest, highest) = (frequencies().fold(f64::MAX, f64::min), frequencies().fold(0.0, f64::max));
+    if lowest >= highest {
+        return Ok(None);
+    }
+    let growths: Vec<f64> = series.iter().flat_map(|series| &series.points).map(|point| point.1).collect();
+    let plot = LinePlot {
+        title,
+        x: Axis::logarithmic("Frequency [Hz]", lowest..highest),
+        y: Axis::linear_around("Growth of the force level [dB per decade of speed]", growths),
+        series,
+    };
+    plot.to_svg().map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block() -> SweepBlock {
+        let speeds = vec![50.0, 80.0, 130.0];
+        let line = |band: i32, offset: f64, slope: f64| {
+            let levels: Vec<Option<f64>> =
+                speeds.iter().map(|speed: &f64| Some(offset + slope * speed.log10())).collect();
+            let exponent = SpeedExponent::fit(speeds.iter().copied().zip(levels.iter().map(|level| level.unwrap())));
+            BandLine { band: ThirdOctaveBand(band), levels, exponent }
+        };
+        let mut lines = vec![line(-3, 1.0, 30.0), line(0, 2.0, 22.25)];
+        lines.push(BandLine { band: ThirdOctaveBand(3), levels: vec![None, None, Some(3.0)], exponent: None });
+        SweepBlock { group: "stone, 3000 N".into(), speeds, lines }
+    }
+
+    #[test]
+    fn a_made_up_growth_stands_in_table_csv_and_picture() {
+        let text = block().text();
+        assert!(text.starts_with("stone, 3000 N\n") && text.contains("130 km/h") && text.contains("22.25"), "{text}");
+        let last = text.lines().last().unwrap();
+        assert!(last.trim_start().starts_with("2k") || last.trim_start().starts_with("2000"), "{last}");
+        assert_eq!(last.matches(" -").count(), 4, "{last}");
+        let csv = csv(&[block()], Path::new("sweep.csv")).unwrap();
+        let mut reader = csv::Reader::from_reader(csv.as_bytes());
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 7);
+        let growth: f64 = rows[0][5].parse().unwrap();
+        assert!((growth - 30.0).abs() < 1e-10 && &rows[0][0] == "stone, 3000 N" && rows[6][5].is_empty());
+        let svg = growth_plot(&[block()], "t").unwrap().unwrap();
+        assert!(svg.contains("per decade of speed"), "{svg}");
+        assert_eq!(growth_plot(&[], "t").unwrap(), None);
+    }
+}

@@ -1,0 +1,170 @@
+//! A sweep from its command line to its table, and again.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use common::{read_summary, scene_text};
+
+const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\nlevels = [46.0, 46.0, 46.0, 46.0, 46.0]";
+
+fn scene(duration: f64) -> String {
+    let rolling = format!("speed_kmh = 80.0\nwarm_up = 0.2\nduration = {duration:?}\naxle = {{ load = 3000.0 }}");
+    scene_text(64, ROAD, &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.002")
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
+    command.arg("sweep").args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn output(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Levels by group, nominal frequency and speed, and growth by group and frequency, from `sweep.csv`.
+type Levels = BTreeMap<(String, String, String), f64>;
+
+fn table(path: &Path) -> (Levels, BTreeMap<(String, String), f64>) {
+    let mut reader = csv::Reader::from_path(path).unwrap();
+    let (mut levels, mut growths) = (BTreeMap::new(), BTreeMap::new());
+    for row in reader.records().map(Result::unwrap) {
+        levels.insert((row[0].into(), row[1].into(), row[3].into()), row[4].parse().unwrap());
+        if let Ok(growth) = row[5].parse() {
+            growths.insert((row[0].into(), row[1].into()), growth);
+        }
+    }
+    (levels, growths)
+}
+
+#[test]
+fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), scene(0.8)).unwrap();
+    fs::write(place.join("smooth.toml"), "kind = \"smooth\"").unwrap();
+    fs::write(place.join("rough.toml"), ROAD.replace("46.0", "50.0")).unwrap();
+    let arguments = [
+        "scene.toml",
+        "--speed",
+        "40..80:40",
+        "--load",
+        "2500,3000",
+        "--road",
+        "rough.toml",
+        "--out",
+        "s",
+        "--threads",
+        "2",
+    ];
+    let first = output(place, &arguments);
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    assert!(text(&first.stdout).contains("4 variants, 0 of them found finished"), "{}", text(&first.stdout));
+    for name in ["sweep.csv", "sweep.txt", "growth.svg", "levels.svg", "rough-2500N-40kmh/spectra.csv"] {
+        assert!(place.join("s").join(name).is_file(), "{name}");
+    }
+    let (levels, growths) = table(&place.join("s/sweep.csv"));
+    // The table's levels are those of the runs, and the growth that of two points.
+    let mut reader = csv::Reader::from_path(place.join("s/rough-3000N-80kmh/spectra.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert!(rows.len() > 10);
+    for row in rows {
+        let key = ("rough, 3000 N".to_owned(), row[0].to_owned(), "80".to_owned());
+        assert_eq!(levels[&key].to_bits(), row[5].parse::<f64>().unwrap().to_bits());
+        let slower = levels.get(&(key.0.clone(), key.1.clone(), "40".to_owned()));
+        match slower {
+            Some(slower) => {
+                let exact = (levels[&key] - slower) / 2.0_f64.log10();
+                assert!((growths[&(key.0, key.1)] - exact).abs() < 1e-9 * exact.abs().max(1.0));
+            }
+            None => assert!(!growths.contains_key(&(key.0, key.1)), "one speed reaches the band"),
+        }
+    }
+    let mean = read_summary(&place.join("s/rough-2500N-40kmh"))["outcome"]["mean_force"].as_f64().unwrap();
+    assert!((mean / 2500.0 - 1.0).abs() < 0.05, "{mean}");
+
+    // Again: nothing runs. With one variant gone, another changed by hand, and one speed more: only those.
+    let csv = fs::read(place.join("s/sweep.csv")).unwrap();
+    let again = output(place, &arguments);
+    assert!(text(&again.stdout).contains("4 variants, 4 of them found finished"), "{}", text(&again.stdout));
+    assert_eq!(fs::read(place.join("s/sweep.csv")).unwrap(), csv);
+    fs::remove_dir_all(place.join("s/rough-2500N-40kmh")).unwrap();
+    let summary = place.join("s/rough-3000N-40kmh/summary.json");
+    fs::write(&summary, fs::read_to_string(&summary).unwrap().replace("\"version\": \"", "\"version\": \"0")).unwrap();
+    let more = output(place, &arguments.map(|argument| if argument == "40..80:40" { "40..80:20" } else { argument }));
+    assert!(text(&more.stdout).contains("6 variants, 2 of them found finished"), "{}", text(&more.stdout));
+    let (now, _) = table(&place.join("s/sweep.csv"));
+    assert!(levels.iter().all(|(key, level)| now[key].to_bits() == level.to_bits()), "made again, the same bits");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_killed_sweep_goes_on_from_its_checkpoints() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), scene(6.0)).unwrap();
+    let arguments = |out| ["scene.toml", "--speed", "60,80", "--out", out, "--threads", "2"];
+    let whole = output(place, &arguments("whole"));
+    assert!(whole.status.success(), "{}", text(&whole.stderr));
+    for signal in ["-KILL", "-INT"] {
+        let mut run = command(place, &arguments("cut")).spawn().unwrap();
+        let checkpoints = || {
+            let entries = fs::read_dir(place.join("cut")).into_iter().flatten();
+            entries.filter(|entry| entry.as_ref().unwrap().path().join("checkpoint").exists()).count()
+        };
+        while checkpoints() < 2 && run.try_wait().unwrap().is_none() {
+            sleep(Duration::from_millis(1));
+        }
+        sleep(Duration::from_millis(30));
+        assert!(Command::new("kill").args([signal, &run.id().to_string()]).status().unwrap().success());
+        let stopped = run.wait_with_output().unwrap();
+        assert!(!stopped.status.success(), "it was too fast to be stopped");
+        assert!(signal == "-KILL" || stopped.status.code() == Some(130), "{}", text(&stopped.stderr));
+    }
+    let last = output(place, &arguments("cut"));
+    assert!(last.status.success(), "{}", text(&last.stderr));
+    for name in ["sweep.csv", "sweep.txt", "60kmh/total_force.npy", "80kmh/patch_force.npy", "80kmh/spectra.csv"] {
+        assert!(
+            fs::read(place.join("whole").join(name)).unwrap() == fs::read(place.join("cut").join(name)).unwrap(),
+            "{name}"
+        );
+    }
+    let left: Vec<_> = fs::read_dir(place.join("cut")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(left.iter().all(|name| !name.to_string_lossy().contains("partial")), "{left:?}");
+}
+
+#[test]
+fn what_cannot_be_swept_is_answered_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), scene(0.1)).unwrap();
+    for (arguments, word) in [
+        (&["scene.toml", "--speed", "80..50:10"][..], "before it begins"),
+        (&["scene.toml", "--speed", "50..80"], "FROM..TO:STEP"),
+        (&["scene.toml"], "--speed"),
+        (&["scene.toml", "--speed", "80", "--road", "nowhere.dat"], "nowhere.dat"),
+        (&["nowhere.toml", "--speed", "80"], "nowhere.toml"),
+    ] {
+        let refused = output(place, arguments);
+        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused.stderr));
+        assert!(text(&refused.stderr).contains(word), "{}", text(&refused.stderr));
+        assert!(!place.join("results").exists());
+    }
+    // A variant that fails leaves the others alone.
+    let failing = output(place, &["scene.toml", "--speed", "80", "--load", "3000,1e9", "--out", "s"]);
+    let message = text(&failing.stderr);
+    assert_eq!(failing.status.code(), Some(1), "{message}");
+    assert!(message.contains("1000000000N-80kmh: no axle height carries") && message.contains("1 of 2"), "{message}");
+    assert!(place.join("s/3000N-80kmh/summary.json").exists() && place.join("s/sweep.csv").exists());
+}

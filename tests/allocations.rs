@@ -41,12 +41,12 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize)
         (0..BEFORE + COUNTED + march.geometry().columns as u64)
             .map(|_| StiffnessCurve::flat(random.random_range(-6e-3..0.0))),
     );
-    for step in 0..BEFORE {
+    for _ in 0..BEFORE {
         march.step(&prepared.axle, &slices).unwrap();
     }
     let before = march.search_counts().factors;
     let region = Region::new(ALLOCATOR);
-    for step in BEFORE..BEFORE + COUNTED {
+    for _ in 0..COUNTED {
         march.step(&prepared.axle, &slices).unwrap();
     }
     let change = region.change();

@@ -213,9 +213,9 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
                     radius.powi(-(p as i32)) / length as f64,
                     2.0 * PI * (k * p) as f64 / length as f64,
                 );
-                for i in 0..s {
-                    for j in 0..s {
-                        weight[i][j] += (value.0[i][j] * factor).re;
+                for (row, values) in weight.iter_mut().zip(&value.0) {
+                    for (entry, value) in row.iter_mut().zip(values) {
+                        *entry += (value * factor).re;
                     }
                 }
             }
@@ -227,9 +227,9 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
         for step in 0..lags {
             for i in 0..s {
                 let mut expected = 0.0;
-                for p in 0..=step {
-                    for j in 0..s {
-                        expected += weights[p][i][j] * force((step - p) as f64 - 1.0 + method.nodes[j]);
+                for (p, weight) in weights.iter().take(step + 1).enumerate() {
+                    for (entry, node) in weight[i].iter().zip(method.nodes) {
+                        expected += entry * force((step - p) as f64 - 1.0 + node);
                     }
                 }
                 worst = worst.max((expected - found[step * s + i]).abs() / peak);

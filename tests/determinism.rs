@@ -55,3 +55,16 @@ fn another_seed_is_another_road() {
     };
     assert_ne!(bytes(&run(&text(1)))[1], bytes(&run(&text(2)))[1]);
 }
+
+#[test]
+fn what_the_cache_of_factors_holds_changes_no_bit() {
+    // Nothing is ever found but the set of the step before, against everything: a resumed run makes its factors again.
+    let with = |factors: u32| {
+        let numerics = format!("memory = 0.1\nhistory = \"modal\"\ncached_factors = {factors}");
+        run(&scene_text(128, "kind = \"made\"\nseed = 3", ROLLING, &numerics, ""))
+    };
+    let (one, many) = (with(1), with(4096));
+    let made = |results: &Results| results.summary()["cost"]["counters"]["factorisations"].as_u64().unwrap();
+    assert!(made(&one) > made(&many) + 10, "{} and {} factorisations", made(&one), made(&many));
+    assert!(bytes(&one) == bytes(&many));
+}

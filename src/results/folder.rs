@@ -33,7 +33,7 @@ pub struct ResultsFolder {
     finished: bool,
     keep: bool,
     /// Held, not read: the lock ends with it.
-    _lock: Option<File>,
+    lock: Option<File>,
 }
 
 impl ResultsFolder {
@@ -54,7 +54,7 @@ impl ResultsFolder {
         let working = create_fresh(target)?;
         // A lock protects a checkpoint, and there is none yet: a file system without locks is no reason not to run.
         let lock = lock(&working).unwrap_or_default();
-        Ok(Self { target: target.to_owned(), working, made_parents, finished: false, keep: false, _lock: lock })
+        Ok(Self { target: target.to_owned(), working, made_parents, finished: false, keep: false, lock })
     }
 
     /// Goes on with an unfinished run, named by its final place or by its own folder.
@@ -65,7 +65,7 @@ impl ResultsFolder {
         let working = unfinished(path)?;
         let lock = lock(&working)?;
         let target = final_name(&working).unwrap_or_else(|| path.to_owned());
-        Ok(Self { target, working, made_parents: Vec::new(), finished: false, keep: true, _lock: lock })
+        Ok(Self { target, working, made_parents: Vec::new(), finished: false, keep: true, lock })
     }
 
     /// From now on the folder stays if the process ends before the run does: it holds a checkpoint.
@@ -115,6 +115,7 @@ impl ResultsFolder {
         self.write_summary(Summary { complete: true, ..summary }, &SERVICE_FILES)?;
         // The place may have changed hands during the run.
         check_replaceable(&self.target)?;
+        self.let_go();
         replace(&self.working, &self.target)?;
         self.finished = true;
         for name in SERVICE_FILES {
@@ -148,8 +149,16 @@ impl ResultsFolder {
         if !free {
             return Ok(self.working.clone());
         }
+        self.let_go();
         replace(&self.working, &target)?;
         Ok(target)
+    }
+
+    /// Windows renames no folder in which a file is open.
+    fn let_go(&mut self) {
+        if cfg!(windows) {
+            drop(self.lock.take());
+        }
     }
 
     fn write_summary(&self, mut summary: Summary, but: &[&str]) -> Result<(), ResultsError> {

@@ -61,7 +61,7 @@ impl Default for Numerics {
             contact_tolerance: 1e-12,
             lateral_terms: None,
             wavenumber_aliases: None,
-            cached_factors: 4096,
+            cached_factors: 512,
             memory_limit: 8.0,
             time_limit: 24.0,
         }

@@ -102,7 +102,14 @@ fn numerics() {
         "\"bdf1\", \"bdf2\", \"trapezoidal\"",
     );
     refused("elements = 512", "fmax = 0", 25, "numerics.fmax", "0 is out", "above 0 Hz");
-    refused("elements = 512", "fmax = 9e3\nelements = 512", 26, "numerics.elements", "no texture above", "leave it out");
+    refused(
+        "elements = 512",
+        "fmax = 9e3\nelements = 512",
+        26,
+        "numerics.elements",
+        "no texture above",
+        "leave it out",
+    );
     refused("elements = 512", "fmax = 2e3\nsubsteps = 1", 26, "numerics.substeps", "up to", "leave it out");
     accepted("elements = 512", "fmax = 2e3");
     accepted("elements = 512", "fmax = 2e3\nelements = 512");

@@ -104,7 +104,8 @@ impl Stability {
 
 /// The zero of smallest modulus inside a radius, if the winding number says that there is one.
 fn smallest_zero(w: &Transfer<'_>, radius: f64) -> Option<Complex64> {
-    if half_turns(w, radius) == 0 {
+    // Undecided is no zero: only what is sure is refused.
+    if half_turns(w, radius)? == 0 {
         return None;
     }
     let mut best: Option<Complex64> = None;
@@ -123,7 +124,9 @@ fn smallest_zero(w: &Transfer<'_>, radius: f64) -> Option<Complex64> {
 }
 
 /// Zeros inside a radius r: half turns of w along the circle's upper half, from the real w(r) to the real w(-r).
-fn half_turns(w: &Transfer<'_>, radius: f64) -> i64 {
+///
+/// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error, its argument says nothing.
+fn half_turns(w: &Transfer<'_>, radius: f64) -> Option<i64> {
     // Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
     let angles = (0..=320).map(|k| match k {
         0 => 0.0,
@@ -131,23 +134,35 @@ fn half_turns(w: &Transfer<'_>, radius: f64) -> i64 {
         _ => 0.5 * PI * (1.0 + f64::from(k - 256) / 64.0),
     });
     let at = |angle: f64| w.at(Complex64::from_polar(radius, angle));
-    let (mut turned, mut last) = (0.0, (0.0, at(0.0)));
+    let (mut turned, mut last, mut halvings) = (0.0, (0.0, at(0.0)), MOST_HALVINGS);
     for angle in angles.skip(1) {
         let next = (angle, at(angle));
-        turned += turn(&at, last, next, 0);
+        turned += turn(&at, last, next, &mut halvings)?;
         last = next;
     }
-    (turned / PI).round() as i64
+    Some((turned / PI).round() as i64)
 }
 
-fn turn(at: &impl Fn(f64) -> Complex64, from: (f64, Complex64), to: (f64, Complex64), depth: u32) -> f64 {
+/// Intervals that may be halved on one circle.
+const MOST_HALVINGS: usize = 4000;
+
+fn turn(
+    at: &impl Fn(f64) -> Complex64,
+    from: (f64, Complex64),
+    to: (f64, Complex64),
+    halvings: &mut usize,
+) -> Option<f64> {
     let direct = (to.1 / from.1).arg();
-    if direct.abs() < TURN || depth >= 24 {
-        return direct;
+    if direct.abs() < TURN {
+        return Some(direct);
     }
+    if !direct.is_finite() || *halvings == 0 {
+        return None;
+    }
+    *halvings -= 1;
     let middle = 0.5 * (from.0 + to.0);
     let middle = (middle, at(middle));
-    turn(at, from, middle, depth + 1) + turn(at, middle, to, depth + 1)
+    Some(turn(at, from, middle, halvings)? + turn(at, middle, to, halvings)?)
 }
 
 /// Newton's method with a central difference for the derivative.
@@ -166,4 +181,25 @@ fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
         }
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_without_a_sure_argument_is_undecided_in_bounded_work() {
+        let begin = Complex64::new(1.0, 0.0);
+        let of = |at: &dyn Fn(f64) -> Complex64| {
+            let (mut halvings, last) = (MOST_HALVINGS, at(1.0));
+            (turn(&at, (0.0, begin), (1.0, last), &mut halvings), MOST_HALVINGS - halvings)
+        };
+        assert_eq!(of(&|_| Complex64::new(f64::NAN, 0.0)).0, None);
+        // Rounding noise: another argument at every point, however close.
+        let noise = |angle: f64| Complex64::cis((angle * 1e9).sin() * 1e9);
+        let (turned, halvings) = of(&noise);
+        assert_eq!((turned, halvings), (None, MOST_HALVINGS));
+        let (turned, halvings) = of(&|angle: f64| Complex64::cis(40.0 * angle));
+        assert!((turned.unwrap_or(f64::NAN) - 40.0).abs() < 1e-9 && halvings < 200, "{turned:?} {halvings}");
+    }
 }

@@ -52,10 +52,10 @@ pub struct RulesArguments {
     /// Steps per element of the reference.
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u16).range(2..))]
     pub finest: u16,
-    /// Highest frequency of the compared forces [Hz].
+    /// Highest frequency of the compared forces, in Hz.
     #[arg(long, value_name = "HZ", default_value = "1000", value_parser = positive)]
     pub highest: f64,
-    /// Time compared [s].
+    /// Time compared, in s.
     #[arg(long, value_name = "S", default_value = "0.3", value_parser = positive)]
     pub duration: f64,
 }

@@ -43,7 +43,7 @@ pub fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
     integral.chain(ends)
 }
 
-/// Weights with which sum weight_k g(k), k = 0..[`PARTS`], is Re of sum_(k >= 0) first z^k g(k), z = exp(i `angle`). Error: the eighth difference of g over
+/// Weights with which sum weight_k g(k), k = 0..8, is Re of sum_(k >= 0) first z^k g(k), z = exp(i `angle`). Error: the eighth difference of g over
 /// |2 sin(angle/2)|^8.
 pub fn oscillating(first: Complex64, angle: f64) -> [f64; PARTS] {
     let z = Complex64::cis(angle);

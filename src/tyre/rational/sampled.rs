@@ -156,7 +156,9 @@ impl<'a> Sampled<'a> {
         let mut errors =
             Errors { fitted: 0.0, fresh: 0.0, axis: 0.0, real: 0.0, bottom: 0.0, worst: self.ladder.axis[0] };
         let of = |s: Complex64, values: [Complex64; 2], face: usize| {
-            (models[face].evaluate(s) - values[face]).norm() / self.scales[face].max(f64::MIN_POSITIVE)
+            let error = (models[face].evaluate(s) - values[face]).norm() / self.scales[face].max(f64::MIN_POSITIVE);
+            // Not a number would lose every comparison and pass for no error.
+            if error.is_finite() { error } else { f64::INFINITY }
         };
         for &rung in &self.grid {
             let (s, values) = (self.ladder.axis[rung], self.value(rung));

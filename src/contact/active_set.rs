@@ -12,7 +12,10 @@
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::factors::{FactorCache, FactorCounts, Singular};
+use crate::numeric::windows::{add_row, add_windows};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
@@ -61,7 +64,11 @@ impl Residuals {
 
 /// The search with its scratch.
 pub struct ActiveSet {
+    /// G0 by distance.
     influence: Vec<f64>,
+    /// The same from distance 1 - columns to columns - 1.
+    row: Vec<f64>,
+    arch: Arch,
     tolerance: f64,
     patience: u32,
     factors: FactorCache,
@@ -78,7 +85,10 @@ impl ActiveSet {
     /// A search over `columns` points; `influence[j]` is G0 of points j apart, springs included in `influence[0]`. `tolerance` is how far d may exceed G0 F off the set,
     /// relative to the largest d.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
+        let mirrored = influence[1..columns].iter().rev().chain(&influence[..columns]).copied();
         Self {
+            row: mirrored.collect(),
+            arch: Arch::new(),
             influence,
             tolerance,
             patience: PATIENCE,
@@ -102,19 +112,11 @@ impl ActiveSet {
 
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.
     fn guess(&mut self, d: &[f64]) {
+        let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
+        displace(self.arch, &mut self.displacement, &self.row, forces);
         let own = self.influence[0].recip();
-        self.displacement.fill(0.0);
-        for column in 0..d.len() {
-            add_influence(&mut self.displacement, &self.influence, column, self.estimate[column]);
-        }
-        for _ in 0..SWEEPS {
-            for (column, &d) in d.iter().enumerate() {
-                let force = (self.estimate[column] + (d - self.displacement[column]) * own).max(0.0);
-                let change = force - self.estimate[column];
-                self.estimate[column] = force;
-                add_influence(&mut self.displacement, &self.influence, column, change);
-            }
-        }
+        let Self { estimate, displacement, row, .. } = self;
+        self.arch.dispatch(Sweeps { own, d, estimate, displacement, row });
         for (active, &force) in self.active.iter_mut().zip(&self.estimate) {
             *active = force > 0.0;
         }
@@ -222,10 +224,8 @@ impl ActiveSet {
         self.values.clear();
         self.values.extend(self.points.iter().map(|&point| d[point]));
         self.factors.solve(&self.points, &self.influence, &mut self.values)?;
-        self.displacement.fill(0.0);
-        for (&point, &force) in self.points.iter().zip(&self.values) {
-            add_influence(&mut self.displacement, &self.influence, point, force);
-        }
+        let forces = self.points.iter().copied().zip(self.values.iter().copied());
+        displace(self.arch, &mut self.displacement, &self.row, forces);
         Ok(())
     }
 
@@ -242,17 +242,40 @@ impl ActiveSet {
     }
 }
 
-/// u += G0 F of one point.
-fn add_influence(displacement: &mut [f64], influence: &[f64], point: usize, force: f64) {
-    if force == 0.0 {
-        return;
-    }
-    let (before, after) = displacement.split_at_mut(point);
-    for (u, g) in before.iter_mut().rev().zip(&influence[1..]) {
-        *u += g * force;
-    }
-    for (u, g) in after.iter_mut().zip(influence) {
-        *u += g * force;
+/// u = G0 F, the forces given as (point, force); `row` is G0 by distance, from 1 - columns to columns - 1.
+fn displace(arch: Arch, displacement: &mut [f64], row: &[f64], forces: impl Iterator<Item = (usize, f64)> + Clone) {
+    let last = displacement.len() - 1;
+    displacement.fill(0.0);
+    add_windows(arch, displacement, row, forces.map(|(point, force)| (last - point, force)));
+}
+
+/// Sweeps of projected Gauss-Seidel.
+struct Sweeps<'a> {
+    /// 1/G0_ii.
+    own: f64,
+    d: &'a [f64],
+    estimate: &'a mut [f64],
+    /// G0 times the estimate, kept so.
+    displacement: &'a mut [f64],
+    row: &'a [f64],
+}
+
+impl WithSimd for Sweeps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { own, d, estimate, displacement, row } = self;
+        for _ in 0..SWEEPS {
+            for (column, (estimate, d)) in estimate.iter_mut().zip(d).enumerate() {
+                let force = (*estimate + (d - displacement[column]) * own).max(0.0);
+                let change = force - *estimate;
+                *estimate = force;
+                if change != 0.0 {
+                    add_row(simd, displacement, &row[displacement.len() - 1 - column..], change);
+                }
+            }
+        }
     }
 }
 

@@ -12,6 +12,7 @@ pub mod state;
 pub mod straight_line;
 pub mod tail_sum;
 pub mod windowed_sinc;
+pub mod windows;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};

@@ -137,6 +137,11 @@ impl<'a> StateReader<'a> {
         (0..self.length()?).map(|_| self.number()).collect()
     }
 
+    /// A list of counts.
+    pub fn counts(&mut self) -> Result<Vec<u64>, StateError> {
+        (0..self.length()?).map(|_| self.count()).collect()
+    }
+
     /// A list of counts of known length.
     pub fn counts_into(&mut self, values: &mut [u64]) -> Result<(), StateError> {
         let found = self.length()?;

@@ -56,9 +56,7 @@ pub fn impulse_responses(
             let at = |&t: &f64| {
                 let terms = modes.poles.iter().zip(modes.residues).enumerate();
                 terms
-                    .map(|(index, (&pole, &residue))| {
-                        (residue * (pole * t).exp()).re * if index < modes.pairs { 2.0 } else { 1.0 }
-                    })
+                    .map(|(index, (&pole, &residue))| (residue * (pole * t).exp()).re * modes.multiplicity(index))
                     .sum()
             };
             Some(times.iter().map(at).collect())

@@ -2,11 +2,15 @@
 //!
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
+//! - [`recursion`]: that recursion for one pole and each time rule;
+//! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 
 pub mod direct;
 pub mod modes;
+pub mod recursion;
 pub mod transfer;
+mod wavenumber_group;
 
 pub use direct::DirectHistory;
 pub use modes::ModalHistory;

@@ -73,6 +73,11 @@ pub struct Modes<'a> {
 }
 
 impl Modes<'_> {
+    /// How often a pole counts in a sum of real parts: twice where it stands for a pair.
+    pub fn multiplicity(&self, index: usize) -> f64 {
+        if index < self.pairs { 2.0 } else { 1.0 }
+    }
+
     /// Value at s \[m/N\].
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)

@@ -15,6 +15,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::factors::{FactorCache, FactorCounts, Singular};
+use crate::meter::Work;
 use crate::numeric::windows::{add_row, add_windows};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
@@ -38,6 +39,8 @@ pub struct SearchCounts {
     pub histogram: [u64; HISTOGRAM_BINS],
     /// The factor cache.
     pub factors: FactorCounts,
+    /// Arithmetic of guesses, factorisations and solutions.
+    pub work: Work,
 }
 
 /// How far the contact conditions are missed, at worst.
@@ -113,10 +116,12 @@ impl ActiveSet {
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.
     fn guess(&mut self, d: &[f64]) {
         let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
+        let started = forces.clone().count();
         displace(self.arch, &mut self.displacement, &self.row, forces);
         let own = self.influence[0].recip();
         let Self { estimate, displacement, row, .. } = self;
-        self.arch.dispatch(Sweeps { own, d, estimate, displacement, row });
+        let changes = self.arch.dispatch(Sweeps { own, d, estimate, displacement, row });
+        self.add_windows_work(started + changes);
         for (active, &force) in self.active.iter_mut().zip(&self.estimate) {
             *active = force > 0.0;
         }
@@ -186,13 +191,16 @@ impl ActiveSet {
 
     /// What was done so far.
     pub fn counts(&self) -> SearchCounts {
-        SearchCounts { factors: self.factors.counts(), ..self.counts.clone() }
+        let mut counts = SearchCounts { factors: self.factors.counts(), ..self.counts.clone() };
+        counts.work += self.factors.work();
+        counts
     }
 
     /// Takes the state down: what the next search starts from, what was done so far, which factors are held.
     pub fn save(&self, state: &mut StateWriter) {
         state.numbers(&self.estimate);
-        state.counts(&[self.counts.solves, self.counts.fallbacks]);
+        let SearchCounts { solves, fallbacks, work: Work { multiply_adds, bytes }, .. } = self.counts;
+        state.counts(&[solves, fallbacks, multiply_adds, bytes]);
         state.counts(&self.counts.histogram);
         self.factors.save(state);
     }
@@ -203,9 +211,10 @@ impl ActiveSet {
     /// [`StateError`].
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         state.numbers_into(&mut self.estimate)?;
-        let mut counts = [0; 2];
+        let mut counts = [0; 4];
         state.counts_into(&mut counts)?;
-        [self.counts.solves, self.counts.fallbacks] = counts;
+        let work = &mut self.counts.work;
+        [self.counts.solves, self.counts.fallbacks, work.multiply_adds, work.bytes] = counts;
         state.counts_into(&mut self.counts.histogram)?;
         self.factors.restore(&self.influence, state)
     }
@@ -226,7 +235,14 @@ impl ActiveSet {
         self.factors.solve(&self.points, &self.influence, &mut self.values)?;
         let forces = self.points.iter().copied().zip(self.values.iter().copied());
         displace(self.arch, &mut self.displacement, &self.row, forces);
+        self.add_windows_work(self.points.len());
         Ok(())
+    }
+
+    /// Takes note of the sums of so many windows.
+    fn add_windows_work(&mut self, windows: usize) {
+        let multiply_adds = (windows * self.displacement.len()) as u64;
+        self.counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
     }
 
     fn residuals(&self, d: &[f64], forces: &[f64]) -> Residuals {
@@ -261,21 +277,25 @@ struct Sweeps<'a> {
 }
 
 impl WithSimd for Sweeps<'_> {
-    type Output = ();
+    /// Forces changed.
+    type Output = usize;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) -> usize {
         let Self { own, d, estimate, displacement, row } = self;
+        let mut changes = 0;
         for _ in 0..SWEEPS {
             for (column, (estimate, d)) in estimate.iter_mut().zip(d).enumerate() {
                 let force = (*estimate + (d - displacement[column]) * own).max(0.0);
                 let change = force - *estimate;
                 *estimate = force;
                 if change != 0.0 {
+                    changes += 1;
                     add_row(simd, displacement, &row[displacement.len() - 1 - column..], change);
                 }
             }
         }
+        changes
     }
 }
 

@@ -13,6 +13,7 @@ use faer::perm::PermRef;
 use faer::{MatMut, MatRef, Par};
 
 use super::pattern_index::PatternIndex;
+use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
@@ -92,6 +93,7 @@ pub struct FactorCache {
     values: Aligned,
     scratch: MemBuffer,
     counts: FactorCounts,
+    work: Work,
 }
 
 /// A matrix turned out singular.
@@ -117,6 +119,7 @@ impl FactorCache {
             values: Aligned::new(points),
             scratch: MemBuffer::new(scratch),
             counts: FactorCounts::default(),
+            work: Work::default(),
         }
     }
 
@@ -148,6 +151,7 @@ impl FactorCache {
         };
         self.used[slot] = true;
         let rows = points.len();
+        self.work += Work { multiply_adds: (rows * rows) as u64, bytes: 8 * (rows * rows) as u64 };
         let Sizes { points: most, stride, .. } = self.sizes;
         let (forward, backward) = self.permutations[2 * slot * most..2 * (slot + 1) * most].split_at(most);
         let lu = self.factors.part(slot * stride * most, stride * rows);
@@ -164,6 +168,11 @@ impl FactorCache {
         );
         values.copy_from_slice(right);
         if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
+    }
+
+    /// The arithmetic of factorisations and solutions so far.
+    pub fn work(&self) -> Work {
+        self.work
     }
 
     /// A slot for a new factor; the one that the clock rule points at where none is empty.
@@ -201,6 +210,8 @@ impl FactorCache {
             Default::default(),
         );
         self.counts.factorisations += 1;
+        let entries = (rows * rows) as u64;
+        self.work += Work { multiply_adds: entries * rows as u64 / 3, bytes: 2 * 8 * entries };
         // LU itself never fails: a zero pivot shows here.
         let pivot = |i: usize| memory[i * (stride + 1)];
         if (0..rows).all(|i| pivot(i).is_finite() && pivot(i) != 0.0) { Ok(()) } else { Err(Singular) }
@@ -209,7 +220,17 @@ impl FactorCache {
     /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes again.
     pub fn save(&self, state: &mut StateWriter) {
         let FactorCounts { factorisations, hits, misses, evictions } = self.counts;
-        state.counts(&[factorisations, hits, misses, evictions, self.hand as u64, self.filled as u64]);
+        let Work { multiply_adds, bytes } = self.work;
+        state.counts(&[
+            factorisations,
+            hits,
+            misses,
+            evictions,
+            self.hand as u64,
+            self.filled as u64,
+            multiply_adds,
+            bytes,
+        ]);
         for slot in 0..self.filled {
             state.count(u64::from(self.used[slot]));
             state.counts(self.index.pattern(slot));
@@ -221,9 +242,9 @@ impl FactorCache {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, influence: &[f64], state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let mut counts = [0; 6];
+        let mut counts = [0; 8];
         state.counts_into(&mut counts)?;
-        let [factorisations, hits, misses, evictions, hand, filled] = counts;
+        let [factorisations, hits, misses, evictions, hand, filled, multiply_adds, bytes] = counts;
         if filled > self.sizes.slots as u64 || hand >= self.sizes.slots as u64 || self.filled > 0 {
             return Err(StateError::Value);
         }
@@ -244,6 +265,7 @@ impl FactorCache {
         self.filled = filled as usize;
         self.hand = hand as usize;
         self.counts = FactorCounts { factorisations, hits, misses, evictions };
+        self.work = Work { multiply_adds, bytes };
         Ok(())
     }
 }

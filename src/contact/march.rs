@@ -14,9 +14,10 @@ use super::active_set::{ActiveSet, Residuals, SearchCounts};
 use super::axle::AxleHeight;
 use super::error::ContactError;
 use super::geometry::Geometry;
-use super::history::PastForces;
+use super::history::{HistoryWork, PastForces};
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
+use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::{Numerics, Tread};
 
@@ -44,10 +45,14 @@ pub struct MarchTotals {
     pub largest_displacement: f64,
     /// Steps in which an outermost column carried force.
     pub edge_contacts: u64,
-    /// Multiply-adds of the history.
-    pub multiply_adds: u64,
-    /// Time in the history.
+    /// Work of the history.
+    pub history: HistoryWork,
+    /// Work of the required displacements.
+    pub slices: Work,
+    /// Time in the history, its transforms included.
     pub history_time: Duration,
+    /// Time in the required displacements.
+    pub slices_time: Duration,
     /// Time in the search.
     pub search_time: Duration,
 }
@@ -186,7 +191,7 @@ impl March {
     ) -> Result<f64, ContactError> {
         let (step, indentation) = (self.step, axle.between(steps));
         let begin = Instant::now();
-        self.totals.multiply_adds += self.history.displacement(first_element, &mut self.old);
+        self.totals.history += self.history.displacement(first_element, &mut self.old);
         let after_history = Instant::now();
         for (column, (required, &old)) in self.required.iter_mut().zip(&self.old).enumerate() {
             let element = first_element + column as i64;
@@ -198,6 +203,10 @@ impl March {
                 None => f64::NEG_INFINITY,
             };
         }
+        let columns = self.required.len() as u64;
+        // Rise, penetration and a piece of the curve: about 8 numbers and as many operations.
+        self.totals.slices += Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns };
+        let after_slices = Instant::now();
         let residuals = match self.kernel.law {
             Tread::Elastic | Tread::Bedding => {
                 self.search.search(&self.required, &mut self.forces).map_err(|_| ContactError::SingularMatrix {
@@ -213,7 +222,8 @@ impl March {
                 Residuals::default()
             }
         };
-        self.totals.search_time += after_history.elapsed();
+        self.totals.search_time += after_slices.elapsed();
+        self.totals.slices_time += after_slices - after_history;
         self.totals.history_time += after_history - begin;
         let total_force: f64 = self.forces.iter().sum();
         let time = step as f64 * self.time_step;
@@ -249,10 +259,14 @@ impl March {
         state.counts(&[
             self.step,
             totals.edge_contacts,
-            totals.multiply_adds,
             nanoseconds(totals.history_time),
+            nanoseconds(totals.slices_time),
             nanoseconds(totals.search_time),
+            nanoseconds(totals.history.transform_time),
         ]);
+        for work in [totals.history.sums, totals.history.transforms, totals.slices] {
+            state.counts(&[work.multiply_adds, work.bytes]);
+        }
         let Residuals { tension, penetration, complementarity } = totals.residuals;
         state.numbers(&[tension, penetration, complementarity, totals.largest_force, totals.largest_displacement]);
         state.numbers(&self.forces);
@@ -265,10 +279,17 @@ impl March {
     /// # Errors
     /// [`StateError`]; the march is of no use then.
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut numbers) = ([0; 5], [0.0; 5]);
+        let (mut counts, mut numbers) = ([0; 6], [0.0; 5]);
         state.counts_into(&mut counts)?;
+        let mut works = [Work::default(); 3];
+        for work in &mut works {
+            let mut counts = [0; 2];
+            state.counts_into(&mut counts)?;
+            [work.multiply_adds, work.bytes] = counts;
+        }
+        let [sums, transforms, slices] = works;
         state.numbers_into(&mut numbers)?;
-        let [step, edge_contacts, multiply_adds, history, search] = counts;
+        let [step, edge_contacts, history_time, slices_time, search_time, transform_time] = counts;
         let [tension, penetration, complementarity, largest_force, largest_displacement] = numbers;
         self.step = step;
         self.totals = MarchTotals {
@@ -276,9 +297,11 @@ impl March {
             largest_force,
             largest_displacement,
             edge_contacts,
-            multiply_adds,
-            history_time: Duration::from_nanos(history),
-            search_time: Duration::from_nanos(search),
+            history: HistoryWork { sums, transforms, transform_time: Duration::from_nanos(transform_time) },
+            slices,
+            history_time: Duration::from_nanos(history_time),
+            slices_time: Duration::from_nanos(slices_time),
+            search_time: Duration::from_nanos(search_time),
         };
         state.numbers_into(&mut self.forces)?;
         self.search.restore(state)?;

@@ -108,6 +108,22 @@ impl Counter {
     ];
 }
 
+/// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches make of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Multiply-adds, two flops each.
+    pub multiply_adds: u64,
+    /// Bytes of tables and states read and written.
+    pub bytes: u64,
+}
+
+impl std::ops::AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.multiply_adds += other.multiply_adds;
+        self.bytes += other.bytes;
+    }
+}
+
 /// Calls and wall time of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageCost {

@@ -152,7 +152,7 @@ fn rolled(
         rule,
         substeps,
         error: 0.0,
-        multiply_adds: totals.multiply_adds,
+        multiply_adds: totals.history.sums.multiply_adds,
         solves: counts.solves,
         wall: totals.history_time + totals.search_time,
     };

@@ -236,7 +236,7 @@ fn roll(
     meter.add_time(Stage::ActiveSet, totals.search_time);
     for (counter, amount) in [
         (Counter::Steps, march.next_step()),
-        (Counter::HistoryMultiplyAdds, totals.multiply_adds),
+        (Counter::HistoryMultiplyAdds, totals.history.sums.multiply_adds),
         (Counter::WindowEdgeContacts, totals.edge_contacts),
         (Counter::Solves, counts.solves),
         (Counter::Fallbacks, counts.fallbacks),

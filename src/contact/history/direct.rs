@@ -12,8 +12,9 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::PastForces;
+use super::{HistoryWork, PastForces};
 use crate::contact::tread::{LagKernel, padded};
+use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
@@ -60,7 +61,7 @@ impl DirectHistory {
 }
 
 impl PastForces for DirectHistory {
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> u64 {
+    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
         let kernel = &self.kernel;
         let width = padded(self.columns);
         let lags = (self.steps as usize).min(kernel.lags() - 1);
@@ -74,7 +75,7 @@ impl PastForces for DirectHistory {
             steps: self.steps,
         };
         let arch = self.arch;
-        let work: u64 = self.partial[..used * width]
+        let multiply_adds: u64 = self.partial[..used * width]
             .par_chunks_mut(width)
             .enumerate()
             .map(|(index, sum)| {
@@ -89,7 +90,9 @@ impl PastForces for DirectHistory {
                 *total += part;
             }
         }
-        work
+        // Kernel rows of twice the window, and the forces.
+        let sums = Work { multiply_adds, bytes: 8 * 3 * (lags * self.columns) as u64 };
+        HistoryWork { sums, ..HistoryWork::default() }
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {

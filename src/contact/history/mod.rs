@@ -15,13 +15,35 @@ mod wavenumber_group;
 pub use direct::DirectHistory;
 pub use modes::ModalHistory;
 
+use std::ops::AddAssign;
+use std::time::Duration;
+
+use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
+
+/// What a history has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HistoryWork {
+    /// Sums and recursions.
+    pub sums: Work,
+    /// Transforms between elements and wavenumbers.
+    pub transforms: Work,
+    /// Time of the transforms; not a part of the state.
+    pub transform_time: Duration,
+}
+
+impl AddAssign for HistoryWork {
+    fn add_assign(&mut self, other: Self) {
+        self.sums += other.sums;
+        self.transforms += other.transforms;
+        self.transform_time += other.transform_time;
+    }
+}
 
 /// A way to carry the past along.
 pub trait PastForces: Send {
-    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the multiply-adds it took. Called once
-    /// a stage of a step.
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> u64;
+    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the work it took. Called once a stage of a step.
+    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork;
 
     /// Takes note of the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);

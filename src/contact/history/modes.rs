@@ -13,16 +13,18 @@
 //! the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use num_complex::Complex64;
 use pulp::Arch;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use super::PastForces;
 use super::recursion::{ImpulseResponse, Recursion, WithRecursion, coefficients, with_recursion};
 use super::transfer::first_weight;
 use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
+use super::{HistoryWork, PastForces};
+use crate::meter::Work;
 use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;
@@ -119,8 +121,8 @@ impl ModalHistory {
             .collect()
     }
 
-    /// Adds what the forces of earlier instants of the block displace; returns the multiply-adds.
-    fn add_near(&self, first: usize, out: &mut [f64]) -> u64 {
+    /// Adds what the forces of earlier instants of the block displace.
+    fn add_near(&self, first: usize, out: &mut [f64]) -> Work {
         let (stages, lags) = (self.rule.nodes().len(), self.rows.len() - 1);
         let mut points = 0;
         for (earlier, row) in self.rows[..self.instant].iter().enumerate() {
@@ -131,16 +133,20 @@ impl ModalHistory {
             add_windows(self.arch, out, influence, row.forces.iter().map(window));
             points += row.forces.len();
         }
-        (points * out.len()) as u64
+        let multiply_adds = (points * out.len()) as u64;
+        Work { multiply_adds, bytes: 8 * multiply_adds }
     }
 }
 
 /// Takes in a block's forces and foretells the next block.
-struct NextBlock<'a>(&'a mut ModalHistory);
+struct NextBlock<'a> {
+    history: &'a mut ModalHistory,
+    work: &'a mut HistoryWork,
+}
 
 impl WithRecursion for NextBlock<'_> {
     fn with<R: Recursion>(self, recursion: R) {
-        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, rule, .. } = self.0;
+        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, rule, .. } = self.history;
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
         let transform = |row: &mut Row| {
             row.ring.fill(0.0);
@@ -164,15 +170,36 @@ impl WithRecursion for NextBlock<'_> {
             (row.spectrum[0].im, row.spectrum[last].im) = (0.0, 0.0);
             let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.ring, &mut row.scratch);
         };
+        let begin = Instant::now();
         if *parallel {
             rows.par_iter_mut().for_each(transform);
-            groups.par_iter_mut().for_each(|group| advance(group, rows));
-            rows.par_iter_mut().enumerate().for_each(|(instant, row)| transform_back(instant, row, groups));
         } else {
             rows.iter_mut().for_each(transform);
+        }
+        let transformed = begin.elapsed();
+        if *parallel {
+            groups.par_iter_mut().for_each(|group| advance(group, rows));
+        } else {
             groups.iter_mut().for_each(|group| advance(group, rows));
+        }
+        let begin = Instant::now();
+        if *parallel {
+            rows.par_iter_mut().enumerate().for_each(|(instant, row)| transform_back(instant, row, groups));
+        } else {
             rows.iter_mut().enumerate().for_each(|(instant, row)| transform_back(instant, row, groups));
         }
+        let poles: usize = groups.iter().map(WavenumberGroup::poles).sum();
+        let (instants, length) = (rows.len(), *elements as u64);
+        *self.work = HistoryWork {
+            // Two real systems: a complex multiplication each at every instant, twice, and a force once; coefficients read, states read and written.
+            sums: Work { multiply_adds: (poles * instants * 2 * (2 * 4 + 2)) as u64, bytes: 8 * 20 * poles as u64 },
+            // A real transform of length N takes about 5/4 N log2 N multiply-adds; its input, its output and its scratch.
+            transforms: Work {
+                multiply_adds: 2 * instants as u64 * (5 * length * u64::from(length.ilog2())) / 4,
+                bytes: 2 * instants as u64 * 3 * 8 * length,
+            },
+            transform_time: transformed + begin.elapsed(),
+        };
     }
 }
 
@@ -202,13 +229,10 @@ fn first_influences(
 }
 
 impl PastForces for ModalHistory {
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> u64 {
-        let mut multiply_adds = 0;
+    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
+        let mut work = HistoryWork::default();
         if self.instant == 0 {
-            with_recursion(self.rule, NextBlock(self));
-            let poles: usize = self.groups.iter().map(WavenumberGroup::poles).sum();
-            // Two real systems: complex multiplications for all instants, forces for half of them.
-            multiply_adds = (poles * self.rows.len() * (2 * 2 * 4 + 2 * 2)) as u64;
+            with_recursion(self.rule, NextBlock { history: self, work: &mut work });
         }
         let first = first_element.rem_euclid(self.elements as i64) as usize;
         let ring = &self.rows[self.instant].ring;
@@ -216,7 +240,8 @@ impl PastForces for ModalHistory {
         for (value, old) in out.iter_mut().zip(ahead.iter().chain(behind)) {
             *value = *old;
         }
-        multiply_adds + self.add_near(first, out)
+        work.sums += self.add_near(first, out);
+        work
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {

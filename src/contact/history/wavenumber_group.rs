@@ -11,6 +11,9 @@ use crate::tyre::rational::RationalModel;
 /// Wavenumbers of a group.
 pub const GROUP: usize = 8;
 
+/// Poles that a pass foretells together: u_old is read and written that much less often.
+const TOGETHER: usize = 2;
+
 /// Numbers of a pole that do not change: g and w, real and imaginary.
 const FIXED: usize = 4;
 /// Numbers of a pole that evolve: b ahead and behind, real and imaginary, under the real and the imaginary part of the force.
@@ -46,7 +49,7 @@ impl WavenumberGroup {
         let count = GROUP.min(model.largest_wavenumber() + 1 - first);
         let modes: Option<Vec<_>> = (first..first + count).map(|n| model.modes(n, field)).collect();
         let modes = modes?;
-        let poles = modes.iter().map(|modes| modes.poles.len()).max().unwrap_or(0);
+        let poles = modes.iter().map(|modes| modes.poles.len()).max().unwrap_or(0).next_multiple_of(TOGETHER);
         let mut fixed = vec![0.0; poles * FIXED * GROUP];
         for (lane, modes) in modes.iter().enumerate() {
             for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
@@ -120,31 +123,43 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
         let (forces, _) = S::as_simd_f64s(&group.forces);
         let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
         displacement.fill(simd.splat_f64s(0.0));
-        for (fixed, states) in fixed.chunks_exact(FIXED * vectors).zip(states.chunks_exact_mut(EVOLVING * vectors)) {
+        let following = |stage: usize| if stage + 1 < stages { stage + 1 } else { 0 };
+        let pairs = fixed.chunks_exact(TOGETHER * FIXED * vectors);
+        for (fixed, states) in pairs.zip(states.chunks_exact_mut(TOGETHER * EVOLVING * vectors)) {
             for vector in 0..vectors {
-                let fixed = |slot: usize| fixed[slot * vectors + vector];
-                let poles = Poles { g: [fixed(0), fixed(1)], w: [fixed(2), fixed(3)] };
-                let at = |slot: usize| states[slot * vectors + vector];
-                let mut re = State::new(simd, [at(0), at(1)], [at(2), at(3)]);
-                let mut im = State::new(simd, [at(4), at(5)], [at(6), at(7)]);
+                let mut both = [0, 1].map(|which| {
+                    let fixed = |slot: usize| fixed[(which * FIXED + slot) * vectors + vector];
+                    let states = &mut states[which * EVOLVING * vectors..];
+                    let state = |slot: usize| states[slot * vectors + vector];
+                    let poles = Poles { g: [fixed(0), fixed(1)], w: [fixed(2), fixed(3)] };
+                    let mut re = State::new(simd, [state(0), state(1)], [state(2), state(3)]);
+                    let mut im = State::new(simd, [state(4), state(5)], [state(6), state(7)]);
+                    let mut stage = 0;
+                    for force in forces.chunks_exact(2 * vectors) {
+                        stage = following(stage);
+                        recursion.driven(simd, stage, &poles, force[vector], &mut re);
+                        recursion.driven(simd, stage, &poles, force[vectors + vector], &mut im);
+                    }
+                    let evolved = [re.ahead, re.behind, im.ahead, im.behind];
+                    for (slot, value) in evolved.into_iter().flatten().enumerate() {
+                        states[slot * vectors + vector] = value;
+                    }
+                    (poles, re, im)
+                });
                 let mut stage = 0;
-                for force in forces.chunks_exact(2 * vectors) {
-                    stage = if stage + 1 < stages { stage + 1 } else { 0 };
-                    recursion.driven(simd, stage, &poles, force[vector], &mut re);
-                    recursion.driven(simd, stage, &poles, force[vectors + vector], &mut im);
-                }
-                let evolved = [re.ahead, re.behind, im.ahead, im.behind];
-                for (slot, value) in evolved.into_iter().flatten().enumerate() {
-                    states[slot * vectors + vector] = value;
-                }
                 for (instant, out) in displacement.chunks_exact_mut(2 * vectors).enumerate() {
                     if instant > 0 {
-                        stage = if stage + 1 < stages { stage + 1 } else { 0 };
-                        recursion.next(simd, stage, &poles, &mut re);
-                        recursion.next(simd, stage, &poles, &mut im);
+                        stage = following(stage);
+                        for (poles, re, im) in &mut both {
+                            recursion.next(simd, stage, poles, re);
+                            recursion.next(simd, stage, poles, im);
+                        }
                     }
-                    out[vector] = simd.add_f64s(out[vector], re.ahead[0]);
-                    out[vectors + vector] = simd.add_f64s(out[vectors + vector], im.ahead[0]);
+                    let [(_, re, im), (_, other_re, other_im)] = &both;
+                    let (re, im) =
+                        (simd.add_f64s(re.ahead[0], other_re.ahead[0]), simd.add_f64s(im.ahead[0], other_im.ahead[0]));
+                    out[vector] = simd.add_f64s(out[vector], re);
+                    out[vectors + vector] = simd.add_f64s(out[vectors + vector], im);
                 }
             }
         }

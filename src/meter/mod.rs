@@ -17,6 +17,8 @@ pub enum Stage {
     Road,
     /// Stiffness curves of the road slices.
     Slices,
+    /// Waiting for road that is being made in the background.
+    RoadWait,
     /// Static solution and axle height.
     Axle,
     /// History convolution.
@@ -31,10 +33,11 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Influence,
         Self::Road,
         Self::Slices,
+        Self::RoadWait,
         Self::Axle,
         Self::History,
         Self::ActiveSet,
@@ -48,6 +51,7 @@ impl Stage {
             Self::Influence => "sum influence functions",
             Self::Road => "make or read the road",
             Self::Slices => "build slice stiffness curves",
+            Self::RoadWait => "wait for the road",
             Self::Axle => "find the axle height",
             Self::History => "convolve the force history",
             Self::ActiveSet => "search the active set",
@@ -108,13 +112,15 @@ impl Counter {
     ];
 }
 
-/// Calls and wall time of one stage.
+/// Calls and time of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageCost {
     /// How often the stage was entered.
     pub calls: u64,
-    /// Time spent in it.
+    /// Time that the run spent in it: no two stages at once.
     pub wall: Duration,
+    /// Time that the stage was at work in the background while the run was in others.
+    pub background: Duration,
 }
 
 /// Stage times and counters of one run. Fixed size: metering never allocates.
@@ -140,6 +146,13 @@ impl Meter {
         cost.wall += wall;
     }
 
+    /// Adds one call of a stage that was at work in the background.
+    pub fn add_background(&mut self, stage: Stage, busy: Duration) {
+        let cost = &mut self.costs[stage as usize];
+        cost.calls += 1;
+        cost.background += busy;
+    }
+
     /// Adds to a counter.
     pub fn count(&mut self, counter: Counter, amount: u64) {
         self.counts[counter as usize] += amount;
@@ -150,6 +163,7 @@ impl Meter {
         let cost = &mut self.costs[stage as usize];
         cost.calls += earlier.calls;
         cost.wall += earlier.wall;
+        cost.background += earlier.background;
     }
 
     /// Sets a counter to what it was when an earlier part of the same run ended.

@@ -81,7 +81,7 @@ fn encode(identity: &Identity, moving: &Moving<'_>, wall: Duration) -> Vec<u8> {
     state.count(nanoseconds(wall));
     for stage in Stage::ALL {
         let cost = moving.meter.cost(stage);
-        state.counts(&[cost.calls, nanoseconds(cost.wall)]);
+        state.counts(&[cost.calls, nanoseconds(cost.wall), nanoseconds(cost.background)]);
     }
     state.counts(&Counter::ALL.map(|counter| moving.meter.counted(counter)));
     moving.record.save(&mut state);
@@ -165,10 +165,11 @@ impl Checkpoint {
     ) -> Result<(Duration, Missing), StateError> {
         let wall = Duration::from_nanos(state.count()?);
         for stage in Stage::ALL {
-            let mut cost = [0; 2];
+            let mut cost = [0; 3];
             state.counts_into(&mut cost)?;
-            let [calls, wall] = cost;
-            moving.meter.add_cost(stage, StageCost { calls, wall: Duration::from_nanos(wall) });
+            let [calls, wall, background] = cost;
+            let [wall, background] = [wall, background].map(Duration::from_nanos);
+            moving.meter.add_cost(stage, StageCost { calls, wall, background });
         }
         let mut counts = [0; Counter::ALL.len()];
         state.counts_into(&mut counts)?;

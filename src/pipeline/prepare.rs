@@ -90,7 +90,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let builder = slice_builder(scene.contact.slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
-    let road = RoadAhead::new(surface, builder, queue, elements);
+    let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
+    let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring };
     let (kernel, history) = match numerics.history {

@@ -141,7 +141,7 @@ fn rolled(
     let mut force = Vec::with_capacity(kept as usize);
     for step in 0..skipped + kept {
         let first = prepared.march.geometry().first_element(step);
-        prepared.road.reach(first, first + columns, &mut meter)?;
+        prepared.road.reach(first, first + columns, &mut meter, None)?;
         let result = prepared.march.step(&prepared.axle, prepared.road.slices())?;
         if step >= skipped {
             force.push(result.total_force);

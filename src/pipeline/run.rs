@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ndarray::ArrayView2;
+use rayon::Scope;
 
 use super::checkpoint::{Checkpoint, Checkpoints, Identity, Moving};
 use super::error::RunError;
@@ -137,7 +138,11 @@ impl Work<'_> {
         let interval = loaded.scene.outputs.checkpoint_interval;
         let mut checkpoints = Checkpoints::new(identity, interval, begin, earlier);
         progress.march(moving.prepared.march.next_step(), plan.steps, plan.time_step);
-        let rolled = roll(plan, &mut moving, &mut folder, &mut checkpoints, stop, progress);
+        // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the making ends with the scope.
+        let rolled = rayon::in_place_scope(|scope| {
+            let behind = (rayon::current_num_threads() > 1).then_some(scope);
+            roll(plan, &mut moving, &mut folder, &mut checkpoints, stop, progress, behind)
+        });
         let ended = rolled.and_then(|interrupted| {
             self.end(&prepared, &mut record, &mut meter, &folder, &checkpoints, interrupted, progress)
                 .map(|summary| (interrupted, summary))
@@ -200,6 +205,7 @@ fn roll(
     checkpoints: &mut Checkpoints,
     stop: &AtomicBool,
     progress: &mut dyn Progress,
+    behind: Option<&Scope<'_>>,
 ) -> Result<bool, RunError> {
     let mut interrupted = false;
     for step in moving.prepared.march.next_step()..plan.steps {
@@ -215,7 +221,7 @@ fn roll(
         }
         let Moving { prepared: Prepared { march, road, axle, .. }, record, meter } = moving;
         let first = march.geometry().first_element(step);
-        road.reach(first, first + march.geometry().columns as i64, meter)?;
+        road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
         let result = march.step(axle, road.slices())?;
         axle.observe(step, result.total_force);
         record.push(

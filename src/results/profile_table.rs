@@ -5,7 +5,8 @@ use std::time::Duration;
 use super::table::{aligned, grouped};
 use crate::meter::{Counter, Meter, Stage};
 
-/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed as the rest.
+/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed as the rest. What
+/// was at work in the background stands beside and is no part of it.
 pub fn profile_table(meter: &Meter, wall: Duration) -> String {
     format!("{}\n{}", stages(meter, wall), counters(meter))
 }
@@ -16,16 +17,18 @@ fn stages(meter: &Meter, wall: Duration) -> String {
     };
     let seconds = |time: Duration| format!("{:.3} s", time.as_secs_f64());
     let mut staged = Duration::ZERO;
-    let mut rows: Vec<[String; 4]> = Vec::new();
+    let mut rows: Vec<[String; 5]> = Vec::new();
     for stage in Stage::ALL {
         let cost = meter.cost(stage);
         staged += cost.wall;
-        rows.push([stage.title().to_owned(), grouped(cost.calls), seconds(cost.wall), share(cost.wall)]);
+        let background = if cost.background.is_zero() { String::new() } else { seconds(cost.background) };
+        rows.push([stage.title().to_owned(), grouped(cost.calls), seconds(cost.wall), share(cost.wall), background]);
     }
     let rest = wall.saturating_sub(staged);
-    rows.push(["everything else".to_owned(), String::new(), seconds(rest), share(rest)]);
-    rows.push(["whole run".to_owned(), String::new(), seconds(wall), share(wall)]);
-    aligned(["stage", "calls", "wall", "share"], &rows)
+    for (title, time) in [("everything else", rest), ("whole run", wall)] {
+        rows.push([title.to_owned(), String::new(), seconds(time), share(time), String::new()]);
+    }
+    aligned(["stage", "calls", "wall", "share", "in background"], &rows)
 }
 
 fn counters(meter: &Meter) -> String {
@@ -72,6 +75,11 @@ mod tests {
         }
         assert!(text.contains("2.000 s") && text.contains("50.0 %") && text.contains("21 233 664"), "{text}");
         assert!(text.lines().any(|line| line.contains("everything else") && line.contains("50.0 %")), "{text}");
+        // Beside the wall time, not in it.
+        meter.add_background(Stage::Road, Duration::from_millis(3250));
+        let beside = profile_table(&meter, Duration::from_secs(4));
+        assert!(beside.lines().any(|line| line.contains(Stage::Road.title()) && line.ends_with("3.250 s")), "{beside}");
+        assert!(beside.lines().any(|line| line.contains("everything else") && line.contains("50.0 %")), "{beside}");
         let none = profile_table(&Meter::default(), Duration::ZERO);
         assert!(!none.contains("NaN"), "{none}");
     }

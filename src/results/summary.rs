@@ -103,7 +103,7 @@ pub struct Cost {
     pub wall_seconds: f64,
     /// Threads it ran on.
     pub threads: usize,
-    /// Calls and seconds by stage, in the order of the data's way.
+    /// Calls and seconds by stage, in the order of the data's way; those in the background are beside the wall time, not a part of it.
     #[serde(serialize_with = "stages")]
     pub stages: Meter,
     /// Exact work counters; the same for any number of threads.
@@ -122,13 +122,19 @@ impl Cost {
 struct StageRecord {
     calls: u64,
     seconds: f64,
+    background_seconds: f64,
 }
 
 fn stages<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
     let mut map = serializer.serialize_map(Some(Stage::ALL.len()))?;
     for stage in Stage::ALL {
         let cost = meter.cost(stage);
-        map.serialize_entry(&stage, &StageRecord { calls: cost.calls, seconds: cost.wall.as_secs_f64() })?;
+        let record = StageRecord {
+            calls: cost.calls,
+            seconds: cost.wall.as_secs_f64(),
+            background_seconds: cost.background.as_secs_f64(),
+        };
+        map.serialize_entry(&stage, &record)?;
     }
     map.end()
 }

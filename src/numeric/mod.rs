@@ -11,6 +11,7 @@ pub mod scaled_series;
 pub mod state;
 pub mod straight_line;
 pub mod tail_sum;
+pub mod transform_length;
 pub mod windowed_sinc;
 
 pub use complex_field::ComplexField;
@@ -20,3 +21,4 @@ pub use ring::Ring;
 pub use running_moments::RunningMoments;
 pub use state::{StateError, StateReader, StateWriter};
 pub use straight_line::StraightLine;
+pub use transform_length::transform_length;

@@ -7,7 +7,7 @@ use clap::Args;
 use comfy_table::{LineStyle, Table, TableStyle};
 use serde_json::json;
 
-use super::mobility::positive;
+use super::options::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
 use crate::pipeline::Plan;

@@ -1,6 +1,7 @@
 //! Numerical building blocks that know no physics.
 
 pub mod complex_field;
+pub mod digest;
 pub mod lanes;
 pub mod matrix2;
 pub mod nnls;

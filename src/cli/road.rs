@@ -9,12 +9,12 @@ use serde_json::json;
 
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
-use crate::pipeline::prepare::in_scene;
+use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
 use crate::results::plots::RoadMap;
 use crate::results::summary::Cost;
 use crate::results::table::aligned;
 use crate::results::{ResultsFolder, Summary};
-use crate::road::{Lattice, Limits, RoadDescription, describe};
+use crate::road::{RoadDescription, describe};
 use crate::scene::Scene;
 
 const EXAMPLES: &str = "\
@@ -46,12 +46,9 @@ impl RoadArguments {
         let scene = &loaded.scene;
         let begin = std::time::Instant::now();
         let mut meter = Meter::default();
-        let dx = scene.tyre.circumference / scene.numerics.elements as f64;
-        let limits = Limits { bytes: scene.numerics.memory_bytes() };
         let description = meter
             .time(Stage::Road, || {
-                let lattice = Lattice::choose(&scene.road, dx, scene.tyre.contact_width, scene.contact.lateral_points)?;
-                describe(&scene.road, lattice, scene.rolling.speed(), limits)
+                describe(&scene.road, road_lattice(scene)?, scene.rolling.speed(), road_limits(scene))
             })
             .map_err(|error| in_scene(&loaded, error))?;
         let title = loaded.title();

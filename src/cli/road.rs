@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::{Cell, Table, TableStyle};
 use ndarray::ArrayView2;
 use serde_json::json;
 
@@ -12,7 +11,7 @@ use crate::meter::{Meter, Stage};
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
 use crate::results::plots::RoadMap;
 use crate::results::summary::Cost;
-use crate::results::table::aligned;
+use crate::results::table::{aligned, words};
 use crate::results::{ResultsFolder, Summary};
 use crate::road::{RoadDescription, describe};
 use crate::scene::Scene;
@@ -70,11 +69,8 @@ impl RoadArguments {
 }
 
 fn description_text(road: &RoadDescription) -> String {
-    let mut table = Table::new();
-    table.load_style(TableStyle::new());
-    let mut row = |name: &str, value: String| {
-        table.add_row(vec![Cell::new(name), Cell::new(value)]);
-    };
+    let mut rows: Vec<[String; 2]> = Vec::new();
+    let mut row = |name: &str, value: String| rows.push([name.to_owned(), value]);
     let millimetres = |length: f64| format!("{:.3} mm", 1e3 * length);
     row("extent", road.extent.map_or("endless".into(), |(from, to)| format!("{from:.3} to {to:.3} m")));
     row(
@@ -114,9 +110,8 @@ fn description_text(road: &RoadDescription) -> String {
     let levels = if levels.is_empty() {
         String::new()
     } else {
-        format!("\n{}", aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], &levels))
+        format!("\n{}", aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &levels))
     };
     let notes: String = road.report.notes.iter().map(|note| format!("note: {note}\n")).collect();
-    let table: String = table.lines().map(|line| format!("{}\n", line.trim_end())).collect();
-    format!("{table}{levels}\n{notes}")
+    format!("{}{levels}\n{notes}", words(&[""; 0], &rows))
 }

@@ -28,12 +28,12 @@ fn stages(meter: &Meter, wall: Duration) -> String {
     for (title, time) in [("everything else", rest), ("whole run", wall)] {
         rows.push([title.to_owned(), String::new(), seconds(time), share(time), String::new()]);
     }
-    aligned(["stage", "calls", "wall", "share", "in background"], &rows)
+    aligned(&["stage", "calls", "wall", "share", "in background"], &rows)
 }
 
 fn counters(meter: &Meter) -> String {
     let row = |counter: Counter| [counter_title(counter).to_owned(), grouped(meter.counted(counter))];
-    aligned(["counter", "amount"], &Counter::ALL.map(row))
+    aligned(&["counter", "amount"], &Counter::ALL.map(row))
 }
 
 /// The counter named as people read it in a table.

@@ -95,7 +95,7 @@ impl CostReport {
                 exponent(&|cost| cost.seconds),
                 String::new(),
             ]);
-            text.push_str(&aligned([title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
+            text.push_str(&aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
             text.push('\n');
         }
         let (alone, threads, together) = self.threads;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use super::options::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::Progress;
@@ -43,14 +44,6 @@ pub struct MobilityArguments {
     /// Folder for mobility.csv and mobility.svg; default: results/NAME-mobility, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-}
-
-/// A finite number above zero.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
-        _ => Err("a positive number is needed".to_owned()),
-    }
 }
 
 /// Level re 1 m/(N s) \[dB\].

@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::{Cell, Table, TableStyle};
 use ndarray::ArrayView2;
 use serde_json::json;
 
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
-use crate::pipeline::prepare::in_scene;
+use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
 use crate::results::plots::RoadMap;
 use crate::results::summary::Cost;
-use crate::results::table::aligned;
+use crate::results::table::{aligned, words};
 use crate::results::{ResultsFolder, Summary};
-use crate::road::{Lattice, Limits, RoadDescription, describe};
+use crate::road::{RoadDescription, describe};
 use crate::scene::Scene;
 
 const EXAMPLES: &str = "\
@@ -46,12 +45,9 @@ impl RoadArguments {
         let scene = &loaded.scene;
         let begin = std::time::Instant::now();
         let mut meter = Meter::default();
-        let dx = scene.tyre.circumference / scene.numerics.elements as f64;
-        let limits = Limits { bytes: scene.numerics.memory_bytes() };
         let description = meter
             .time(Stage::Road, || {
-                let lattice = Lattice::choose(&scene.road, dx, scene.tyre.contact_width, scene.contact.lateral_points)?;
-                describe(&scene.road, lattice, scene.rolling.speed(), limits)
+                describe(&scene.road, road_lattice(scene)?, scene.rolling.speed(), road_limits(scene))
             })
             .map_err(|error| in_scene(&loaded, error))?;
         let title = loaded.title();
@@ -73,11 +69,8 @@ impl RoadArguments {
 }
 
 fn description_text(road: &RoadDescription) -> String {
-    let mut table = Table::new();
-    table.load_style(TableStyle::new());
-    let mut row = |name: &str, value: String| {
-        table.add_row(vec![Cell::new(name), Cell::new(value)]);
-    };
+    let mut rows: Vec<[String; 2]> = Vec::new();
+    let mut row = |name: &str, value: String| rows.push([name.to_owned(), value]);
     let millimetres = |length: f64| format!("{:.3} mm", 1e3 * length);
     row("extent", road.extent.map_or("endless".into(), |(from, to)| format!("{from:.3} to {to:.3} m")));
     row(
@@ -117,9 +110,8 @@ fn description_text(road: &RoadDescription) -> String {
     let levels = if levels.is_empty() {
         String::new()
     } else {
-        format!("\n{}", aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], &levels))
+        format!("\n{}", aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &levels))
     };
     let notes: String = road.report.notes.iter().map(|note| format!("note: {note}\n")).collect();
-    let table: String = table.lines().map(|line| format!("{}\n", line.trim_end())).collect();
-    format!("{table}{levels}\n{notes}")
+    format!("{}{levels}\n{notes}", words(&[""; 0], &rows))
 }

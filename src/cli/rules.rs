@@ -4,18 +4,18 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use clap::Args;
-use comfy_table::{LineStyle, Table, TableStyle};
 use serde_json::json;
 
-use super::mobility::positive;
+use super::options::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
 use crate::pipeline::Plan;
 use crate::pipeline::progress::Progress;
-use crate::pipeline::rules::{RuleReport, WorkPrecision, compare, work_precision};
+use crate::pipeline::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::{Cost, Summary};
+use crate::results::table::{aligned, words};
 use crate::scene::{Scene, TimeRule};
 
 const EXAMPLES: &str = "\
@@ -121,19 +121,11 @@ fn verdict(report: &RuleReport) -> String {
     }
 }
 
-fn plain() -> Table {
-    let mut table = Table::new();
-    table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
-    table
-}
-
 fn rules_table(reports: &[RuleReport], time_step: f64) -> String {
-    let mut table = plain();
     let mut header = vec!["rule".to_owned(), "G0, eigenvalues [m/N]".to_owned()];
     header.extend(PARTS.map(|part| format!("damping, phase error at {:.0} Hz", part / time_step)));
     header.extend(["5 % up to".to_owned(), "inverse".to_owned()]);
-    table.set_header(header);
-    for report in reports {
+    let row = |report: &RuleReport| {
         let (low, high) = report.stability.eigenvalues;
         let mut row = vec![report.rule.name().to_owned(), format!("{low:.2e} .. {high:.2e}")];
         row.extend(PARTS.map(|part| {
@@ -142,9 +134,10 @@ fn rules_table(reports: &[RuleReport], time_step: f64) -> String {
         }));
         row.push(format!("{:.0} Hz", report.rule.largest_angle(0.05) / (2.0 * PI * time_step)));
         row.push(verdict(report));
-        table.add_row(row);
-    }
-    format!("dt = {time_step:.3e} s\n{table}\n")
+        row
+    };
+    let rows: Vec<Vec<String>> = reports.iter().map(row).collect();
+    format!("dt = {time_step:.3e} s\n{}", words(&header, &rows))
 }
 
 fn rules_csv(reports: &[RuleReport], time_step: f64) -> String {
@@ -194,21 +187,22 @@ fn curves(
 }
 
 fn work_table(work: &WorkPrecision, highest: f64) -> String {
-    let mut table = plain();
-    table.set_header(["rule", "steps/element", "error of the force", "multiply-adds", "solves", "time / rolled time"]);
-    for point in &work.points {
-        table.add_row([
+    let header = ["rule", "steps/element", "error of the force", "multiply-adds", "solves", "time / rolled time"];
+    let row = |point: &WorkPoint| {
+        [
             point.rule.name().to_owned(),
             point.substeps.to_string(),
             format!("{:.2e}", point.error),
             format!("{:.2e}", point.multiply_adds as f64),
             point.solves.to_string(),
             format!("{:.3}", point.wall.as_secs_f64() / work.time),
-        ]);
-    }
+        ]
+    };
+    let rows: Vec<[String; 6]> = work.points.iter().map(row).collect();
     format!(
-        "Total force up to {highest:.0} Hz, relative to its root mean square; the two fine references differ by {:.1e}\n{table}\n",
-        work.doubt
+        "Total force up to {highest:.0} Hz, relative to its root mean square; the two fine references differ by {:.1e}\n{}",
+        work.doubt,
+        aligned(&header, &rows)
     )
 }
 
@@ -229,7 +223,7 @@ fn work_csv(work: &WorkPrecision) -> String {
 }
 
 fn work_plot(title: &str, work: &WorkPrecision) -> Result<String, CliError> {
-    let cost = |point: &crate::pipeline::rules::WorkPoint| point.multiply_adds as f64;
+    let cost = |point: &WorkPoint| point.multiply_adds as f64;
     let costs = work.points.iter().map(cost);
     let (low, high) = costs.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     let errors = work.points.iter().map(|point| point.error);

@@ -8,13 +8,13 @@ use serde_json::json;
 
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Counter, Meter, Stage};
-use crate::pipeline::prepare::{in_scene, slice_builder};
+use crate::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::Cost;
 use crate::results::{ResultsFolder, Summary};
 use crate::road::slices::statistics::{LevelStatistics, statistics};
 use crate::road::slices::{SliceScratch, StiffnessCurve};
-use crate::road::{Lattice, Limits, RoadSurface};
+use crate::road::{Lattice, RoadSurface};
 use crate::scene::{LoadedScene, Scene, Slices};
 
 const EXAMPLES: &str = "\
@@ -110,11 +110,10 @@ impl SlicesArguments {
 
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {
         let scene = &loaded.scene;
-        let dx = scene.tyre.circumference / scene.numerics.elements as f64;
-        let limits = Limits { bytes: scene.numerics.memory_bytes() };
         let read = || {
-            let lattice = Lattice::choose(&scene.road, dx, scene.tyre.contact_width, scene.contact.lateral_points)?;
-            let mut surface = RoadSurface::open(&scene.road, lattice, limits)?;
+            let lattice = road_lattice(scene)?;
+            let dx = lattice.dx;
+            let mut surface = RoadSurface::open(&scene.road, lattice, road_limits(scene))?;
             let first = (self.at / dx).round() as i64;
             let there = surface.extent().map_or(i64::MAX, |(_, end)| (end / dx + 1e-6).floor() as i64 - first + 1);
             let rows = i64::from(self.slices).min(there.max(1)) as usize;

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::options::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::pipeline::sweep::table::{csv, growth_plot};
 use crate::pipeline::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
@@ -59,15 +60,11 @@ pub struct Values(pub Vec<f64>);
 
 /// `FROM..TO:STEP` or `A,B,C`.
 fn values(text: &str) -> Result<Values, String> {
-    let number = |text: &str| match text.trim().parse::<f64>() {
-        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
-        _ => Err(format!("\"{}\" is not a positive number", text.trim())),
-    };
     let found = match text.split_once("..") {
-        None => text.split(',').map(number).collect::<Result<Vec<_>, _>>()?,
+        None => text.split(',').map(positive).collect::<Result<Vec<_>, _>>()?,
         Some((from, rest)) => {
             let (to, step) = rest.split_once(':').ok_or("a range is FROM..TO:STEP, such as 50..130:10")?;
-            let (from, to, step) = (number(from)?, number(to)?, number(step)?);
+            let (from, to, step) = (positive(from)?, positive(to)?, positive(step)?);
             if to < from {
                 return Err(format!("the range ends at {to}, before it begins at {from}"));
             }

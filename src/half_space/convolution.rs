@@ -17,6 +17,8 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftNum, FftPlanner};
 
+use crate::numeric::transform_length;
+
 /// Columns or rows that are transposed together.
 const BLOCK: usize = 8;
 
@@ -77,23 +79,6 @@ pub struct Convolution<T: Precision> {
     live: Vec<bool>,
 }
 
-/// Smallest even 2^a 3^b 5^c that is at least `least`.
-pub fn transform_size(least: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for prime in [2, 3, 5] {
-            while n.is_multiple_of(prime) {
-                n /= prime;
-            }
-        }
-        n == 1
-    };
-    let mut size = least.max(2).next_multiple_of(2);
-    while !smooth(size) {
-        size += 2;
-    }
-    size
-}
-
 impl<T: Precision> Convolution<T> {
     /// From the spectrum of the kernel on the `padded` grid (even numbers of rows and columns, at least `extent`):
     /// `spectrum(i, j)` for wavenumbers 2 pi i/mx, 2 pi j/my per cell, i <= mx/2, j <= my/2.
@@ -111,7 +96,7 @@ impl<T: Precision> Convolution<T> {
 
     /// From the kernel itself, without wrap-around: `kernel(i, j)` at distances i, j >= 0 in cells.
     pub fn from_kernel(extent: Extent, kernel: impl Fn(usize, usize) -> f64 + Sync) -> Self {
-        let padded = Extent { nx: transform_size(2 * extent.nx - 1), ny: transform_size(2 * extent.ny - 1) };
+        let padded = Extent { nx: transform_length(2 * extent.nx - 1), ny: transform_length(2 * extent.ny - 1) };
         let mut this = Self::plan(extent, padded);
         let (nc, half) = (padded.ny / 2 + 1, padded.nx / 2 + 1);
         // Even rows have real spectra; beyond the extent the kernel is never used.
@@ -314,11 +299,5 @@ mod tests {
         Convolution::<f32>::from_kernel(extent, kernel).apply(&input, &mut single, |_| true);
         let largest = double.iter().zip(&single).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(largest < 1e-5 && largest > 1e-12, "{largest:.1e}");
-    }
-
-    #[test]
-    fn sizes_are_smooth_even_and_tight() {
-        let sizes: Vec<usize> = [1, 3, 7, 127, 255, 257, 1023, 1999].map(transform_size).into();
-        assert_eq!(sizes, [2, 4, 8, 128, 256, 270, 1024, 2000]);
     }
 }

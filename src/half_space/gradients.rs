@@ -21,9 +21,10 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::convolution::{Convolution, Extent, transform_size};
+use super::convolution::{Convolution, Extent};
 use super::rough::Limits;
 use super::{HalfSpaceError, love};
+use crate::numeric::transform_length;
 
 /// What is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +68,7 @@ pub(super) struct Solver<'a> {
 fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
     /// Images on either side: the rest of the sum changes W by some percent at the highest wavenumbers only.
     const IMAGES: i32 = 2;
-    let padded = Extent { nx: transform_size(extent.nx), ny: transform_size(extent.ny) };
+    let padded = Extent { nx: transform_length(extent.nx), ny: transform_length(extent.ny) };
     let (step_x, step_y) = (2.0 * PI / (padded.nx as f64 * dx), 2.0 * PI / (padded.ny as f64 * dy));
     // sin(k d/2) is the same for all images but for its sign.
     let images = |i: usize, step: f64, spacing: f64| -> Vec<(f64, f64)> {

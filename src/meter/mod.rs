@@ -17,10 +17,16 @@ pub enum Stage {
     Road,
     /// Stiffness curves of the road slices.
     Slices,
+    /// Waiting for road that is being made in the background.
+    RoadWait,
     /// Static solution and axle height.
     Axle,
-    /// History convolution.
+    /// Displacement left over from past forces, without its transforms.
     History,
+    /// Transforms of forces and displacements between elements and wavenumbers.
+    Transforms,
+    /// Displacement that the road slices ask for.
+    Penetration,
     /// Active-set search, its factorisations included.
     ActiveSet,
     /// Writing arrays.
@@ -31,16 +37,23 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Influence,
         Self::Road,
         Self::Slices,
+        Self::RoadWait,
         Self::Axle,
         Self::History,
+        Self::Transforms,
+        Self::Penetration,
         Self::ActiveSet,
         Self::Output,
         Self::Response,
     ];
+
+    /// The stages that every time step goes through, in order.
+    pub const OF_A_STEP: [Self; 7] =
+        [Self::Road, Self::Slices, Self::History, Self::Transforms, Self::Penetration, Self::ActiveSet, Self::Output];
 
     /// The stage named as people read it in a table.
     pub const fn title(self) -> &'static str {
@@ -48,8 +61,11 @@ impl Stage {
             Self::Influence => "sum influence functions",
             Self::Road => "make or read the road",
             Self::Slices => "build slice stiffness curves",
+            Self::RoadWait => "wait for the road",
             Self::Axle => "find the axle height",
             Self::History => "convolve the force history",
+            Self::Transforms => "transform the force history",
+            Self::Penetration => "press into the road slices",
             Self::ActiveSet => "search the active set",
             Self::Output => "write arrays",
             Self::Response => "compute spectra and plots",
@@ -124,13 +140,17 @@ impl std::ops::AddAssign for Work {
     }
 }
 
-/// Calls and wall time of one stage.
+/// Calls and time of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageCost {
     /// How often the stage was entered.
     pub calls: u64,
-    /// Time spent in it.
+    /// Time that the run spent in it: no two stages at once.
     pub wall: Duration,
+    /// Time that the stage was at work in the background while the run was in others.
+    pub background: Duration,
+    /// Arithmetic and memory traffic, where they are counted.
+    pub work: Work,
 }
 
 /// Stage times and counters of one run. Fixed size: metering never allocates.
@@ -156,6 +176,18 @@ impl Meter {
         cost.wall += wall;
     }
 
+    /// Adds one call of a stage that was at work in the background.
+    pub fn add_background(&mut self, stage: Stage, busy: Duration) {
+        let cost = &mut self.costs[stage as usize];
+        cost.calls += 1;
+        cost.background += busy;
+    }
+
+    /// Adds what a stage has computed and moved.
+    pub fn add_work(&mut self, stage: Stage, work: Work) {
+        self.costs[stage as usize].work += work;
+    }
+
     /// Adds to a counter.
     pub fn count(&mut self, counter: Counter, amount: u64) {
         self.counts[counter as usize] += amount;
@@ -166,6 +198,8 @@ impl Meter {
         let cost = &mut self.costs[stage as usize];
         cost.calls += earlier.calls;
         cost.wall += earlier.wall;
+        cost.background += earlier.background;
+        cost.work += earlier.work;
     }
 
     /// Sets a counter to what it was when an earlier part of the same run ended.

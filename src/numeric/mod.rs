@@ -1,6 +1,7 @@
 //! Numerical building blocks that know no physics.
 
 pub mod complex_field;
+pub mod digest;
 pub mod lanes;
 pub mod matrix2;
 pub mod nnls;
@@ -11,6 +12,7 @@ pub mod scaled_series;
 pub mod state;
 pub mod straight_line;
 pub mod tail_sum;
+pub mod transform_length;
 pub mod windowed_sinc;
 pub mod windows;
 
@@ -21,3 +23,4 @@ pub use ring::Ring;
 pub use running_moments::RunningMoments;
 pub use state::{StateError, StateReader, StateWriter};
 pub use straight_line::StraightLine;
+pub use transform_length::transform_length;

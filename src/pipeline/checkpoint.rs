@@ -15,6 +15,7 @@ use super::prepare::Prepared;
 use super::record::Record;
 use super::road_ahead::Missing;
 use crate::meter::{Counter, Meter, Stage, StageCost};
+use crate::numeric::digest::{hexadecimal, sha256};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::results::ResultsError;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
@@ -72,7 +73,7 @@ pub struct Moving<'a> {
 fn encode(identity: &Identity, moving: &Moving<'_>, wall: Duration) -> Vec<u8> {
     let mut state = StateWriter::default();
     state.text(env!("CARGO_PKG_VERSION"));
-    state.text(&text_digest(&identity.scene));
+    state.text(&sha256(&[&identity.scene]));
     for text in [&identity.written, &identity.path, &identity.road] {
         state.text(text);
     }
@@ -81,7 +82,7 @@ fn encode(identity: &Identity, moving: &Moving<'_>, wall: Duration) -> Vec<u8> {
     state.count(nanoseconds(wall));
     for stage in Stage::ALL {
         let cost = moving.meter.cost(stage);
-        state.counts(&[cost.calls, nanoseconds(cost.wall)]);
+        state.counts(&[cost.calls, nanoseconds(cost.wall), nanoseconds(cost.background)]);
     }
     state.counts(&Counter::ALL.map(|counter| moving.meter.counted(counter)));
     moving.record.save(&mut state);
@@ -125,7 +126,7 @@ impl Checkpoint {
         let scene_path = folder.join(SCENE_FILE);
         let scene =
             std::fs::read_to_string(&scene_path).map_err(|source| CheckpointError::Io { path: scene_path, source })?;
-        if state.text().map_err(of_state)? != text_digest(&scene) {
+        if state.text().map_err(of_state)? != sha256(&[&scene]) {
             return Err(unusable(Unusable::Scene).into());
         }
         let mut text = || state.text().map_err(of_state);
@@ -165,10 +166,11 @@ impl Checkpoint {
     ) -> Result<(Duration, Missing), StateError> {
         let wall = Duration::from_nanos(state.count()?);
         for stage in Stage::ALL {
-            let mut cost = [0; 2];
+            let mut cost = [0; 3];
             state.counts_into(&mut cost)?;
-            let [calls, wall] = cost;
-            moving.meter.add_cost(stage, StageCost { calls, wall: Duration::from_nanos(wall) });
+            let [calls, wall, background] = cost;
+            let [wall, background] = [wall, background].map(Duration::from_nanos);
+            moving.meter.add_cost(stage, StageCost { calls, wall, background, ..StageCost::default() });
         }
         let mut counts = [0; Counter::ALL.len()];
         state.counts_into(&mut counts)?;
@@ -232,11 +234,7 @@ impl Checkpoints {
 fn influence_digest(prepared: &Prepared) -> String {
     let mut hash = Sha256::new();
     prepared.march.kernel().instant.iter().for_each(|value| hash.update(value.to_le_bytes()));
-    hexadecimal(hash)
-}
-
-fn text_digest(text: &str) -> String {
-    hexadecimal(Sha256::new_with_prefix(text))
+    hexadecimal(hash.finalize())
 }
 
 fn file_digest(path: &Path) -> std::io::Result<String> {
@@ -244,12 +242,8 @@ fn file_digest(path: &Path) -> std::io::Result<String> {
     let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match reader.read(&mut block)? {
-            0 => return Ok(hexadecimal(hash)),
+            0 => return Ok(hexadecimal(hash.finalize())),
             count => hash.update(&block[..count]),
         }
     }
-}
-
-fn hexadecimal(hash: Sha256) -> String {
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }

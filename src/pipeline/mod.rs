@@ -15,6 +15,7 @@ pub mod prepare;
 pub mod progress;
 pub mod record;
 pub mod road_ahead;
+mod road_maker;
 pub mod rules;
 pub mod run;
 pub mod sweep;

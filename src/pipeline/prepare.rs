@@ -46,11 +46,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let field = contact_field(scene);
     let (at_rest, spring) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
 
-    let lattice = Lattice::choose(&scene.road, plan.element, tyre.contact_width, scene.contact.lateral_points)
-        .map_err(|error| in_scene(loaded, error))?;
-    let limits = Limits { bytes: numerics.memory_bytes() };
+    let lattice = road_lattice(scene).map_err(|error| in_scene(loaded, error))?;
     let surface = meter
-        .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, limits))
+        .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, road_limits(scene)))
         .map_err(|error| in_scene(loaded, error))?;
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
     // A smooth road has nothing across to be resolved, and without a slice law nobody asked for it.
@@ -90,7 +88,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let builder = slice_builder(scene.contact.slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
-    let road = RoadAhead::new(surface, builder, queue, elements);
+    let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
+    let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring };
     let (kernel, history) = match numerics.history {
@@ -110,6 +109,20 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
         at_rest,
         warnings,
     })
+}
+
+/// The lattice on which a scene's run sees its road.
+///
+/// # Errors
+/// As [`Lattice::choose`].
+pub fn road_lattice(scene: &Scene) -> Result<Lattice, RoadError> {
+    let element = scene.tyre.circumference / scene.numerics.elements as f64;
+    Lattice::choose(&scene.road, element, scene.tyre.contact_width, scene.contact.lateral_points)
+}
+
+/// What opening a scene's road may use.
+pub fn road_limits(scene: &Scene) -> Limits {
+    Limits { bytes: scene.numerics.memory_bytes() }
 }
 
 /// The displacement that a scene's contact feels.

@@ -1,29 +1,38 @@
 //! The road ahead of the tyre: heights and curves, made in chunks.
 
+use std::ops::Range;
+
+use rayon::Scope;
+
 use super::error::RunError;
+use super::road_maker::RoadMaker;
 use crate::contact::slice_queue::SliceQueue;
-use crate::meter::{Counter, Meter, Stage};
+use crate::meter::{Counter, Meter};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::RoadSurface;
 use crate::road::slices::{SliceBuilder, StiffnessCurve};
 
 /// Rows of road that are made at a time.
-const CHUNK_ROWS: usize = 512;
+const CHUNK_ROWS: i64 = 512;
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
 
 /// Slices as the tyre reaches them. Memory does not grow with the way rolled; the curves of a road that repeats are made once.
+///
+/// What is counted, kept and saved are the chunks that the tyre has reached, not those that lie ready behind: the same for any number of threads.
 pub struct RoadAhead {
-    surface: RoadSurface,
-    builder: SliceBuilder,
+    maker: RoadMaker,
     queue: SliceQueue,
     /// First and last element with road under it, for a road that ends.
     elements: Option<(i64, i64)>,
-    heights: Vec<f64>,
     /// Curves of one period of a road that repeats.
     period: Vec<Option<StiffnessCurve>>,
     /// The first element made, and the one after the last.
     made: (i64, i64),
+    /// The element after the last one made or begun behind.
+    begun: i64,
+    /// The element after the last one that the run will reach.
+    reached: i64,
 }
 
 /// Slices that a state wants to be there.
@@ -34,19 +43,42 @@ pub struct Missing {
 }
 
 impl RoadAhead {
-    /// Nothing made yet; `queue` says where it will begin.
-    pub fn new(surface: RoadSurface, builder: SliceBuilder, queue: SliceQueue, elements: Option<(i64, i64)>) -> Self {
+    /// Nothing made yet; `queue` says where it will begin. `elements`: first and last one of a road that ends; `reached`: the one after the last that the run will reach.
+    pub fn new(
+        surface: RoadSurface,
+        builder: SliceBuilder,
+        queue: SliceQueue,
+        elements: Option<(i64, i64)>,
+        reached: i64,
+    ) -> Self {
         let period = surface.period().filter(|&period| period <= LONGEST_PERIOD).unwrap_or(0);
-        let made = (queue.end(), queue.end());
-        Self { surface, builder, queue, elements, heights: Vec::new(), period: vec![None; period as usize], made }
+        let begun = queue.end();
+        let maker = RoadMaker::new(surface, builder);
+        Self { maker, queue, elements, period: vec![None; period as usize], made: (begun, begun), begun, reached }
     }
 
-    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road.
+    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. Given a scope to work in, chunks are made in it ahead of their need; else each when it is needed.
     ///
     /// # Errors
     /// Of the road and of its slices.
-    pub fn reach(&mut self, first: i64, end: i64, meter: &mut Meter) -> Result<(), RunError> {
+    pub fn reach(
+        &mut self,
+        first: i64,
+        end: i64,
+        meter: &mut Meter,
+        behind: Option<&Scope<'_>>,
+    ) -> Result<(), RunError> {
         self.queue.forget_before(first);
+        if let Some(scope) = behind
+            && self.maker.is_free()
+        {
+            let rows = self.chunk(self.begun);
+            let known = !self.period.is_empty() && rows.start >= self.made.0 + self.period.len() as i64;
+            if !known && rows.start < rows.end.min(self.reached) {
+                self.begun = rows.end;
+                self.maker.begin(rows, scope);
+            }
+        }
         let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
         while self.queue.end() < end {
             let begin = self.queue.end();
@@ -54,23 +86,25 @@ impl RoadAhead {
                 self.queue.extend([curve]);
                 continue;
             }
-            let rows = match self.elements {
-                Some((_, last)) => CHUNK_ROWS.min((last + 1 - begin) as usize),
-                None => CHUNK_ROWS,
-            };
-            let curves = self.make(begin, rows, meter)?;
-            meter.count(Counter::Slices, rows as u64);
-            self.made.1 = begin + rows as i64;
+            let rows = self.chunk(begin);
+            let curves = self.make(rows.clone(), meter)?;
+            meter.count(Counter::Slices, curves.len() as u64);
+            self.made.1 = rows.end;
+            self.begun = self.begun.max(rows.end);
             self.queue.extend(curves);
         }
         Ok(())
     }
 
-    /// Makes the curves of some rows, and keeps them where the road repeats.
-    fn make(&mut self, begin: i64, rows: usize, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
-        self.heights.resize(rows * self.surface.lattice().columns, 0.0);
-        meter.time(Stage::Road, || self.surface.heights(begin, rows, &mut self.heights))?;
-        let curves = meter.time(Stage::Slices, || self.builder.build_rows(&self.heights))?;
+    /// The chunk that begins with an element; empty past the road's end.
+    fn chunk(&self, begin: i64) -> Range<i64> {
+        begin..self.elements.map_or(begin + CHUNK_ROWS, |(_, last)| (begin + CHUNK_ROWS).min(last + 1))
+    }
+
+    /// Gets the curves of a chunk, and keeps them where the road repeats.
+    fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+        let begin = rows.start;
+        let curves = self.maker.take(rows, meter)?;
         let period = self.period.len() as i64;
         if period > 0 {
             for (element, curve) in (begin..).zip(&curves) {
@@ -95,6 +129,7 @@ impl RoadAhead {
             return Err(StateError::Value);
         }
         self.made.1 = to;
+        self.begun = to;
         self.queue = SliceQueue::starting_at(first);
         Ok(Missing { first, end })
     }
@@ -110,12 +145,12 @@ impl RoadAhead {
             period => (self.made.0, self.made.1.min(self.made.0 + period)),
         };
         while begin < stop {
-            let rows = CHUNK_ROWS.min((stop - begin) as usize);
-            let curves = self.make(begin, rows, meter)?;
+            let rows = begin..(begin + CHUNK_ROWS).min(stop);
+            begin = rows.end;
+            let curves = self.make(rows, meter)?;
             if !repeats {
                 self.queue.extend(curves);
             }
-            begin += rows as i64;
         }
         while repeats && self.queue.end() < missing.end {
             let Some(curve) = self.kept(self.queue.end()) else { break };

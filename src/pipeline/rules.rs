@@ -9,12 +9,11 @@ use realfft::RealFftPlanner;
 use super::error::RunError;
 use super::past::{fetch, fit_options};
 use super::plan::Plan;
-use super::prepare::prepare;
+use super::prepare::{contact_field, prepare};
 use crate::contact::ContactError;
 use crate::contact::stability::Stability;
 use crate::meter::Meter;
-use crate::scene::{Axle, History, LoadedScene, SceneError, TimeRule, Tread};
-use crate::tyre::influence::Field;
+use crate::scene::{Axle, History, LoadedScene, SceneError, TimeRule};
 
 /// Ramp of the axle in a comparison, and what is left out at its begin \[s\].
 const SETTLING: f64 = 0.1;
@@ -34,10 +33,7 @@ pub struct RuleReport {
 /// A fit that was refused.
 pub fn compare(loaded: &LoadedScene) -> Result<Vec<RuleReport>, RunError> {
     let scene = &loaded.scene;
-    let field = match scene.contact.tread {
-        Tread::Elastic | Tread::Uncoupled => Field::Surface,
-        Tread::Bedding => Field::UnderTread,
-    };
+    let field = contact_field(scene);
     let model = fetch(&scene.tyre, &fit_options(scene, field)).map_err(|error| {
         SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), "another tolerance"))
     })?;
@@ -141,7 +137,7 @@ fn rolled(
     let mut force = Vec::with_capacity(kept as usize);
     for step in 0..skipped + kept {
         let first = prepared.march.geometry().first_element(step);
-        prepared.road.reach(first, first + columns, &mut meter)?;
+        prepared.road.reach(first, first + columns, &mut meter, None)?;
         let result = prepared.march.step(&prepared.axle, prepared.road.slices())?;
         if step >= skipped {
             force.push(result.total_force);

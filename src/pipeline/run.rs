@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ndarray::ArrayView2;
+use rayon::Scope;
 
 use super::checkpoint::{Checkpoint, Checkpoints, Identity, Moving};
 use super::error::RunError;
@@ -13,7 +14,8 @@ use super::plan::Plan;
 use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::{Record, StepRecord};
-use crate::meter::{Counter, Meter, Stage};
+use crate::contact::history::HistoryWork;
+use crate::meter::{Counter, Meter, Stage, Work};
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
@@ -73,8 +75,8 @@ pub fn run(
             unfinished.display()
         ));
     }
-    let work = Work { loaded, plan: &plan, threads: options.threads, begin };
-    work.carry_out(|| Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
+    let planned = PlannedRun { loaded, plan: &plan, threads: options.threads, begin };
+    planned.carry_out(|| Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
 /// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never stopped.
@@ -94,19 +96,19 @@ pub fn resume(
     loaded.check_time_domain()?;
     let plan = Plan::new(&loaded.scene);
     plan.check(&loaded)?;
-    let work = Work { loaded: &loaded, plan: &plan, threads, begin };
-    work.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress)
+    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, begin };
+    planned.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress)
 }
 
 /// A planned run, new or gone on with.
-struct Work<'a> {
+struct PlannedRun<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
     threads: usize,
     begin: Instant,
 }
 
-impl Work<'_> {
+impl PlannedRun<'_> {
     fn carry_out(
         &self,
         folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
@@ -137,7 +139,11 @@ impl Work<'_> {
         let interval = loaded.scene.outputs.checkpoint_interval;
         let mut checkpoints = Checkpoints::new(identity, interval, begin, earlier);
         progress.march(moving.prepared.march.next_step(), plan.steps, plan.time_step);
-        let rolled = roll(plan, &mut moving, &mut folder, &mut checkpoints, stop, progress);
+        // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the making ends with the scope.
+        let rolled = rayon::in_place_scope(|scope| {
+            let behind = (rayon::current_num_threads() > 1).then_some(scope);
+            roll(plan, &mut moving, &mut folder, &mut checkpoints, stop, progress, behind)
+        });
         let ended = rolled.and_then(|interrupted| {
             self.end(&prepared, &mut record, &mut meter, &folder, &checkpoints, interrupted, progress)
                 .map(|summary| (interrupted, summary))
@@ -200,6 +206,7 @@ fn roll(
     checkpoints: &mut Checkpoints,
     stop: &AtomicBool,
     progress: &mut dyn Progress,
+    behind: Option<&Scope<'_>>,
 ) -> Result<bool, RunError> {
     let mut interrupted = false;
     for step in moving.prepared.march.next_step()..plan.steps {
@@ -215,7 +222,7 @@ fn roll(
         }
         let Moving { prepared: Prepared { march, road, axle, .. }, record, meter } = moving;
         let first = march.geometry().first_element(step);
-        road.reach(first, first + march.geometry().columns as i64, meter)?;
+        road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
         let result = march.step(axle, road.slices())?;
         axle.observe(step, result.total_force);
         record.push(
@@ -232,8 +239,18 @@ fn roll(
     }
     let Moving { prepared: Prepared { march, .. }, meter, .. } = moving;
     let (totals, counts) = (march.totals(), march.search_counts());
-    meter.add_time(Stage::History, totals.history_time);
-    meter.add_time(Stage::ActiveSet, totals.search_time);
+    let HistoryWork { sums, transforms, transform_time } = totals.history;
+    for (stage, time, work) in [
+        (Stage::History, totals.history_time - transform_time, sums),
+        (Stage::Transforms, transform_time, transforms),
+        (Stage::Penetration, totals.slices_time, totals.slices),
+        (Stage::ActiveSet, totals.search_time, counts.work),
+    ] {
+        meter.add_time(stage, time);
+        meter.add_work(stage, work);
+    }
+    let bytes = meter.counted(Counter::BytesWritten);
+    meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
     for (counter, amount) in [
         (Counter::Steps, march.next_step()),
         (Counter::HistoryMultiplyAdds, totals.history.sums.multiply_adds),

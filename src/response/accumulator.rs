@@ -18,7 +18,7 @@ use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::spectrum::{FEWEST_SAMPLES, PowerSpectrum, SpectrumError};
-use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
+use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter, transform_length};
 
 /// A spectrum in the making, for a record of known length.
 #[derive(Clone)]
@@ -63,7 +63,7 @@ impl SpectrumAccumulator {
         let hops = ((longest_segment / wanted).round() as u64).max(1);
         let hop = samples as f64 / hops as f64;
         // An even length that a mixed-radix transform likes; zeros in the tail change no energy.
-        let length = fast_length((2.0 * hop).ceil() as usize + 2);
+        let length = transform_length((2.0 * hop).ceil() as usize + 2);
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
         let bins = transform.make_output_vec();
         let sum = vec![0.0; bins.len()];
@@ -220,23 +220,6 @@ impl SpectrumAccumulator {
 /// The window at a distance from a segment's centre, in hops.
 fn weight(distance: f64) -> f64 {
     if distance.abs() < 1.0 { (FRAC_PI_2 * distance).cos() } else { 0.0 }
-}
-
-/// The smallest even number >= `length` with no prime factor above 5.
-fn fast_length(length: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for prime in [2, 3, 5] {
-            while n.is_multiple_of(prime) {
-                n /= prime;
-            }
-        }
-        n == 1
-    };
-    let mut even = length.max(2).next_multiple_of(2);
-    while !smooth(even) {
-        even += 2;
-    }
-    even
 }
 
 #[cfg(test)]

@@ -3,11 +3,38 @@
 use std::time::Duration;
 
 use super::table::{aligned, grouped};
-use crate::meter::{Counter, Meter, Stage};
+use crate::meter::{Counter, Meter, Stage, StageCost};
 
-/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed as the rest.
+/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed as the rest. What
+/// was at work in the background stands beside and is no part of it.
 pub fn profile_table(meter: &Meter, wall: Duration) -> String {
-    format!("{}\n{}", stages(meter, wall), counters(meter))
+    let steps = meter.counted(Counter::Steps);
+    let step = if steps > 0 { format!("{}\n", step(meter, steps)) } else { String::new() };
+    format!("{}\n{step}{}", stages(meter, wall), counters(meter))
+}
+
+/// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make.
+fn step(meter: &Meter, steps: u64) -> String {
+    let row = |stage: Stage| {
+        let StageCost { wall, background, work, .. } = meter.cost(stage);
+        let seconds = (wall + background).as_secs_f64();
+        let per_step = |amount: f64| amount / steps as f64;
+        let rate = |amount: u64| match amount {
+            0 => String::new(),
+            amount if seconds > 0.0 => format!("{:.1}", 1e-9 * amount as f64 / seconds),
+            _ => String::new(),
+        };
+        let count = |amount: u64| if amount > 0 { grouped(per_step(amount as f64) as u64) } else { String::new() };
+        [
+            stage.title().to_owned(),
+            format!("{:.1} us", 1e6 * per_step(seconds)),
+            count(2 * work.multiply_adds),
+            count(work.bytes),
+            rate(2 * work.multiply_adds),
+            rate(work.bytes),
+        ]
+    };
+    aligned(&["a time step", "time", "flop", "bytes", "Gflop/s", "GB/s"], &Stage::OF_A_STEP.map(row))
 }
 
 fn stages(meter: &Meter, wall: Duration) -> String {
@@ -16,21 +43,23 @@ fn stages(meter: &Meter, wall: Duration) -> String {
     };
     let seconds = |time: Duration| format!("{:.3} s", time.as_secs_f64());
     let mut staged = Duration::ZERO;
-    let mut rows: Vec<[String; 4]> = Vec::new();
+    let mut rows: Vec<[String; 5]> = Vec::new();
     for stage in Stage::ALL {
         let cost = meter.cost(stage);
         staged += cost.wall;
-        rows.push([stage.title().to_owned(), grouped(cost.calls), seconds(cost.wall), share(cost.wall)]);
+        let background = if cost.background.is_zero() { String::new() } else { seconds(cost.background) };
+        rows.push([stage.title().to_owned(), grouped(cost.calls), seconds(cost.wall), share(cost.wall), background]);
     }
     let rest = wall.saturating_sub(staged);
-    rows.push(["everything else".to_owned(), String::new(), seconds(rest), share(rest)]);
-    rows.push(["whole run".to_owned(), String::new(), seconds(wall), share(wall)]);
-    aligned(["stage", "calls", "wall", "share"], &rows)
+    for (title, time) in [("everything else", rest), ("whole run", wall)] {
+        rows.push([title.to_owned(), String::new(), seconds(time), share(time), String::new()]);
+    }
+    aligned(&["stage", "calls", "wall", "share", "in background"], &rows)
 }
 
 fn counters(meter: &Meter) -> String {
     let row = |counter: Counter| [counter_title(counter).to_owned(), grouped(meter.counted(counter))];
-    aligned(["counter", "amount"], &Counter::ALL.map(row))
+    aligned(&["counter", "amount"], &Counter::ALL.map(row))
 }
 
 /// The counter named as people read it in a table.
@@ -72,6 +101,11 @@ mod tests {
         }
         assert!(text.contains("2.000 s") && text.contains("50.0 %") && text.contains("21 233 664"), "{text}");
         assert!(text.lines().any(|line| line.contains("everything else") && line.contains("50.0 %")), "{text}");
+        // Beside the wall time, not in it.
+        meter.add_background(Stage::Road, Duration::from_millis(3250));
+        let beside = profile_table(&meter, Duration::from_secs(4));
+        assert!(beside.lines().any(|line| line.contains(Stage::Road.title()) && line.ends_with("3.250 s")), "{beside}");
+        assert!(beside.lines().any(|line| line.contains("everything else") && line.contains("50.0 %")), "{beside}");
         let none = profile_table(&Meter::default(), Duration::ZERO);
         assert!(!none.contains("NaN"), "{none}");
     }

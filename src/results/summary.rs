@@ -1,15 +1,14 @@
 //! `summary.json`: what was run, how it went and what it cost, for people and for scripts.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 use super::error::ResultsError;
 use crate::meter::{Counter, Meter, Stage};
+use crate::scene::settings_hash;
 
 /// Name of the summary in a results folder.
 pub const SUMMARY_FILE: &str = "summary.json";
@@ -31,7 +30,7 @@ pub struct Summary {
     pub complete: bool,
     /// The scene's title.
     pub title: String,
-    /// SHA-256 of the scene as it was run, see [`scene_hash`].
+    /// SHA-256 of the scene as it was run, see [`settings_hash`].
     pub scene_sha256: String,
     /// What the run found.
     pub outcome: Outcome,
@@ -103,7 +102,7 @@ pub struct Cost {
     pub wall_seconds: f64,
     /// Threads it ran on.
     pub threads: usize,
-    /// Calls and seconds by stage, in the order of the data's way.
+    /// Calls and seconds by stage, in the order of the data's way; those in the background are beside the wall time, not a part of it.
     #[serde(serialize_with = "stages")]
     pub stages: Meter,
     /// Exact work counters; the same for any number of threads.
@@ -122,13 +121,19 @@ impl Cost {
 struct StageRecord {
     calls: u64,
     seconds: f64,
+    background_seconds: f64,
 }
 
 fn stages<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
     let mut map = serializer.serialize_map(Some(Stage::ALL.len()))?;
     for stage in Stage::ALL {
         let cost = meter.cost(stage);
-        map.serialize_entry(&stage, &StageRecord { calls: cost.calls, seconds: cost.wall.as_secs_f64() })?;
+        let record = StageRecord {
+            calls: cost.calls,
+            seconds: cost.wall.as_secs_f64(),
+            background_seconds: cost.background.as_secs_f64(),
+        };
+        map.serialize_entry(&stage, &record)?;
     }
     map.end()
 }
@@ -150,7 +155,7 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION"),
             complete: false,
             title: title.to_owned(),
-            scene_sha256: scene_hash(&settings),
+            scene_sha256: settings_hash(&settings),
             outcome: Outcome::default(),
             contact: ContactQuality::default(),
             warnings: Vec::new(),
@@ -170,17 +175,6 @@ impl Summary {
         text.push('\n');
         Ok(text)
     }
-}
-
-/// SHA-256 of the effective settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they
-/// say the same, however they are written.
-pub fn scene_hash(settings: &serde_json::Value) -> String {
-    let digest = Sha256::digest(settings.to_string().as_bytes());
-    digest.iter().fold(String::with_capacity(64), |mut hex, byte| {
-        // Writing to a string does not fail.
-        let _ = write!(hex, "{byte:02x}");
-        hex
-    })
 }
 
 /// The part of a summary that tells whether a folder is ours to replace.
@@ -245,9 +239,9 @@ pub(super) mod tests {
         let one: Value = serde_json::from_str(r#"{"a": 1.5, "b": {"c": 2, "d": 3}}"#).unwrap();
         let two: Value = serde_json::from_str(r#"{"b": {"d": 3, "c": 2}, "a": 1.5}"#).unwrap();
         let other: Value = serde_json::from_str(r#"{"b": {"d": 3, "c": 2}, "a": 1.25}"#).unwrap();
-        assert_eq!(scene_hash(&one), scene_hash(&two));
-        assert_ne!(scene_hash(&one), scene_hash(&other));
+        assert_eq!(settings_hash(&one), settings_hash(&two));
+        assert_ne!(settings_hash(&one), settings_hash(&other));
         // sha256sum of the two bytes "{}".
-        assert_eq!(scene_hash(&json!({})), "44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a");
+        assert_eq!(settings_hash(&json!({})), "44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a");
     }
 }

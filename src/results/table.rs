@@ -3,15 +3,34 @@
 use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
 
 /// A table with a line under its header, words in the first column to the left, numbers in the others to the right; a newline last.
-pub fn aligned<const N: usize>(header: [&str; N], rows: &[[String; N]]) -> String {
-    let cell = |(column, text): (usize, &str)| {
-        Cell::new(text).set_alignment(if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
-    };
+pub fn aligned<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
+    table(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
+}
+
+/// As [`aligned`], all columns being numbers.
+pub fn numbers<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
+    table(header, rows, |_| CellAlignment::Right)
+}
+
+/// As [`aligned`], all columns being words.
+pub fn words<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
+    table(header, rows, |_| CellAlignment::Left)
+}
+
+/// Columns of the same number in header and rows; without a header only rows.
+fn table<R: AsRef<[String]>>(
+    header: &[impl AsRef<str>],
+    rows: &[R],
+    alignment: impl Fn(usize) -> CellAlignment,
+) -> String {
+    let cell = |(column, text): (usize, &str)| Cell::new(text).set_alignment(alignment(column));
     let mut table = Table::new();
     table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
-    table.set_header(header.into_iter().enumerate().map(cell));
+    if !header.is_empty() {
+        table.set_header(header.iter().map(AsRef::as_ref).enumerate().map(cell));
+    }
     for row in rows {
-        table.add_row(row.iter().map(String::as_str).enumerate().map(cell).collect::<Vec<_>>());
+        table.add_row(row.as_ref().iter().map(String::as_str).enumerate().map(cell).collect::<Vec<_>>());
     }
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
@@ -50,7 +69,7 @@ mod tests {
 
     #[test]
     fn columns_line_up() {
-        let text = aligned(["stage", "calls"], &[["road".into(), "7".into()], ["history".into(), "1 000".into()]]);
+        let text = aligned(&["stage", "calls"], &[["road".into(), "7".into()], ["history".into(), "1 000".into()]]);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4, "{text}");
         assert!(lines[2].ends_with('7') && lines[3].ends_with("1 000"), "{text}");

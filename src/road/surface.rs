@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::error::RoadError;
 use super::height_map::HeightMap;
 use super::lattice::{Lattice, positive};
-use super::made::{TargetSpectrum, Texture};
+use super::made::{ChunkWork, TargetSpectrum, Texture};
 use super::opencrg::strip;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
@@ -46,7 +46,7 @@ pub struct RoadSurface {
 
 enum Source {
     Smooth,
-    Made { texture: Box<Texture>, chunks: VecDeque<(i64, Vec<f64>)> },
+    Made { texture: Box<Texture>, chunks: VecDeque<(i64, Vec<f64>)>, work: Box<ChunkWork> },
     Measured(Box<Resampled>),
 }
 
@@ -162,14 +162,14 @@ impl RoadSurface {
                 }
                 road.heights(first, out);
             }
-            Source::Made { texture, chunks } => {
+            Source::Made { texture, chunks, work } => {
                 let per_chunk = texture.chunk_rows() as i64;
                 let mut row = first;
                 let mut rest = out;
                 while !rest.is_empty() {
                     let number = row.div_euclid(per_chunk);
                     let begin = row.rem_euclid(per_chunk) as usize * columns;
-                    let chunk = drawn(texture, chunks, number);
+                    let chunk = drawn(texture, chunks, work, number);
                     let count = rest.len().min(chunk.len() - begin);
                     let (now, later) = rest.split_at_mut(count);
                     now.copy_from_slice(&chunk[begin..begin + count]);
@@ -183,14 +183,19 @@ impl RoadSurface {
 }
 
 /// A chunk from the cache, drawn if it is not there.
-fn drawn<'a>(texture: &Texture, chunks: &'a mut VecDeque<(i64, Vec<f64>)>, number: i64) -> &'a [f64] {
+fn drawn<'a>(
+    texture: &Texture,
+    chunks: &'a mut VecDeque<(i64, Vec<f64>)>,
+    work: &mut ChunkWork,
+    number: i64,
+) -> &'a [f64] {
     let place = match chunks.iter().position(|(held, _)| *held == number) {
         Some(place) => place,
         None => {
-            if chunks.len() == KEPT_CHUNKS {
-                chunks.pop_front();
-            }
-            chunks.push_back((number, texture.chunk(number)));
+            let oldest = if chunks.len() == KEPT_CHUNKS { chunks.pop_front() } else { None };
+            let (_, mut heights) = oldest.unwrap_or_default();
+            texture.chunk(number, work, &mut heights);
+            chunks.push_back((number, heights));
             chunks.len() - 1
         }
     };
@@ -216,7 +221,8 @@ fn made_source(
             RoadNote::NotRealisable { deviation: (band.fitted - band.target).abs(), wavelength: band.wavelength };
         report.notes.push(note);
     }
-    Ok(Source::Made { texture: Box::new(texture), chunks: VecDeque::with_capacity(KEPT_CHUNKS) })
+    let chunks = VecDeque::with_capacity(KEPT_CHUNKS);
+    Ok(Source::Made { texture: Box::new(texture), chunks, work: Box::default() })
 }
 
 fn measured_source(

@@ -9,7 +9,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sha2::{Digest, Sha256};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -17,6 +16,7 @@ use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::table::Table;
 use super::{Diagnostic, Problem, Scene, SceneError, read};
+use crate::numeric::digest::sha256;
 
 /// Syntax errors looked at; more of them help nobody.
 const MOST_SYNTAX_ERRORS: usize = 16;
@@ -30,8 +30,7 @@ pub struct LoadedScene {
     pub path: PathBuf,
     /// Folder that the paths in the scene are relative to; empty for a scene that was not read from a file.
     pub folder: PathBuf,
-    /// SHA-256 of the effective settings, as hexadecimal digits: the same for two scenes that differ in formatting,
-    /// comments, folder, omitted defaults, or in whether the tyre has its own file.
+    /// [`settings_hash`] of the effective settings: the same for two scenes that differ in formatting, comments, folder, omitted defaults, or in whether the tyre has its own file.
     pub hash: String,
     /// SHA-256 of the text, followed by the tyre file's if there is one, as hexadecimal digits.
     pub text_hash: String,
@@ -170,7 +169,7 @@ impl LoadedScene {
             }
             texts.push(&tyre_source.text);
         }
-        let text_hash = hexadecimal(&texts);
+        let text_hash = sha256(&texts);
         let complaints = Complaints::new(&document);
         if let Some(error) = tyre_error {
             complaints.add("tyre", Problem::TyreFile { source: Box::new(error) });
@@ -184,8 +183,7 @@ impl LoadedScene {
             _ => return Err(SceneError::Invalid { diagnostics }),
         };
         let scene = absolute_paths(&written, &folder)?;
-        let canonical = serde_json::to_string(&written).map_err(|source| SceneError::NotJson { source })?;
-        let hash = hexadecimal(&[&canonical]);
+        let hash = settings_hash(&written.to_json()?);
         Ok(Self { scene, path, folder, hash, text_hash, written, document: Arc::new(document) })
     }
 }
@@ -254,11 +252,7 @@ fn absolute_paths(scene: &Scene, folder: &Path) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// SHA-256 of texts one after the other.
-fn hexadecimal(texts: &[&str]) -> String {
-    let mut hash = Sha256::new();
-    for text in texts {
-        hash.update(text);
-    }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+/// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they say the same, however they are written.
+pub fn settings_hash(settings: &serde_json::Value) -> String {
+    sha256(&[&settings.to_string()])
 }

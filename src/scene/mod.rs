@@ -18,7 +18,7 @@ mod tests;
 pub use diagnostic::{Diagnostic, Source};
 pub use error::SceneError;
 pub use kind::Bounds;
-pub use load::LoadedScene;
+pub use load::{LoadedScene, settings_hash};
 pub use model::*;
 pub use problem::Problem;
 

@@ -16,7 +16,7 @@ use crate::pipeline::prepare::contact_field;
 use crate::pipeline::{self, Plan, Progress, RunError, RunOptions};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
-use crate::results::summary::{SUMMARY_FILE, scene_hash};
+use crate::results::summary::SUMMARY_FILE;
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::scene::History;
 
@@ -117,9 +117,8 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
 fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     let folder = target.join(&variant.name);
     let summary: serde_json::Value = serde_json::from_slice(&fs::read(folder.join(SUMMARY_FILE)).ok()?).ok()?;
-    let hash = scene_hash(&variant.loaded.settings().ok()?);
     let same = summary["complete"] == true
-        && summary["scene_sha256"] == hash.as_str()
+        && summary["scene_sha256"] == variant.loaded.hash.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION");
     let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
     // A road file written after the results may have another content.

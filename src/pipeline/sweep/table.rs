@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
-
 use super::run::Outcome;
 use super::variants::Variant;
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::plots::{Axis, LinePlot, PlotError, Series};
+use crate::results::table::numbers;
 
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,27 +65,21 @@ fn block(pairs: &[(&Variant, &Outcome)]) -> SweepBlock {
 impl SweepBlock {
     /// The block for people: a line per band, a column per speed, growth and residual last.
     pub fn text(&self) -> String {
-        let mut table = Table::new();
-        table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
         let mut header = vec!["Hz".to_owned()];
         header.extend(self.speeds.iter().map(|speed| format!("{speed} km/h")));
         header.extend(["dB/decade", "residual dB"].map(str::to_owned));
-        let right = |texts: Vec<String>| -> Vec<Cell> {
-            texts.into_iter().map(|text| Cell::new(text).set_alignment(CellAlignment::Right)).collect()
-        };
-        table.set_header(right(header));
-        for line in &self.lines {
+        let row = |line: &BandLine| {
             let mut row = vec![line.band.label()];
             row.extend(line.levels.iter().map(|level| level.map_or("-".to_owned(), |level| format!("{level:.2}"))));
             let exponent = |of: fn(&SpeedExponent) -> f64| {
                 line.exponent.as_ref().map_or("-".to_owned(), |exponent| format!("{:.2}", of(exponent)))
             };
             row.extend([exponent(|fit| fit.decibels_per_decade), exponent(|fit| fit.residual)]);
-            table.add_row(right(row));
-        }
-        let lines: Vec<String> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+            row
+        };
+        let rows: Vec<Vec<String>> = self.lines.iter().map(row).collect();
         let title = if self.group.is_empty() { String::new() } else { format!("{}\n", self.group) };
-        format!("{title}{}\n", lines.join("\n"))
+        format!("{title}{}", numbers(&header, &rows))
     }
 }
 

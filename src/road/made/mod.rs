@@ -9,5 +9,5 @@ pub mod synthesis;
 pub mod target;
 
 pub use rings::RingSpectrum;
-pub use synthesis::Texture;
+pub use synthesis::{ChunkWork, Texture};
 pub use target::{Band, BandFit, TargetSpectrum};

@@ -1,8 +1,9 @@
-//! White Gaussian noise, addressable by sample, and weighted sums of it: the inner loops of a drawn road, over vectors.
+//! White Gaussian noise, addressable by sample, and weighted sums of its rows: the inner loops of a drawn road, over vectors.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -64,93 +65,41 @@ fn normal_pair<S: Simd>(simd: S, uniform: S::f64s, angle: S::f64s) -> (S::f64s, 
     (simd.mul_f64s(radius, cosine), simd.mul_f64s(radius, sine))
 }
 
-/// Weights of one row: where its samples begin, and where its weights end in the list of all.
-#[derive(Clone, Copy, Debug)]
+/// What one row is interpolated from.
+#[derive(Clone, Debug)]
 pub struct Taps {
     /// First sample.
     pub start: usize,
-    /// One past the last weight; they begin where the row before ends.
-    pub end: usize,
+    /// Place of the weights of this sample and the following ones in the list of all.
+    pub weights: Range<usize>,
 }
 
-/// For every row the weighted sums of real and imaginary parts. `values[2 row]`, `values[2 row + 1]`.
+/// Rows as weighted sums of rows of samples.
 pub struct Interpolation<'a> {
-    /// Rows, in order.
+    /// Heights, rows by columns, overwritten.
+    pub heights: &'a mut [f64],
+    /// The rows.
     pub rows: &'a [Taps],
     /// Weights of all rows.
     pub weights: &'a [f64],
-    /// Samples.
-    pub real: &'a [f64],
-    /// Samples.
-    pub imaginary: &'a [f64],
-}
-
-impl WithSimd for Interpolation<'_> {
-    type Output = Vec<[f64; 2]>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vec<[f64; 2]> {
-        let mut begin = 0;
-        let mut values = Vec::with_capacity(self.rows.len());
-        for &Taps { start, end } in self.rows {
-            let weights = &self.weights[begin..end];
-            begin = end;
-            let samples = start..start + weights.len();
-            values.push([
-                weighted_sum(simd, weights, &self.real[samples.clone()]),
-                weighted_sum(simd, weights, &self.imaginary[samples]),
-            ]);
-        }
-        values
-    }
-}
-
-#[inline(always)]
-fn weighted_sum<S: Simd>(simd: S, weights: &[f64], samples: &[f64]) -> f64 {
-    let (weights, weights_rest) = S::as_simd_f64s(weights);
-    let (samples, samples_rest) = S::as_simd_f64s(samples);
-    let mut sum = simd.splat_f64s(0.0);
-    for (&sample, &weight) in samples.iter().zip(weights) {
-        sum = simd.mul_add_e_f64s(sample, weight, sum);
-    }
-    let mut total = simd.reduce_sum_f64s(sum);
-    for (sample, weight) in samples_rest.iter().zip(weights_rest) {
-        total += sample * weight;
-    }
-    total
-}
-
-/// Adds the lateral shapes of all streams to some rows of heights.
-pub struct LateralSum<'a> {
-    /// Heights, rows by columns.
-    pub heights: &'a mut [f64],
+    /// Samples by columns.
+    pub samples: &'a [f64],
     /// Columns.
     pub columns: usize,
-    /// First of the rows.
-    pub first: usize,
-    /// Amplitudes of cosine and sine by stream and row.
-    pub components: &'a [Vec<[f64; 2]>],
-    /// Cosines, then sines at the columns by stream.
-    pub shapes: &'a [Vec<f64>],
 }
 
-impl WithSimd for LateralSum<'_> {
+impl NullaryFnOnce for Interpolation<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for (component, shape) in self.components.iter().zip(self.shapes) {
-            let (cosines, sines) = shape.split_at(self.columns);
-            let ((cosine_lanes, cosine_rest), (sine_lanes, sine_rest)) =
-                (S::as_simd_f64s(cosines), S::as_simd_f64s(sines));
-            for (row, &[a, b]) in self.heights.chunks_exact_mut(self.columns).zip(&component[self.first..]) {
-                let (lanes, rest) = S::as_mut_simd_f64s(row);
-                let (a_lanes, b_lanes) = (simd.splat_f64s(a), simd.splat_f64s(b));
-                for ((height, &cosine), &sine) in lanes.iter_mut().zip(cosine_lanes).zip(sine_lanes) {
-                    *height = simd.mul_add_e_f64s(a_lanes, cosine, simd.mul_add_e_f64s(b_lanes, sine, *height));
-                }
-                for ((height, cosine), sine) in rest.iter_mut().zip(cosine_rest).zip(sine_rest) {
-                    *height += a * cosine + b * sine;
+    fn call(self) {
+        let Self { heights, rows, weights, samples, columns } = self;
+        for (heights, row) in heights.chunks_exact_mut(columns).zip(rows) {
+            heights.fill(0.0);
+            let samples = samples[row.start * columns..].chunks_exact(columns);
+            for (&weight, sample) in weights[row.weights.clone()].iter().zip(samples) {
+                for (height, sample) in heights.iter_mut().zip(sample) {
+                    *height += weight * sample;
                 }
             }
         }

@@ -9,23 +9,25 @@
 //!    stream m is the same number whenever and by whomever it is asked for, also for negative n.
 //! 2. The filter of stream m, sqrt(2 G_m/h) times the low-pass of the run's elements, is made once in the frequency domain,
 //!    its impulse response cut softly to a reach of several longest wavelengths, its energy restored.
-//! 3. A chunk of elements: noise around it, transform, multiply, transform back (overlap-save), then interpolation
-//!    from the lattice to the elements by a windowed sinc; a_m and b_m ride as real and imaginary part.
-//! 4. Columns: the series is summed at the columns' y, components beyond the lateral Nyquist wavenumber left out.
+//! 3. A chunk of elements: noise around it, transform, multiply, transform back (overlap-save); a_m and b_m ride as real and imaginary part.
+//! 4. Columns: the series is summed at the columns' y, components beyond the lateral Nyquist wavenumber left out, still on the lattice along x: a product of matrices.
+//! 5. Rows: interpolation from the lattice to the elements by a windowed sinc, of all columns at once: far fewer than components.
 //!
 //! The spectrum is scene data and the noise belongs to the lattice, so the road is the same at any number of elements, up to
 //! what the elements can resolve. Chunks start at fixed elements: results do not depend on the order of access nor
-//! on the number of threads. Cost per chunk: two transforms of length M per m, and rows x columns x 2 m_max
-//! multiply-adds; memory 16 M bytes per thread, 8 M m_max for filters, 16 m_max rows for the components.
+//! on the number of threads. Cost per chunk: two transforms of length M per m, and samples x columns x 2 m_max
+//! multiply-adds; memory 4 M m_max bytes for filters, 48 M per thread, M (1024 + 8 columns) for what a chunk is made from.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use pulp::Arch;
 use rayon::prelude::*;
 use rustfft::{Fft, FftPlanner, num_complex::Complex64};
 
-use super::noise::{Interpolation, LateralSum, Taps, normal_pairs};
+use super::noise::{Interpolation, Taps, normal_pairs};
 use super::rings::RingSpectrum;
 use super::target::TargetSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
@@ -40,6 +42,10 @@ const SMALLEST_PERIOD: f64 = 1.0;
 const SUBCELLS: usize = 6;
 /// Share of the Nyquist wavenumber below which the low-pass is flat; a raised cosine from there to it.
 const PASS: f64 = 0.8;
+/// Streams whose samples are held at a time.
+const STREAMS: usize = 64;
+/// Rows that one thread takes at a time.
+const BLOCK: usize = 128;
 /// Largest share of the lattice's sampling wavenumber that the spectrum may reach.
 const LARGEST_SHARE: f64 = 0.45;
 
@@ -57,8 +63,8 @@ pub struct Texture {
     backward: Arc<dyn Fft<f64>>,
     /// Transfer function of stream m at lines 0 to half the length (it is real and even), scaled for the round trip.
     filters: Vec<Vec<f64>>,
-    /// Cosine and sine at the columns, per m: `2 columns` entries.
-    shapes: Vec<Vec<f64>>,
+    /// Cosines, then sines at the columns, m by m.
+    shapes: Vec<f64>,
     interpolation: WindowedSinc,
 }
 
@@ -92,7 +98,9 @@ impl Texture {
         let length = (2.0 * margin).max(margin + 16.0 * lattice.dx / spacing).max(1024.0);
         let streams = (period / shortest).ceil() + 1.0;
         let chunk = ((length - margin) * spacing / lattice.dx).floor().max(1.0);
-        let needed = length * streams * 8.0 + chunk * 2.0 * (16.0 * streams + 24.0 * lattice.columns as f64);
+        // The length is yet to be rounded up to a power of two.
+        let across = lattice.columns as f64;
+        let needed = 2.0 * (length * (4.0 * streams + 16.0 * STREAMS as f64 + 8.0 * across) + chunk * 24.0 * across);
         if needed.is_nan() || needed > limit as f64 {
             return Err(RoadError::TextureTooLarge { longest, spacing, needed: needed as u64, limit });
         }
@@ -110,13 +118,13 @@ impl Texture {
             .par_iter()
             .map(|&m| filter(&spectrum, m, period, spacing, lattice.dx, reach, &forward, &backward))
             .collect();
-        let shape = |&m: &u32| {
+        let shape = |&m: &u32| -> Vec<f64> {
             let wavenumber = f64::from(m) / period;
             let gain = low_pass(wavenumber, lateral_nyquist);
             let phases = (0..lattice.columns).map(move |column| 2.0 * PI * wavenumber * lattice.y(column));
             phases.clone().map(|phase| gain * phase.cos()).chain(phases.map(|phase| gain * phase.sin())).collect()
         };
-        let shapes = streams.iter().map(shape).collect();
+        let shapes = streams.iter().flat_map(shape).collect();
         Ok(Self {
             spectrum,
             lattice,
@@ -142,51 +150,48 @@ impl Texture {
         &self.spectrum
     }
 
-    /// Heights \[m\] of chunk `chunk`: elements chunk * [`Self::chunk_rows`] and following, row-major, rows x columns.
-    pub fn chunk(&self, chunk: i64) -> Vec<f64> {
-        let rows = self.chunk_rows;
+    /// Heights \[m\] of chunk `chunk`: elements chunk * [`Self::chunk_rows`] and following, row-major, rows x columns; `heights` is overwritten.
+    pub fn chunk(&self, chunk: i64, work: &mut ChunkWork, heights: &mut Vec<f64>) {
         let columns = self.lattice.columns;
         let ratio = self.lattice.dx / self.spacing;
-        let first_element = chunk as f64 * rows as f64;
+        let first_element = chunk as f64 * self.chunk_rows as f64;
         let position = |row: usize| (first_element + row as f64) * ratio;
         let half_width = self.interpolation.half_width() as i64;
-        let first_sample = position(0).floor() as i64 - half_width - self.reach as i64;
-        let (mut taps, mut weights, mut row_taps) = (Vec::new(), Vec::new(), Vec::with_capacity(rows));
-        for row in 0..rows {
-            let start = self.interpolation.weights(position(row), 1.0, &mut taps);
-            weights.extend_from_slice(&taps);
-            row_taps.push(Taps { start: (start - first_sample) as usize, end: weights.len() });
+        let first_sample = position(0).floor() as i64 - half_width;
+        let ChunkWork { taps, weights, rows, amplitudes, lateral, spaces } = work;
+        weights.clear();
+        rows.clear();
+        for row in 0..self.chunk_rows {
+            let start = self.interpolation.weights(position(row), 1.0, taps);
+            let begin = weights.len();
+            weights.extend_from_slice(taps);
+            rows.push(Taps { start: (start - first_sample) as usize, weights: begin..weights.len() });
         }
-        let length = self.forward.len();
+        let samples = rows.iter().map(|row| row.start + row.weights.len()).max().unwrap_or(0);
+        amplitudes.resize(2 * samples * STREAMS.min(self.filters.len()), 0.0);
+        lateral.clear();
+        lateral.resize(samples * columns, 0.0);
+        for (batch, filters) in self.filters.chunks(STREAMS).enumerate() {
+            let amplitudes = &mut amplitudes[..2 * samples * filters.len()];
+            amplitudes.par_chunks_mut(2 * samples).enumerate().for_each(|(stream, amplitudes)| {
+                let mut space = lock(spaces).pop().unwrap_or_else(|| Workspace::new(&*self.forward));
+                self.filtered_noise(batch * STREAMS + stream, first_sample, &mut space, amplitudes);
+                lock(spaces).push(space);
+            });
+            let shapes = &self.shapes[2 * columns * STREAMS * batch..][..2 * columns * filters.len()];
+            add_shapes(amplitudes, shapes, columns, lateral);
+        }
+        heights.resize(self.chunk_rows * columns, 0.0);
         let arch = Arch::new();
-        let components: Vec<Vec<[f64; 2]>> = (0..self.filters.len())
-            .into_par_iter()
-            .map_init(
-                || Workspace {
-                    parts: [vec![0.0; length], vec![0.0; length]],
-                    line: vec![Complex64::default(); length],
-                    scratch: vec![Complex64::default(); self.forward.get_inplace_scratch_len()],
-                },
-                |work, stream| {
-                    self.filtered_noise(stream, first_sample, work);
-                    let [real, imaginary] = &work.parts;
-                    arch.dispatch(Interpolation { rows: &row_taps, weights: &weights, real, imaginary })
-                },
-            )
-            .collect();
-        let mut heights = vec![0.0; rows * columns];
-        const BLOCK: usize = 16;
-        heights.par_chunks_mut(BLOCK * columns).enumerate().for_each(|(block, heights)| {
-            let (components, shapes) = (&components, &self.shapes);
-            arch.dispatch(LateralSum { heights, columns, first: block * BLOCK, components, shapes });
+        heights.par_chunks_mut(BLOCK * columns).zip(rows.par_chunks(BLOCK)).for_each(|(heights, rows)| {
+            arch.dispatch(Interpolation { heights, rows, weights, samples: lateral, columns });
         });
-        heights
     }
 
-    /// Noise of one stream from sample `first` on, filtered, in the work's parts; valid from `reach` samples inside.
-    fn filtered_noise(&self, stream: usize, first: i64, work: &mut Workspace) {
+    /// Noise of one stream from sample `first` on, filtered: as many real parts as fill half of `amplitudes`, then as many imaginary ones.
+    fn filtered_noise(&self, stream: usize, first: i64, work: &mut Workspace, amplitudes: &mut [f64]) {
         let Workspace { parts: [real, imaginary], line: noise, scratch } = work;
-        normal_pairs(self.seed, stream as u64, first, real, imaginary);
+        normal_pairs(self.seed, stream as u64, first - self.reach as i64, real, imaginary);
         for ((sample, &re), &im) in noise.iter_mut().zip(real.iter()).zip(imaginary.iter()) {
             *sample = Complex64::new(re, im);
         }
@@ -197,17 +202,56 @@ impl Texture {
             *line *= gain;
         }
         self.backward.process_with_scratch(noise, scratch);
-        for ((sample, re), im) in noise.iter().zip(real).zip(imaginary) {
+        let (real, imaginary) = amplitudes.split_at_mut(amplitudes.len() / 2);
+        for ((sample, re), im) in noise[self.reach..].iter().zip(real).zip(imaginary) {
             (*re, *im) = (sample.re, sample.im);
         }
     }
 }
 
-/// Arrays of one thread.
+/// Adds cosines and sines across, as high as the amplitudes of some streams, to rows of samples: a product of matrices.
+fn add_shapes(amplitudes: &[f64], shapes: &[f64], columns: usize, lateral: &mut [f64]) {
+    let (count, samples) = (shapes.len() / columns, lateral.len() / columns);
+    let amplitudes = MatRef::from_column_major_slice(amplitudes, samples, count);
+    let shapes = MatRef::from_row_major_slice(shapes, count, columns);
+    lateral.par_chunks_mut(BLOCK * columns).enumerate().for_each(|(block, rows)| {
+        let amplitudes = amplitudes.subrows(block * BLOCK, rows.len() / columns);
+        let rows = MatMut::from_row_major_slice_mut(rows, amplitudes.nrows(), columns);
+        matmul(rows, Accum::Add, amplitudes, shapes, 1.0, Par::Seq);
+    });
+}
+
+/// Arrays of a chunk in the making, kept for the next one.
+#[derive(Default)]
+pub struct ChunkWork {
+    taps: Vec<f64>,
+    weights: Vec<f64>,
+    rows: Vec<Taps>,
+    /// Real and imaginary parts at the samples, of some streams.
+    amplitudes: Vec<f64>,
+    /// Heights at samples along and columns across, row-major.
+    lateral: Vec<f64>,
+    spaces: Mutex<Vec<Workspace>>,
+}
+
+/// Arrays of one stream in the making.
 struct Workspace {
     parts: [Vec<f64>; 2],
     line: Vec<Complex64>,
     scratch: Vec<Complex64>,
+}
+
+impl Workspace {
+    fn new(transform: &dyn Fft<f64>) -> Self {
+        let zeros = || vec![0.0; transform.len()];
+        let scratch = vec![Complex64::default(); transform.get_inplace_scratch_len()];
+        Self { parts: [zeros(), zeros()], line: vec![Complex64::default(); transform.len()], scratch }
+    }
+}
+
+/// The content, whoever has panicked while holding it.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Flat to `PASS` of the Nyquist wavenumber, zero from it on.
@@ -263,4 +307,42 @@ fn filter(
     let restored = if kept > 0.0 { (wanted / kept).sqrt() } else { 0.0 };
     // 1/length: the transforms of the round trip are not normalised.
     response[..=length / 2].iter().map(|value| value.re * restored / length as f64).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Batches of streams, the product of matrices and the order of summation change rounding only; so does noise that was filtered from another sample on.
+    #[test]
+    fn a_chunk_is_the_series_at_its_elements_interpolated_stream_by_stream() {
+        let lattice = Lattice { dx: 0.0031, dy: 0.004, columns: 7 };
+        let texture = Texture::new(&TargetSpectrum::dense_asphalt(), 0.001, 11, lattice, 1 << 30).unwrap();
+        assert!(texture.filters.len() > 2 * STREAMS);
+        let (chunk, columns) = (-2, lattice.columns);
+        let (mut work, mut heights) = (ChunkWork::default(), Vec::new());
+        texture.chunk(chunk, &mut work, &mut heights);
+        let rms = (heights.iter().map(|height| height * height).sum::<f64>() / heights.len() as f64).sqrt();
+        let mut space = Workspace::new(&*texture.forward);
+        let mut taps = Vec::new();
+        for row in [0, 1, texture.chunk_rows / 2, texture.chunk_rows - 1] {
+            let element = chunk as f64 * texture.chunk_rows as f64 + row as f64;
+            let start = texture.interpolation.weights(element * (lattice.dx / texture.spacing), 1.0, &mut taps);
+            let mut expected = vec![0.0; columns];
+            for stream in 0..texture.filters.len() {
+                let mut amplitudes = vec![0.0; 2 * taps.len()];
+                texture.filtered_noise(stream, start, &mut space, &mut amplitudes);
+                let (real, imaginary) = amplitudes.split_at(taps.len());
+                let sum = |parts: &[f64]| parts.iter().zip(&taps).map(|(part, weight)| part * weight).sum::<f64>();
+                let (a, b) = (sum(real), sum(imaginary));
+                for (column, height) in expected.iter_mut().enumerate() {
+                    let shape = &texture.shapes[2 * columns * stream + column..];
+                    *height += a * shape[0] + b * shape[columns];
+                }
+            }
+            for (column, (found, expected)) in heights[row * columns..].iter().zip(&expected).enumerate() {
+                assert!((found - expected).abs() < 1e-12 * rms, "row {row}, column {column}: {found} for {expected}");
+            }
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::TimeRule;
+use crate::numeric::transform_length;
 
 /// Elements round the tyre and steps per element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,8 @@ impl Resolution {
     pub const LONGEST_ELEMENT: f64 = 5e-3;
     /// Largest relative error of the rule's rate at fmax, phase and damping together.
     pub const RULE_ERROR: f64 = 0.05;
+    /// Fewest elements that are proposed.
+    const FEWEST_ELEMENTS: usize = 16;
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
 
@@ -34,7 +37,7 @@ impl Resolution {
     ) -> Self {
         let elements = elements.unwrap_or_else(|| {
             let longest = Self::LONGEST_ELEMENT.min(speed / (highest * Self::PER_WAVELENGTH));
-            next_smooth((circumference / longest).min(Self::MOST).ceil() as usize)
+            transform_length(((circumference / longest).min(Self::MOST).ceil() as usize).max(Self::FEWEST_ELEMENTS))
         });
         let substeps = substeps.unwrap_or_else(|| {
             let time_step = rule.largest_angle(Self::RULE_ERROR) / (2.0 * PI * highest);
@@ -55,19 +58,6 @@ impl Resolution {
     }
 }
 
-/// The next even number without prime factors above 5: short FFTs.
-fn next_smooth(least: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for prime in [2, 3, 5] {
-            while n.is_multiple_of(prime) {
-                n /= prime;
-            }
-        }
-        n == 1
-    };
-    (least.max(16)..).find(|&n| n.is_multiple_of(2) && smooth(n)).unwrap_or(least)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,6 +74,5 @@ mod tests {
         assert!(of(2000.0, TimeRule::Sdirk3, None, None).substeps < found.substeps);
         // Low frequencies still resolve the patch.
         assert_eq!(of(50.0, TimeRule::Bdf2, None, None).elements, 400);
-        assert_eq!(next_smooth(703), 720);
     }
 }

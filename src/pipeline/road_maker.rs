@@ -1,0 +1,136 @@
+//! Makes chunks of road: where they are needed, or behind the march, on a thread that it leaves free, some chunks ahead of it.
+//!
+//! One chunk is in the making at a time, each from the same rows whoever makes it: same bits, same errors. A chunk's error waits with the chunk until that is taken. What is made
+//! ahead is bounded, and so is its memory.
+
+use std::collections::VecDeque;
+use std::mem::replace;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
+
+use rayon::{Scope, Yield};
+
+use super::error::RunError;
+use crate::meter::{Meter, Stage};
+use crate::road::slices::{SliceBuilder, StiffnessCurve};
+use crate::road::{RoadError, RoadSurface};
+
+/// Most chunks that lie ready. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march lives on what is ready while one is drawn.
+const MOST_READY: usize = 8;
+/// How long the march sleeps, when there is nothing that it could help with, before it looks again.
+const SLEEP: Duration = Duration::from_micros(100);
+
+/// Makes one chunk after the other.
+pub struct RoadMaker {
+    bench: Place,
+    /// Chunks made behind and not taken yet, in order.
+    ready: VecDeque<Chunk>,
+}
+
+/// What a chunk is made with.
+struct Bench {
+    surface: RoadSurface,
+    builder: SliceBuilder,
+    heights: Vec<f64>,
+}
+
+/// Where the bench is.
+enum Place {
+    Here(Box<Bench>),
+    /// Behind the march: it comes back with the chunk.
+    Behind(Receiver<(Box<Bench>, Chunk)>),
+}
+
+/// A chunk's curves, or why there are none, and the times that its heights and its curves took.
+struct Chunk {
+    curves: Result<Vec<StiffnessCurve>, RunError>,
+    times: [(Stage, Duration); 2],
+}
+
+impl RoadMaker {
+    /// Of a road and its slices.
+    pub fn new(surface: RoadSurface, builder: SliceBuilder) -> Self {
+        let bench = Bench { surface, builder, heights: Vec::new() };
+        Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
+    }
+
+    /// Whether another chunk may be begun behind: looks whether the one before is finished.
+    pub fn is_free(&mut self) -> bool {
+        if let Place::Behind(made) = &self.bench {
+            let Ok((bench, chunk)) = made.try_recv() else { return false };
+            self.bench = Place::Here(bench);
+            self.ready.push_back(chunk);
+        }
+        self.ready.len() < MOST_READY
+    }
+
+    /// Begins a chunk behind; nothing while one is in the making.
+    pub fn begin(&mut self, rows: Range<i64>, scope: &Scope<'_>) {
+        if matches!(self.bench, Place::Behind(_)) {
+            return;
+        }
+        let (sender, made) = sync_channel(1);
+        if let Place::Here(mut bench) = replace(&mut self.bench, Place::Behind(made)) {
+            scope.spawn(move |_| {
+                let chunk = bench.make(rows);
+                // A run that has ended wants it no more.
+                let _ = sender.send((bench, chunk));
+            });
+        }
+    }
+
+    /// The curves of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and now, if there is none.
+    ///
+    /// # Errors
+    /// Of the road and of its slices.
+    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+        let chunk = match (self.ready.pop_front(), &mut self.bench) {
+            (Some(chunk), _) => chunk,
+            (None, Place::Behind(made)) => {
+                let (bench, chunk) = meter.time(Stage::RoadWait, || wait(made));
+                self.bench = Place::Here(bench);
+                chunk
+            }
+            (None, Place::Here(bench)) => {
+                let chunk = bench.make(rows);
+                chunk.times.into_iter().for_each(|(stage, time)| meter.add_time(stage, time));
+                return chunk.curves;
+            }
+        };
+        chunk.times.into_iter().for_each(|(stage, time)| meter.add_background(stage, time));
+        chunk.curves
+    }
+}
+
+/// Waits for what is made behind. The thread helps meanwhile, with the chunk or what else there is: it may be the only one that is free.
+fn wait<T>(made: &Receiver<T>) -> T {
+    loop {
+        let helped = rayon::yield_now() == Some(Yield::Executed);
+        match made.recv_timeout(if helped { Duration::ZERO } else { SLEEP }) {
+            Ok(made) => return made,
+            Err(RecvTimeoutError::Timeout) => {}
+            // It has panicked; its scope hands that on.
+            Err(RecvTimeoutError::Disconnected) => resume_unwind(Box::new("the road could not be made")),
+        }
+    }
+}
+
+impl Bench {
+    fn make(&mut self, rows: Range<i64>) -> Chunk {
+        let begin = Instant::now();
+        let heights = self.heights(rows);
+        let made = begin.elapsed();
+        let curves = heights
+            .map_err(RunError::from)
+            .and_then(|()| self.builder.build_rows(&self.heights).map_err(RunError::from));
+        Chunk { curves, times: [(Stage::Road, made), (Stage::Slices, begin.elapsed() - made)] }
+    }
+
+    fn heights(&mut self, rows: Range<i64>) -> Result<(), RoadError> {
+        let count = (rows.end - rows.start) as usize;
+        self.heights.resize(count * self.surface.lattice().columns, 0.0);
+        self.surface.heights(rows.start, count, &mut self.heights)
+    }
+}

@@ -95,7 +95,12 @@ pub fn resume(
     let plan = Plan::new(&loaded.scene);
     plan.check(&loaded)?;
     let work = Work { loaded: &loaded, plan: &plan, threads, begin };
-    work.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress)
+    let kept = folder.working().to_owned();
+    work.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
+        // Before its first step: there is what there was.
+        RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
+        other => other,
+    })
 }
 
 /// A planned run, new or gone on with.
@@ -117,7 +122,7 @@ impl Work<'_> {
         let Self { loaded, plan, begin, .. } = *self;
         let mut meter = Meter::default();
         progress.stage(Stage::Influence);
-        let mut prepared = prepare(loaded, plan, &mut meter)?;
+        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         for warning in &prepared.warnings {
             progress.note(warning);
         }

@@ -3,7 +3,8 @@
 //! 1. sample H_n on a grid of rungs, and on *fresh* rungs half-way between them that no fit will see;
 //! 2. poles: from a neighbour where there is one, from AAA where not; relocate them by vector fitting, refit the residues by least squares;
 //! 3. where the fresh error exceeds the tolerance and the error on the grid does not explain it, the worst fresh rungs join the grid and new ones check it;
-//!    where the grid itself is not met, a pole is added where the error is largest;
+//!    where the grid itself is not met, a pole is added where the error is largest; where it is met far too well, or where a model within the tolerance generates energy, there
+//!    are poles to spare, and the least contributing one goes;
 //! 4. once the tolerance is met, take poles away, the least contributing first, as long as relocation can make up for it.
 //!
 //! A fit that does not get there is an error with what was reached, never a worse model.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -155,7 +156,8 @@ fn model(criterion: &mut Criterion) {
     assert!(brute.evaluations > fitted.evaluations() * if elements < 1024 { 10 } else { 20 });
     let folder = std::env::temp_dir().join(format!("tyrewave-bench-{}", std::process::id()));
     let cache = Cache::at(folder.clone(), u64::MAX);
-    let _ = cache.fetch(&tyre, &options);
+    let never = AtomicBool::new(false);
+    let _ = cache.fetch(&tyre, &options, &never);
     let mut group = criterion.benchmark_group(format!("influence N = {elements}"));
     group.sample_size(10);
     group.bench_function("fitted", |bencher| bencher.iter(|| fit(&tyre, &options).map(|model| model.order())));
@@ -163,7 +165,7 @@ fn model(criterion: &mut Criterion) {
         bencher.iter(|| Weights::new(&sum, Field::Surface, TimeRule::Bdf2, time_step, lags).evaluations);
     });
     group.bench_function("from the cache", |bencher| {
-        bencher.iter(|| cache.fetch(&tyre, &options).map(|fetched| fetched.warm));
+        bencher.iter(|| cache.fetch(&tyre, &options, &never).map(|fetched| fetched.warm));
     });
     group.finish();
     let _ = std::fs::remove_dir_all(folder);

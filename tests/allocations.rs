@@ -6,6 +6,7 @@
 mod common;
 
 use std::alloc::System;
+use std::sync::atomic::AtomicBool;
 
 use common::{scene, scene_text};
 use rand::{RngExt, SeedableRng};
@@ -32,7 +33,7 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize)
     let contact = format!("[contact]\ntread = \"{tread}\"\n");
     let loaded = scene(&scene_text(elements, "kind = \"smooth\"", rolling, &numerics, &contact));
     let plan = Plan::new(&loaded.scene);
-    let mut prepared = prepare(&loaded, &plan, &mut Meter::default()).unwrap();
+    let mut prepared = prepare(&loaded, &plan, &AtomicBool::new(false), &mut Meter::default()).unwrap();
     let march = &mut prepared.march;
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let first = march.geometry().first_element(0);

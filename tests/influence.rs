@@ -2,13 +2,18 @@
 
 use std::f64::consts::PI;
 use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use num_complex::Complex64;
 use tyrewave::scene::{Foundation, Law, Layer, Material, TimeRule, Tyre};
 use tyrewave::tyre::convolution_quadrature::{Weights, symbol};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::rational::cache::{Cache, Unusable, key};
-use tyrewave::tyre::rational::{FitError, FitOptions, RationalModel, fit};
+use tyrewave::tyre::rational::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
+
+/// Nobody stops a test.
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn material(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
     Material {
@@ -227,14 +232,48 @@ fn the_same_bits_for_any_number_of_threads() {
 }
 
 #[test]
+fn a_fit_that_is_stopped_says_so_before_it_begins_and_on_its_way() {
+    let tyre = tyre();
+    let stop = AtomicBool::new(true);
+    assert_eq!(fit_unless_stopped(&tyre, &options(&tyre, 8, 1e-3, 2e3), &stop), Err(FitError::Stopped));
+    let folder = tempfile::tempdir().unwrap();
+    let cache = Cache::at(folder.path().to_path_buf(), u64::MAX);
+    let long = options(&tyre, 2048, 1e-7, 20e3);
+    stop.store(false, Ordering::Relaxed);
+    let fetched = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_millis(30));
+            stop.store(true, Ordering::Relaxed);
+        });
+        cache.fetch(&tyre, &long, &stop)
+    });
+    assert!(matches!(fetched, Err(FitError::Stopped)));
+    assert!(cache.list().unwrap().is_empty(), "half a model is none");
+}
+
+#[test]
+fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
+    // The wavenumbers of 4096 elements round the default tyre, 16 of them: at the highest ones the tread is a half-space at rest, and poles to spare used to run away
+    // beyond the band until they overflowed, or until 150 of them were in use.
+    let tyre = Tyre { circumference: 1.95 / 256.0, ..tyre() };
+    let options = options(&tyre, 16, 1e-6, 20e3);
+    let model = fit(&tyre, &options).unwrap();
+    for n in 2..=8 {
+        assert!(model.statistics()[n].order <= 40, "n = {n}: {} poles", model.statistics()[n].order);
+        let modes = model.modes(n, Field::Surface).unwrap();
+        assert!(modes.poles.iter().all(|pole| pole.norm() < 31.0 * options.top), "n = {n}");
+    }
+}
+
+#[test]
 fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::at(folder.path().join("models"), u64::MAX);
     let tyre = tyre();
     let options = options(&tyre, 8, 1e-3, 2e3);
-    let cold = cache.fetch(&tyre, &options).unwrap();
+    let cold = cache.fetch(&tyre, &options, &NEVER).unwrap();
     assert!(!cold.warm && cold.warnings.is_empty());
-    let warm = cache.fetch(&tyre, &options).unwrap();
+    let warm = cache.fetch(&tyre, &options, &NEVER).unwrap();
     assert!(warm.warm && warm.warnings.is_empty());
     assert_eq!(cold.model, warm.model);
 
@@ -258,7 +297,7 @@ fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_
         fs::write(&path, &bytes).unwrap();
         let found = cache.load(&key(&tyre, &options).unwrap()).unwrap().unwrap().unwrap_err();
         assert!(reason.is_none_or(|reason| reason == found), "{found:?} for {reason:?}");
-        let again = cache.fetch(&tyre, &options).unwrap();
+        let again = cache.fetch(&tyre, &options, &NEVER).unwrap();
         assert!(!again.warm && again.warnings.len() == 1, "{:?}", again.warnings);
         assert_eq!(again.model, cold.model);
         assert_eq!(fs::read(&path).unwrap(), sound, "rebuilt to the same bytes");
@@ -341,6 +380,6 @@ fn a_folder_that_cannot_be_used_costs_a_warning_only() {
     let file = folder.path().join("file");
     fs::write(&file, "in the way").unwrap();
     let tyre = tyre();
-    let fetched = Cache::at(file, u64::MAX).fetch(&tyre, &options(&tyre, 8, 1e-2, 1e3)).unwrap();
+    let fetched = Cache::at(file, u64::MAX).fetch(&tyre, &options(&tyre, 8, 1e-2, 1e3), &NEVER).unwrap();
     assert!(!fetched.warm && !fetched.warnings.is_empty());
 }

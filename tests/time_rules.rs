@@ -4,6 +4,7 @@
 mod common;
 
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
 use common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
 use num_complex::Complex64;
@@ -28,7 +29,7 @@ const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.15\naxle 
 fn model(elements: usize, speed: f64, tolerance: f64) -> RationalModel {
     let loaded = scene(&scene_text(elements, SMOOTH, INDENTED, "", ""));
     let options = FitOptions::new(&loaded.scene.tyre, elements, speed).with_tolerance(tolerance);
-    fetch(&loaded.scene.tyre, &options).unwrap().model
+    fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model
 }
 
 /// The total force over `duration` \[s\] on a smooth road at 12 mm of indentation, without the program's refusals.

@@ -13,7 +13,7 @@ use super::influence_cost::CostReport;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::Progress;
-use crate::pipeline::past::{fetch, fit_options};
+use crate::pipeline::past::{fetch, fit_options, refused};
 use crate::results::plots::{Axis, HeatMap, LinePlot, Series};
 use crate::results::summary::Cost;
 use crate::results::{ResultsFolder, Summary};
@@ -78,9 +78,9 @@ impl InfluenceArguments {
         let (mut meter, mut progress) = (Meter::default(), context.progress());
         progress.stage(Stage::Influence);
         let options = fit_options(scene, Field::Surface);
-        let fetched = meter.time(Stage::Influence, || fetch(&scene.tyre, &options)).map_err(|error| {
-            CliError::Scene(loaded.complain("numerics.pole_tolerance", error.to_string(), "another tolerance").into())
-        })?;
+        let fetched = meter
+            .time(Stage::Influence, || fetch(&scene.tyre, &options, context.interrupt.flag()))
+            .map_err(|error| refused(&loaded, error, "another tolerance"))?;
         let fit_seconds = begin.elapsed().as_secs_f64();
         for warning in &fetched.warnings {
             progress.note(warning);
@@ -103,11 +103,8 @@ impl InfluenceArguments {
         let statistics = report.model.statistics();
         let cost_report = if self.cost {
             let mut tick = || progress.stage(Stage::Influence);
-            let report = CostReport::new(&scene.tyre, &options, &mut tick).map_err(|error| {
-                CliError::Scene(
-                    loaded.complain("numerics.pole_tolerance", error.to_string(), "another tolerance").into(),
-                )
-            })?;
+            let report = CostReport::new(&scene.tyre, &options, context.interrupt.flag(), &mut tick)
+                .map_err(|error| refused(&loaded, error, "another tolerance"))?;
             folder.write_text("influence_cost.svg", &report.plot(&loaded.title())?)?;
             Some(report)
         } else {

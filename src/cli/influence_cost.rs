@@ -1,5 +1,7 @@
 //! `tyrewave influence SCENE --cost`: what the fit takes against elements, layers and threads.
 
+use std::sync::atomic::AtomicBool;
+
 use serde_json::{Value, json};
 
 use super::CliError;
@@ -34,11 +36,11 @@ impl CostReport {
     /// Fits the tyre with every number of elements and layers, and with one thread beside all of the pool.
     ///
     /// # Errors
-    /// [`FitError`] of the first fit that is refused.
-    pub fn new(tyre: &Tyre, options: &FitOptions, tick: &mut dyn FnMut()) -> Result<Self, FitError> {
+    /// [`FitError`] of the first fit that is refused, or stopped.
+    pub fn new(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool, tick: &mut dyn FnMut()) -> Result<Self, FitError> {
         let mut of = |tyre: &Tyre, elements: usize| {
             tick();
-            cost(tyre, &FitOptions { elements, ..*options })
+            cost(tyre, &FitOptions { elements, ..*options }, stop)
         };
         let elements = ELEMENTS.iter().map(|&n| of(tyre, n)).collect::<Result<_, _>>()?;
         let layers = PARTS.iter().map(|&parts| of(&cut(tyre, parts), ELEMENTS[0])).collect::<Result<_, _>>()?;
@@ -46,7 +48,7 @@ impl CostReport {
         let (mut alone, mut together) = (f64::INFINITY, f64::INFINITY);
         if let Ok(single) = rayon::ThreadPoolBuilder::new().num_threads(1).build() {
             for _ in 0..PAIRS {
-                alone = alone.min(single.install(|| cost(tyre, options))?.seconds);
+                alone = alone.min(single.install(|| cost(tyre, options, stop))?.seconds);
                 together = together.min(of(tyre, options.elements)?.seconds);
             }
         }

@@ -71,15 +71,16 @@ impl RulesArguments {
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "rules"));
         let folder = ResultsFolder::create(&target)?;
         let begin = std::time::Instant::now();
+        let stop = context.interrupt.flag();
         let mut meter = Meter::default();
         let mut progress = context.progress();
         progress.stage(Stage::Influence);
-        let reports = meter.time(Stage::Influence, || compare(&loaded))?;
+        let reports = meter.time(Stage::Influence, || compare(&loaded, stop))?;
         let work = if self.work {
             progress.stage(Stage::History);
             let substeps: Vec<usize> = self.substeps.iter().map(|&q| usize::from(q)).collect();
             let finest = usize::from(self.finest);
-            Some(work_precision(&loaded, &COMPARED, &substeps, finest, self.highest, self.duration)?)
+            Some(work_precision(&loaded, &COMPARED, &substeps, finest, self.highest, self.duration, stop)?)
         } else {
             None
         };

@@ -1,5 +1,7 @@
 //! The ways to carry the past, made for a planned scene.
 
+use std::sync::atomic::AtomicBool;
+
 use super::error::RunError;
 use super::plan::Plan;
 use crate::contact::ContactError;
@@ -11,7 +13,7 @@ use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tyre};
 use crate::tyre::convolution_quadrature::Weights;
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::rational::cache::{Cache, Fetched};
-use crate::tyre::rational::{FitError, FitOptions, RationalModel, fit};
+use crate::tyre::rational::{FitError, FitOptions, RationalModel, fit_unless_stopped};
 
 /// What a way to carry the past is made from.
 pub struct Past<'a> {
@@ -27,20 +29,30 @@ pub struct Past<'a> {
     pub columns: usize,
     /// Spring compliance per element \[m/N\].
     pub spring: f64,
+    /// Ends the work on the influence functions once it is set.
+    pub stop: &'a AtomicBool,
 }
 
 /// A model from the user's cache, or fitted where there is none.
 ///
 /// # Errors
-/// [`FitError`] for a fit that is refused.
-pub fn fetch(tyre: &Tyre, options: &FitOptions) -> Result<Fetched, FitError> {
+/// [`FitError`] for a fit that is refused, or stopped by `stop`.
+pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
     match Cache::open() {
-        Ok(cache) => cache.fetch(tyre, options),
+        Ok(cache) => cache.fetch(tyre, options, stop),
         Err(error) => Ok(Fetched {
-            model: fit(tyre, options)?,
+            model: fit_unless_stopped(tyre, options, stop)?,
             warm: false,
             warnings: vec![format!("no cache of influence models: {error}")],
         }),
+    }
+}
+
+/// What a fit's end means for a run: the user's wish, or a complaint about the scene's tolerance, with what would be `right`.
+pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
+    match error {
+        FitError::Stopped => RunError::Interrupted { kept: None },
+        error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
     }
 }
 
@@ -72,15 +84,17 @@ impl Past<'_> {
     /// Weights summed on the contour of the quadrature, for the lags of the scene's memory.
     ///
     /// # Errors
-    /// As [`ContactKernel::new`].
+    /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
     pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let numerics = &self.loaded.scene.numerics;
         if numerics.time_rule == TimeRule::Trapezoidal {
             warnings.push(ringing(numerics.time_rule, self.plan.time_step));
         }
         let weights = meter.time(Stage::Influence, || {
-            Weights::new(self.sum, self.field, numerics.time_rule, self.plan.time_step, self.plan.lags)
+            let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
+            Weights::unless_stopped(self.sum, self.field, rule, time_step, self.plan.lags, self.stop)
         });
+        let weights = weights.ok_or(RunError::Interrupted { kept: None })?;
         meter.count(Counter::ComplianceEvaluations, weights.evaluations);
         let truncated = weights.truncated();
         if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {
@@ -101,15 +115,14 @@ impl Past<'_> {
     /// Poles fitted to the influence functions.
     ///
     /// # Errors
-    /// A fit that was refused, as a complaint about the scene's tolerance; as [`ContactKernel::new`].
+    /// A fit that was [`refused`]; as [`ContactKernel::new`].
     pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let scene = &self.loaded.scene;
         let (rule, time_step) = (scene.numerics.time_rule, self.plan.time_step);
         let options = fit_options(scene, self.field);
-        let fetched = meter.time(Stage::Influence, || fetch(&scene.tyre, &options)).map_err(|error| {
-            let right = "another tolerance, or history = \"direct\"";
-            SceneError::from(self.loaded.complain("numerics.pole_tolerance", error.to_string(), right))
-        })?;
+        let fetched = meter
+            .time(Stage::Influence, || fetch(&scene.tyre, &options, self.stop))
+            .map_err(|error| refused(self.loaded, error, "another tolerance, or history = \"direct\""))?;
         warnings.extend(fetched.warnings);
         let model = fetched.model;
         // A warm model took its evaluations in an earlier run.

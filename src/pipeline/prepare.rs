@@ -5,6 +5,7 @@
 //! 3. convolution weights and the contact's kernels.
 
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
 use super::error::RunError;
 use super::past::Past;
@@ -35,8 +36,11 @@ pub struct Prepared {
     pub warnings: Vec<String>,
 }
 
-/// Prepares a run.
-pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<Prepared, RunError> {
+/// Prepares a run. `stop` ends the work on the influence functions once it is set.
+///
+/// # Errors
+/// [`RunError`].
+pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut Meter) -> Result<Prepared, RunError> {
     let scene = &loaded.scene;
     let (tyre, numerics) = (&scene.tyre, &scene.numerics);
     let mut warnings: Vec<String> = Plan::resolution_note(scene).into_iter().collect();
@@ -91,7 +95,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, meter: &mut Meter) -> Result<P
     let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
     let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
-    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring };
+    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring, stop };
     let (kernel, history) = match numerics.history {
         History::Direct => past.direct(meter, &mut warnings)?,
         History::Modal => past.modal(meter, &mut warnings)?,

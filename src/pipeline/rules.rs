@@ -1,19 +1,20 @@
 //! Time rules side by side for one scene: accuracy of modes, stability of the inverse, work against precision.
 
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
 use super::error::RunError;
-use super::past::{fetch, fit_options};
+use super::past::{fetch, fit_options, refused};
 use super::plan::Plan;
 use super::prepare::{contact_field, prepare};
 use crate::contact::ContactError;
 use crate::contact::stability::Stability;
 use crate::meter::Meter;
-use crate::scene::{Axle, History, LoadedScene, SceneError, TimeRule};
+use crate::scene::{Axle, History, LoadedScene, TimeRule};
 
 /// Ramp of the axle in a comparison, and what is left out at its begin \[s\].
 const SETTLING: f64 = 0.1;
@@ -30,13 +31,12 @@ pub struct RuleReport {
 /// Diagnosis of every rule at the scene's time step.
 ///
 /// # Errors
-/// A fit that was refused.
-pub fn compare(loaded: &LoadedScene) -> Result<Vec<RuleReport>, RunError> {
+/// A fit that was refused, or stopped by `stop`.
+pub fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport>, RunError> {
     let scene = &loaded.scene;
     let field = contact_field(scene);
-    let model = fetch(&scene.tyre, &fit_options(scene, field)).map_err(|error| {
-        SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), "another tolerance"))
-    })?;
+    let model = fetch(&scene.tyre, &fit_options(scene, field), stop)
+        .map_err(|error| refused(loaded, error, "another tolerance"))?;
     let time_step = Plan::new(scene).time_step;
     TimeRule::ALL
         .into_iter()
@@ -77,7 +77,7 @@ pub struct WorkPrecision {
 }
 
 /// Rolls the scene at a fixed height with each rule and number of substeps and compares the forces up to `highest` \[Hz\] with those at `finest` substeps,
-/// over `duration` \[s\]. The history is modal throughout.
+/// over `duration` \[s\]. The history is modal throughout. `stop` is looked at while a tyre is fitted, and between two runs.
 ///
 /// # Errors
 /// Of a run.
@@ -88,6 +88,7 @@ pub fn work_precision(
     finest: usize,
     highest: f64,
     duration: f64,
+    stop: &AtomicBool,
 ) -> Result<WorkPrecision, RunError> {
     let mut loaded = loaded.clone();
     loaded.scene.numerics.history = History::Modal;
@@ -95,15 +96,15 @@ pub fn work_precision(
     loaded.scene.rolling.duration = duration;
     if let Axle::Load { .. } = loaded.scene.rolling.axle {
         // The same height for every rule.
-        let at_rest = prepare(&loaded, &Plan::new(&loaded.scene), &mut Meter::default())?.at_rest;
+        let at_rest = prepare(&loaded, &Plan::new(&loaded.scene), stop, &mut Meter::default())?.at_rest;
         loaded.scene.rolling.axle = Axle::Indentation { indentation: at_rest.indentation, ramp: 0.5 * SETTLING };
     }
-    let (reference, _) = rolled(&loaded, TimeRule::Sdirk2, finest, highest)?;
-    let (other, _) = rolled(&loaded, TimeRule::Bdf2, finest, highest)?;
+    let (reference, _) = rolled(&loaded, TimeRule::Sdirk2, finest, highest, stop)?;
+    let (other, _) = rolled(&loaded, TimeRule::Bdf2, finest, highest, stop)?;
     let mut points = Vec::new();
     for &rule in rules {
         for &substeps in substeps {
-            let (spectrum, point) = rolled(&loaded, rule, substeps, highest)?;
+            let (spectrum, point) = rolled(&loaded, rule, substeps, highest, stop)?;
             points.push(WorkPoint { error: difference(&spectrum, &reference), ..point });
         }
     }
@@ -122,13 +123,17 @@ fn rolled(
     rule: TimeRule,
     substeps: usize,
     highest: f64,
+    stop: &AtomicBool,
 ) -> Result<(Vec<Complex64>, WorkPoint), RunError> {
     let mut loaded = loaded.clone();
     (loaded.scene.numerics.time_rule, loaded.scene.numerics.substeps) = (rule, substeps);
     let plan = Plan::new(&loaded.scene);
     plan.check(&loaded)?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(RunError::Interrupted { kept: None });
+    }
     let mut meter = Meter::default();
-    let mut prepared = prepare(&loaded, &plan, &mut meter)?;
+    let mut prepared = prepare(&loaded, &plan, stop, &mut meter)?;
     let columns = prepared.march.geometry().columns as i64;
     // Whole elements, so that every number of substeps sees the same stretch of time.
     let elements_of = |steps: u64| steps / substeps as u64;

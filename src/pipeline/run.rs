@@ -97,7 +97,12 @@ pub fn resume(
     let plan = Plan::new(&loaded.scene);
     plan.check(&loaded)?;
     let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, begin };
-    planned.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress)
+    let kept = folder.working().to_owned();
+    planned.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
+        // Before its first step: there is what there was.
+        RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
+        other => other,
+    })
 }
 
 /// A planned run, new or gone on with.
@@ -119,7 +124,7 @@ impl PlannedRun<'_> {
         let Self { loaded, plan, begin, .. } = *self;
         let mut meter = Meter::default();
         progress.stage(Stage::Influence);
-        let mut prepared = prepare(loaded, plan, &mut meter)?;
+        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         for warning in &prepared.warnings {
             progress.note(warning);
         }

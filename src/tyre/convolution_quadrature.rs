@@ -8,6 +8,7 @@
 //!    errors grow by rho^-p <= eps^-1/2 over the lags p < K/2 that are used.
 
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -79,6 +80,31 @@ pub struct Weights {
 impl Weights {
     /// Sums Ht_n on the contour for n = 0..=N/2 in parallel and transforms each to `lags` weights.
     pub fn new(sum: &InfluenceSum, field: Field, rule: TimeRule, time_step: f64, lags: usize) -> Self {
+        Self::summed(sum, field, rule, time_step, lags, &AtomicBool::new(false))
+    }
+
+    /// As [`Self::new`], but looks at `stop` before every wavenumber; `None` if it was set.
+    pub fn unless_stopped(
+        sum: &InfluenceSum,
+        field: Field,
+        rule: TimeRule,
+        time_step: f64,
+        lags: usize,
+        stop: &AtomicBool,
+    ) -> Option<Self> {
+        let weights = Self::summed(sum, field, rule, time_step, lags, stop);
+        (!stop.load(Ordering::Relaxed)).then_some(weights)
+    }
+
+    /// The weights; what comes after `stop` was set stays zero.
+    fn summed(
+        sum: &InfluenceSum,
+        field: Field,
+        rule: TimeRule,
+        time_step: f64,
+        lags: usize,
+        stop: &AtomicBool,
+    ) -> Self {
         let contour = Contour::new(rule, time_step, lags);
         let at: Vec<_> = contour.points.par_iter().map(|&s| sum.at(s)).collect();
         let at_rest = sum.at(Complex64::ZERO);
@@ -92,6 +118,9 @@ impl Weights {
             .map_init(
                 || (inverse.make_input_vec(), inverse.make_output_vec(), inverse.make_scratch_vec(), Vec::new()),
                 |(spectrum, signal, scratch, faces), (n, row)| {
+                    if stop.load(Ordering::Relaxed) {
+                        return (0.0, 0, 0.0);
+                    }
                     let (mut evaluations, mut omitted) = (0, 0.0_f64);
                     if field == Field::Surface && *sum.truncation() == Truncation::Tail {
                         faces.clear();

@@ -107,7 +107,7 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
         let needed = scene.numerics.history == History::Modal && !fitted.contains(&options);
         if needed && !stop.load(Ordering::Relaxed) {
             // A refusal is the variant's own to report.
-            let _ = fetch(&scene.tyre, &options);
+            let _ = fetch(&scene.tyre, &options, stop);
             fitted.push(options);
         }
     }

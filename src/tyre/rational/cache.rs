@@ -14,6 +14,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 use serde::Serialize;
@@ -21,14 +22,14 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::codec::{decode, encode};
-use super::fit::{FitError, FitOptions, fit};
+use super::fit::{FitError, FitOptions, fit_unless_stopped};
 use super::model::RationalModel;
 use crate::scene::Tyre;
 
 /// First bytes of an entry.
 const MAGIC: &[u8; 8] = b"TWAVEINF";
 /// Version of the layout and of the algorithm: raise it whenever a fit of the same input may come out differently.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// Largest size of all entries together unless set otherwise \[bytes\].
 pub const DEFAULT_LIMIT: u64 = 512 << 20;
 /// Extension of an entry.
@@ -154,8 +155,11 @@ impl Cache {
         self.folder.join(name).with_extension(EXTENSION)
     }
 
-    /// The model, from the cache if it is there and sound, else fitted and stored. Trouble with the cache only ever gives warnings.
-    pub fn fetch(&self, tyre: &Tyre, options: &FitOptions) -> Result<Fetched, FitError> {
+    /// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored. Trouble with the cache only ever gives warnings.
+    ///
+    /// # Errors
+    /// As [`fit_unless_stopped`].
+    pub fn fetch(&self, tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
         let key = key(tyre, options)?;
         let mut warnings = Vec::new();
         match self.load(&key) {
@@ -166,7 +170,7 @@ impl Cache {
             Ok(None) => {}
             Err(error) => warnings.push(format!("cache not read: {error}")),
         }
-        let model = fit(tyre, options)?;
+        let model = fit_unless_stopped(tyre, options, stop)?;
         if let Err(error) = self.store(&key, &model) {
             warnings.push(format!("cache not written: {error}"));
         }

@@ -1,17 +1,23 @@
 //! All wavenumbers of a tyre.
 //!
-//! Poles vary smoothly with n. The wavenumbers are visited level by level, 0 and N/2 first, then in halved strides, each started from the nearer finished ones: a binary
-//! tree. All wavenumbers of a level are independent (rayon), and who starts from whom does not depend on the number of threads: same bits for any number of them.
+//! 1. the sums are prepared and the ladder of sampling points is built;
+//! 2. the scale of the belt's errors is taken from samples of n = 0;
+//! 3. the wavenumbers are fitted in the order of a [`Tree`], each as soon as the one that it starts from is done, on all threads; who starts from whom does not depend on
+//!    their number: same bits for any number of them.
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use rayon::Scope;
 use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::ladder::Ladder;
+use super::ladder::{Ladder, RUNGS};
 use super::model::RationalModel;
 use super::sampled::Rung;
+use super::tree::{Tree, Visit};
 use super::wavenumber::{Fitted, Refusal, RefusalReason, Start, Target, fit_wavenumber};
 use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
@@ -98,6 +104,9 @@ pub enum FitError {
         /// What would be right.
         wanted: &'static str,
     },
+    /// It was asked to end before it was done.
+    #[error("the fit was stopped")]
+    Stopped,
 }
 
 impl std::fmt::Display for RefusalReason {
@@ -125,70 +134,164 @@ fn check(options: &FitOptions) -> Result<(), FitError> {
 }
 
 /// Fits all wavenumbers n = 0..=N/2.
+///
+/// # Errors
+/// [`FitError`]; of several wavenumbers that are refused the first one in the order of the [`Tree`].
 pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError> {
+    fit_unless_stopped(tyre, options, &AtomicBool::new(false))
+}
+
+/// As [`fit`], but looks at `stop` before every wavenumber, and ends early once it is set.
+///
+/// # Errors
+/// As [`fit`], and [`FitError::Stopped`].
+pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<RationalModel, FitError> {
     check(options)?;
     if let Some(layer) = tyre.layers.iter().find(|layer| layer.material.law == Law::Hysteretic) {
         return Err(FitError::NotCausal { layer: layer.name.clone() });
     }
+    let stopped = || stop.load(Ordering::Relaxed);
+    if stopped() {
+        return Err(FitError::Stopped);
+    }
     let projection = Projection::new(tyre, options.elements);
     let sum = InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top);
     let ladder = Ladder::new(&sum, options.top);
-    let last = options.elements / 2;
-    let mut done: Vec<Option<Fitted>> = vec![None; last + 1];
-    let target = Target {
-        tolerance: options.tolerance,
-        most_poles: options.most_poles,
-        constant: options.constant,
-        bottom_scale: 0.0,
-        removals: 8,
-        removal_below: 1.0,
-    };
-    let one = |n: usize, start: &Start, target: &Target| {
-        let mut sample =
-            |rungs: &[Rung], values: &mut Vec<FaceValues>| sample(&sum, &ladder, options.driven, n, rungs, values);
-        fit_wavenumber(&ladder, target, start, &mut sample).map_err(|refusal| refused(n, options, &refusal))
-    };
-    // The belt follows most at n = 0: the scale of its errors.
-    let first = one(0, &Start::default(), &target)?;
-    let target = Target { bottom_scale: first.scales[1], ..target };
-    done[0] = Some(first);
-    let mut stride = last.next_power_of_two();
-    while stride > 0 {
-        let level: Vec<usize> = (0..=last).step_by(stride).filter(|&n| done[n].is_none()).collect();
-        let fitted: Vec<(usize, Result<Fitted, FitError>)> = level
-            .into_par_iter()
-            .map(|n| {
-                // Far from its start a fit is worth tidying; close to it, its start was tidy.
-                let (removals, removal_below) = if stride > 4 { (6, 0.7) } else { (2, 0.3) };
-                let target = Target { removals, removal_below, ..target };
-                let start = start_of(&done, n, stride);
-                // A start that leads nowhere is not held against the function.
-                let fitted = one(n, &start, &target).or_else(|error| {
-                    if start.poles.is_empty() { Err(error) } else { one(n, &Start::default(), &target) }
-                });
-                (n, fitted)
-            })
-            .collect();
-        for (n, fitted) in fitted {
-            done[n] = Some(fitted?);
-        }
-        stride /= 2;
+    if stopped() {
+        return Err(FitError::Stopped);
     }
-    let entries = done.into_iter().flatten().map(|fitted| fitted.entry);
+    let tree = Tree::new(options.elements / 2);
+    let (bottom_scale, evaluations) = bottom_scale(&sum, &ladder, options.driven);
+    let work = Work { sum, ladder, tree, options, bottom_scale, stop };
+    let mut done = work.carry_out()?;
+    // n = 0 is what the scale was found on.
+    done[0].entry.statistics.evaluations += evaluations;
+    let entries = done.into_iter().map(|fitted| fitted.entry);
     Ok(RationalModel::assemble(options.elements, options.driven, options.top, options.tolerance, entries))
 }
 
-/// Poles and rungs of the finished neighbour: the one above where there is one (functions become smoother with n), else the one below.
-fn start_of(done: &[Option<Fitted>], n: usize, stride: usize) -> Start {
-    let neighbour = |n: usize| done.get(n).and_then(Option::as_ref);
-    let from = n.checked_sub(stride).and_then(neighbour).or_else(|| neighbour(n + stride));
-    match from {
-        Some(fitted) => {
-            let poles = fitted.entry.poles.clone();
-            Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
+/// Rungs of the axis between two at which the belt's scale is looked for; a resonance is many times wider.
+const SCALE_STRIDE: usize = 8;
+/// Rungs that are evaluated together there.
+const SCALE_BATCH: usize = 32;
+
+/// Largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the evaluations that it took.
+fn bottom_scale(sum: &InfluenceSum, ladder: &Ladder, driven: Field) -> (f64, u64) {
+    let rungs: Vec<Rung> = (0..=RUNGS).step_by(SCALE_STRIDE).map(Rung::Axis).collect();
+    let batches: Vec<(f64, u64)> = rungs
+        .par_chunks(SCALE_BATCH)
+        .map(|rungs| {
+            let mut values = Vec::with_capacity(rungs.len());
+            sample(sum, ladder, driven, 0, rungs, &mut values);
+            let largest = values.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
+            (largest, values.iter().map(|faces| faces.evaluations).sum())
+        })
+        .collect();
+    batches.into_iter().fold((0.0, 0), |(largest, sum), (scale, evaluations)| (largest.max(scale), sum + evaluations))
+}
+
+/// A fit of all wavenumbers, planned.
+struct Work<'a> {
+    sum: InfluenceSum,
+    ladder: Ladder,
+    tree: Tree,
+    options: &'a FitOptions,
+    bottom_scale: f64,
+    stop: &'a AtomicBool,
+}
+
+/// What is done of it.
+struct Progress {
+    /// By rank.
+    done: Vec<OnceLock<Result<Fitted, FitError>>>,
+    /// Lowest rank that was refused: what comes after it is not begun any more, what comes before it still is, so that the same one is reported whoever comes first.
+    refused: AtomicUsize,
+}
+
+impl Work<'_> {
+    /// Every wavenumber as soon as the one it starts from is done; by n.
+    fn carry_out(&self) -> Result<Vec<Fitted>, FitError> {
+        let progress = Progress {
+            done: (0..self.tree.len()).map(|_| OnceLock::new()).collect(),
+            refused: AtomicUsize::new(usize::MAX),
+        };
+        rayon::scope(|scope| {
+            for root in self.tree.roots() {
+                let progress = &progress;
+                scope.spawn(move |scope| self.visit(root, progress, scope));
+            }
+        });
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(FitError::Stopped);
         }
-        None => Start::default(),
+        let mut by_rank = Vec::with_capacity(self.tree.len());
+        for fitted in progress.done {
+            // Only what comes after one that was refused is missing.
+            by_rank.push(fitted.into_inner().unwrap_or(Err(FitError::Stopped))?);
+        }
+        let mut by_wavenumber: Vec<(usize, Fitted)> =
+            by_rank.into_iter().enumerate().map(|(rank, fitted)| (self.tree.visit(rank).wavenumber, fitted)).collect();
+        by_wavenumber.sort_unstable_by_key(|(n, _)| *n);
+        Ok(by_wavenumber.into_iter().map(|(_, fitted)| fitted).collect())
     }
+
+    /// Fits one wavenumber, then leaves what starts from it to whoever is free.
+    fn visit<'scope>(&'scope self, rank: usize, progress: &'scope Progress, scope: &Scope<'scope>) {
+        if self.stop.load(Ordering::Relaxed) || rank > progress.refused.load(Ordering::Relaxed) {
+            return;
+        }
+        let start = self.tree.start(rank).and_then(|start| progress.done[start].get()?.as_ref().ok());
+        let fitted = self.fitted(rank, start.map(start_of).unwrap_or_default());
+        if fitted.is_err() {
+            progress.refused.fetch_min(rank, Ordering::Relaxed);
+        }
+        let go_on = fitted.is_ok();
+        // Nobody else visits this rank.
+        let _ = progress.done[rank].set(fitted);
+        if go_on {
+            // What is left last is taken first: coarse strides, since most follows from them.
+            for &follower in self.tree.followers(rank).iter().rev() {
+                scope.spawn(move |scope| self.visit(follower, progress, scope));
+            }
+        }
+    }
+
+    fn fitted(&self, rank: usize, start: Start) -> Result<Fitted, FitError> {
+        let Visit { wavenumber, stride } = self.tree.visit(rank);
+        let one = |start: &Start, target: &Target| {
+            let mut sample = |rungs: &[Rung], values: &mut Vec<FaceValues>| {
+                sample(&self.sum, &self.ladder, self.options.driven, wavenumber, rungs, values);
+            };
+            fit_wavenumber(&self.ladder, target, start, &mut sample)
+                .map_err(|refusal| refused(wavenumber, self.options, &refusal))
+        };
+        // Far from its start a fit is worth tidying; close to it, its start was tidy.
+        let (removals, removal_below) = match stride {
+            0 => (8, 1.0),
+            1..=4 => (2, 0.3),
+            _ => (6, 0.7),
+        };
+        let target = Target {
+            tolerance: self.options.tolerance,
+            most_poles: self.options.most_poles,
+            constant: self.options.constant,
+            bottom_scale: self.bottom_scale,
+            removals,
+            removal_below,
+        };
+        // A start that leads nowhere is not held against the function.
+        one(&start, &target).or_else(
+            |error| {
+                if start.poles.is_empty() { Err(error) } else { one(&Start::default(), &target) }
+            },
+        )
+    }
+}
+
+/// Poles and rungs of a finished neighbour.
+fn start_of(fitted: &Fitted) -> Start {
+    let poles = fitted.entry.poles.clone();
+    Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
 }
 
 /// As dense a grid relative to itself, with no more than `most` rungs: what the neighbour needed on its way need not be needed again.

@@ -5,6 +5,7 @@
 //! - `sampled`: the exact functions of one wavenumber on the ladder, and a model's errors there;
 //! - `passivity`: whether a model generates energy, and its mending;
 //! - [`wavenumber`]: the adaptive fit of one wavenumber;
+//! - [`tree`]: which wavenumber starts from which;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
 //! - [`cache`]: models on disk;
 //! - [`scaling`]: what a fit costs.
@@ -22,8 +23,9 @@ pub mod model;
 mod passivity;
 mod sampled;
 pub mod scaling;
+pub mod tree;
 pub mod wavenumber;
 
 pub use cache::Cache;
-pub use fit::{FitError, FitOptions, fit};
+pub use fit::{FitError, FitOptions, fit, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};

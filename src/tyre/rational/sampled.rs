@@ -51,6 +51,8 @@ pub struct Errors {
     pub fitted: f64,
     /// Worst of both faces on the fresh rungs and the odd real rungs.
     pub fresh: f64,
+    /// Worst of both faces on the fresh rungs of the axis.
+    pub between: f64,
     /// Fresh on the axis, driven face.
     pub axis: f64,
     /// Real axis, driven face.
@@ -153,8 +155,8 @@ impl<'a> Sampled<'a> {
     }
 
     pub fn errors(&self, models: &[PartialFractions]) -> Errors {
-        let mut errors =
-            Errors { fitted: 0.0, fresh: 0.0, axis: 0.0, real: 0.0, bottom: 0.0, worst: self.ladder.axis[0] };
+        let worst = self.ladder.axis[0];
+        let mut errors = Errors { fitted: 0.0, fresh: 0.0, between: 0.0, axis: 0.0, real: 0.0, bottom: 0.0, worst };
         let of = |s: Complex64, values: [Complex64; 2], face: usize| {
             let error = (models[face].evaluate(s) - values[face]).norm() / self.scales[face].max(f64::MIN_POSITIVE);
             // Not a number would lose every comparison and pass for no error.
@@ -172,8 +174,9 @@ impl<'a> Sampled<'a> {
             let both = [of(s, values, 0), of(s, values, 1)];
             errors.axis = errors.axis.max(both[0]);
             errors.bottom = errors.bottom.max(both[1]);
-            errors.fresh = errors.fresh.max(both[0]).max(both[1]);
+            errors.between = errors.between.max(both[0]).max(both[1]);
         }
+        errors.fresh = errors.between;
         for rung in 0..REAL_RUNGS {
             let (s, values) = (self.ladder.real[rung], self.real[rung]);
             let both = [of(s, values, 0), of(s, values, 1)];

@@ -1,10 +1,11 @@
 //! What a fit costs: against the elements round the tyre, and against the layers of its stack.
 
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use serde::Serialize;
 
-use super::fit::{FitError, FitOptions, fit};
+use super::fit::{FitError, FitOptions, fit_unless_stopped};
 use crate::scene::Tyre;
 
 /// One fit.
@@ -22,13 +23,13 @@ pub struct FitCost {
     pub seconds: f64,
 }
 
-/// Fits a tyre and says what it took; no cache.
+/// Fits a tyre, unless `stop` is set on the way, and says what it took; no cache.
 ///
 /// # Errors
 /// [`FitError`].
-pub fn cost(tyre: &Tyre, options: &FitOptions) -> Result<FitCost, FitError> {
+pub fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<FitCost, FitError> {
     let begin = Instant::now();
-    let model = fit(tyre, options)?;
+    let model = fit_unless_stopped(tyre, options, stop)?;
     Ok(FitCost {
         elements: options.elements,
         layers: tyre.layers.len(),

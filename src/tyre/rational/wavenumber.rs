@@ -3,7 +3,8 @@
 //! 1. sample H_n on a grid of rungs, and on *fresh* rungs half-way between them that no fit will see;
 //! 2. poles: from a neighbour where there is one, from AAA where not; relocate them by vector fitting, refit the residues by least squares;
 //! 3. where the fresh error exceeds the tolerance and the error on the grid does not explain it, the worst fresh rungs join the grid and new ones check it;
-//!    where the grid itself is not met, a pole is added where the error is largest;
+//!    where the grid itself is not met, a pole is added where the error is largest; where it is met far too well, or where a model within the tolerance generates energy, there
+//!    are poles to spare, and the least contributing one goes;
 //! 4. once the tolerance is met, take poles away, the least contributing first, as long as relocation can make up for it.
 //!
 //! A fit that does not get there is an error with what was reached, never a worse model.
@@ -26,6 +27,14 @@ const IDLE_RELOCATIONS: usize = 2;
 const REMOVAL_RELOCATIONS: usize = 2;
 /// Samples per pole past which more samples are no remedy.
 const MOST_SAMPLES: usize = 4;
+/// A model that generates energy has poles to spare where its error is below this fraction of the tolerance.
+const THINNED_BELOW: f64 = 0.9;
+/// The same where the error on the grid alone is below this fraction.
+const SPARE_BELOW: f64 = 1e-2;
+/// Poles stay within this many tops of the band.
+const FARTHEST: f64 = 30.0;
+/// A start whose poles have multiplied by this leads nowhere.
+const MOST_GROWTH: usize = 2;
 /// Rounds of adding rungs or poles.
 const ROUNDS: usize = 120;
 /// The belt has a say in the poles from this many tolerances on.
@@ -57,15 +66,13 @@ pub struct Start {
     pub grid: Vec<usize>,
 }
 
-/// A fit, what the next one can start from, and its scale.
+/// A fit, and what the next one can start from.
 #[derive(Clone, Debug)]
 pub struct Fitted {
     /// Poles, residues, statistics.
     pub entry: Entry,
     /// Rungs that the fit used.
     pub grid: Vec<usize>,
-    /// Largest |H_n| and |D_n| on the samples \[m/N\].
-    pub scales: [f64; 2],
 }
 
 /// Why a fit was refused.
@@ -133,6 +140,7 @@ impl Attempt<'_> {
             let pole_samples = if with_bottom { &samples } else { &self.sampled.samples(false) };
             for _ in 0..relocations {
                 poles = relocate(pole_samples, &poles, self.target.constant)?;
+                self.bound(&mut poles);
             }
             self.relocations += relocations;
         }
@@ -148,9 +156,20 @@ impl Attempt<'_> {
         let barycentric = aaa::approximate(&points, &values, 0.3 * self.target.tolerance, most)?;
         let mut poles = fold_conjugates(&barycentric.poles()?);
         stabilise(&mut poles);
-        // Poles far beyond the band say nothing.
-        poles.retain(|pole| pole.norm() < 30.0 * self.sampled.ladder.real[REAL_RUNGS - 1].re);
+        self.bound(&mut poles);
         Ok(poles)
+    }
+
+    /// Of poles far beyond the band one is left, on the real axis: within the band they are all the same constant, relocation drives them further with every round, until they
+    /// overflow, and what they do between the band and there is nothing but a threat to passivity.
+    fn bound(&self, poles: &mut Vec<Complex64>) {
+        let farthest = FARTHEST * self.sampled.ladder.real[REAL_RUNGS - 1].re;
+        let before = poles.len();
+        poles.retain(|pole| pole.norm() < farthest);
+        if poles.len() < before {
+            poles.push(Complex64::new(-farthest, 0.0));
+            sort(poles);
+        }
     }
 
     fn run(&mut self, start: &Start, sample: &mut Sample<'_>) -> Result<Fitted, Refusal> {
@@ -162,6 +181,8 @@ impl Attempt<'_> {
         let (mut accepted, mut reason) = (None, RefusalReason::Rounds);
         // Error when samples or poles were last changed or relocation last paid, and relocations since.
         let (mut before, mut idle) = (f64::INFINITY, 0);
+        // Whether a model that generates energy may try with fewer poles; not any more where more were needed.
+        let mut may_thin = true;
         for _ in 0..ROUNDS {
             self.sampled.enough_samples(order(&poles), sample);
             let (moved, models, errors) = self.improve(&poles, 1).map_err(broken)?;
@@ -181,6 +202,16 @@ impl Attempt<'_> {
                     accepted = Some((poles.clone(), models, errors));
                     break;
                 }
+                // Poles to spare are what energy comes from beyond the band, where nothing determines them.
+                if may_thin
+                    && errors.largest() < THINNED_BELOW * self.target.tolerance
+                    && let Some(least) = self.least(&poles, &models)
+                {
+                    poles.remove(least);
+                    reason = RefusalReason::Passivity;
+                    continue;
+                }
+                may_thin = false;
                 if order(&poles) < self.target.most_poles {
                     // Freedom where the energy comes from.
                     poles.push(Complex64::new(-s.im, 0.0));
@@ -189,6 +220,15 @@ impl Attempt<'_> {
                 }
                 return Err(refuse(best, &poles, RefusalReason::Passivity));
             }
+            // So much better on the grid than it has to be: poles to spare, which swing between the samples.
+            if may_thin
+                && errors.fitted < SPARE_BELOW * self.target.tolerance
+                && let Some(least) = self.least(&poles, &models)
+            {
+                poles.remove(least);
+                (before, idle) = (f64::INFINITY, 0);
+                continue;
+            }
             idle += 1;
             if idle < IDLE_RELOCATIONS || errors.largest() < 0.6 * before {
                 before = before.min(errors.largest());
@@ -196,7 +236,7 @@ impl Attempt<'_> {
             }
             (before, idle) = (f64::INFINITY, 0);
             let dense = self.sampled.grid.len() > MOST_SAMPLES * order(&poles) + FIRST_INTERVALS;
-            if errors.fresh > self.target.tolerance && errors.fresh > 2.0 * errors.fitted && !dense {
+            if errors.between > self.target.tolerance && errors.between > 2.0 * errors.fitted && !dense {
                 if self.sampled.refine(&models, self.target.tolerance, sample) {
                     continue;
                 }
@@ -206,12 +246,25 @@ impl Attempt<'_> {
                 reason = RefusalReason::Poles;
                 break;
             }
+            if !start.poles.is_empty() && order(&poles) > MOST_GROWTH * order(&start.poles) {
+                break;
+            }
+            may_thin = false;
             poles.push(new_pole(errors.worst, self.sampled.ladder.axis[1].im));
             sort(&mut poles);
         }
         let Some((poles, models, errors)) = accepted else { return Err(refuse(best, &poles, reason)) };
         let (poles, models, errors) = self.reduce(poles, models, errors);
         Ok(self.finish(poles, models, errors))
+    }
+
+    /// The pole that contributes least, if it is not the only one.
+    fn least(&self, poles: &[Complex64], models: &[PartialFractions]) -> Option<usize> {
+        let share = |index: usize| {
+            let size = |face: usize| models[face].residues[index].norm() / self.sampled.scales[face];
+            size(0).max(size(1)) / poles[index].re.abs()
+        };
+        (0..poles.len()).min_by(|&i, &j| share(i).total_cmp(&share(j))).filter(|_| poles.len() > 1)
     }
 
     /// Takes poles away as long as the tolerance holds.
@@ -222,14 +275,7 @@ impl Attempt<'_> {
         mut errors: Errors,
     ) -> (Vec<Complex64>, Vec<PartialFractions>, Errors) {
         for _ in 0..self.target.removals {
-            let share = |index: usize| {
-                let size = |face: usize| models[face].residues[index].norm() / self.sampled.scales[face];
-                size(0).max(size(1)) / poles[index].re.abs()
-            };
-            let Some(least) = (0..poles.len()).min_by(|&i, &j| share(i).total_cmp(&share(j))) else { break };
-            if poles.len() < 2 {
-                break;
-            }
+            let Some(least) = self.least(&poles, &models) else { break };
             if errors.largest() > self.target.removal_below * self.target.tolerance {
                 break;
             }
@@ -277,7 +323,7 @@ impl Attempt<'_> {
             constants: [driven.constant, bottom.constant],
             statistics,
         };
-        Fitted { entry, grid: self.sampled.grid.clone(), scales: self.sampled.scales }
+        Fitted { entry, grid: self.sampled.grid.clone() }
     }
 }
 

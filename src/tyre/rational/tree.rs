@@ -1,0 +1,132 @@
+//! Which wavenumber starts from which: a plan of the whole fit, fixed before any of it is done.
+//!
+//! Poles vary smoothly with n, so that a fit is short where it starts from a neighbour's. Two *roots*, n = 0 and about the middle, start from nothing; every other wavenumber starts from
+//! the nearest one below it that belongs to a coarser stride: strides halve from root to leaf. A wavenumber may be fitted as soon as its own start is done, and what it starts
+//! from never depends on what else is running: same bits for any number of threads.
+
+/// One wavenumber's place in the plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visit {
+    /// n.
+    pub wavenumber: usize,
+    /// Distance to the wavenumber that it starts from; 0: it starts from nothing.
+    pub stride: usize,
+}
+
+/// All wavenumbers, coarse strides first. The *rank* of one is its place in this order; a start has a lower rank than what starts from it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tree {
+    visits: Vec<Visit>,
+    /// Ranks by wavenumber.
+    ranks: Vec<usize>,
+    /// By rank, the ranks of what starts from it, coarse strides first.
+    followers: Vec<Vec<usize>>,
+}
+
+impl Tree {
+    /// The plan for n = 0..=`last`.
+    pub fn new(last: usize) -> Self {
+        let middle = last.next_power_of_two() / 2;
+        let mut visits = vec![Visit { wavenumber: 0, stride: 0 }];
+        if middle > 0 {
+            visits.push(Visit { wavenumber: middle, stride: 0 });
+        }
+        let mut ranks: Vec<Option<usize>> = vec![None; last + 1];
+        for (rank, visit) in visits.iter().enumerate() {
+            ranks[visit.wavenumber] = Some(rank);
+        }
+        let mut stride = middle.max(1);
+        while stride > 0 {
+            for wavenumber in (stride..=last).step_by(stride) {
+                if ranks[wavenumber].is_none() {
+                    ranks[wavenumber] = Some(visits.len());
+                    visits.push(Visit { wavenumber, stride });
+                }
+            }
+            stride /= 2;
+        }
+        let ranks: Vec<usize> = ranks.into_iter().flatten().collect();
+        let mut followers = vec![Vec::new(); visits.len()];
+        for (rank, visit) in visits.iter().enumerate().filter(|(_, visit)| visit.stride > 0) {
+            followers[ranks[visit.wavenumber - visit.stride]].push(rank);
+        }
+        Self { visits, ranks, followers }
+    }
+
+    /// Number of wavenumbers.
+    pub fn len(&self) -> usize {
+        self.visits.len()
+    }
+
+    /// Whether there is none; there always is n = 0.
+    pub fn is_empty(&self) -> bool {
+        self.visits.is_empty()
+    }
+
+    /// Ranks of those that start from nothing.
+    pub fn roots(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.len()).filter(|&rank| self.visits[rank].stride == 0)
+    }
+
+    /// The wavenumber of a rank.
+    pub fn visit(&self, rank: usize) -> Visit {
+        self.visits[rank]
+    }
+
+    /// Rank of what a rank starts from.
+    pub fn start(&self, rank: usize) -> Option<usize> {
+        let Visit { wavenumber, stride } = self.visits[rank];
+        (stride > 0).then(|| self.ranks[wavenumber - stride])
+    }
+
+    /// Ranks of what starts from a rank, coarse strides first.
+    pub fn followers(&self, rank: usize) -> &[usize] {
+        &self.followers[rank]
+    }
+
+    /// Rank of a wavenumber.
+    pub fn rank(&self, wavenumber: usize) -> usize {
+        self.ranks[wavenumber]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_wavenumber_has_one_place_after_what_it_starts_from() {
+        for last in [1, 2, 3, 4, 7, 8, 100, 256, 257, 511] {
+            let tree = Tree::new(last);
+            assert_eq!(tree.len(), last + 1);
+            let mut reached = vec![false; tree.len()];
+            let mut open: Vec<usize> = tree.roots().collect();
+            assert_eq!(open.len(), 2);
+            while let Some(rank) = open.pop() {
+                assert!(!reached[rank], "{last}: rank {rank} twice");
+                reached[rank] = true;
+                assert_eq!(tree.rank(tree.visit(rank).wavenumber), rank);
+                for &follower in tree.followers(rank) {
+                    assert_eq!(tree.start(follower), Some(rank));
+                    assert!(follower > rank);
+                }
+                open.extend(tree.followers(rank));
+            }
+            assert!(reached.iter().all(|&reached| reached), "{last}");
+        }
+    }
+
+    #[test]
+    fn no_chain_of_starts_is_longer_than_the_strides_can_be_halved() {
+        let tree = Tree::new(512);
+        let depth = |mut rank: usize| {
+            let mut depth = 0;
+            while let Some(start) = tree.start(rank) {
+                (rank, depth) = (start, depth + 1);
+            }
+            depth
+        };
+        assert_eq!((0..tree.len()).map(depth).max(), Some(8));
+        assert_eq!(tree.visit(tree.start(tree.rank(512)).unwrap_or(0)).wavenumber, 256);
+    }
+}

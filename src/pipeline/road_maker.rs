@@ -134,3 +134,54 @@ impl Bench {
         self.surface.heights(rows.start, count, &mut self.heights)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::{Lattice, Limits};
+    use crate::scene::{MadeRoad, Road};
+
+    fn maker(builder_columns: usize) -> RoadMaker {
+        let lattice = Lattice { dx: 0.01, dy: 0.02, columns: 6 };
+        let road = Road::Made(MadeRoad { seed: 2, ..MadeRoad::default() });
+        let surface = RoadSurface::open(&road, lattice, Limits::default()).unwrap();
+        RoadMaker::new(surface, SliceBuilder::winkler(builder_columns).unwrap())
+    }
+
+    fn chunk(number: i64) -> Range<i64> {
+        100 * number..100 * (number + 1)
+    }
+
+    #[test]
+    fn chunks_made_behind_are_those_made_here_in_order_and_no_more_than_a_few() {
+        let mut meter = Meter::default();
+        let mut here = maker(6);
+        let expected: Vec<_> = (0..12).map(|number| here.take(chunk(number), &mut meter).unwrap()).collect();
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let (mut behind, mut begun) = (maker(6), 0);
+            pool.in_place_scope(|scope| {
+                for (number, expected) in expected.iter().enumerate() {
+                    while number == 0 && begun < MOST_READY as i64 {
+                        if behind.is_free() {
+                            behind.begin(chunk(begun), scope);
+                            begun += 1;
+                        }
+                        std::thread::yield_now();
+                    }
+                    assert_eq!(&behind.take(chunk(number as i64), &mut meter).unwrap(), expected);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn an_error_waits_for_its_chunk_and_is_that_made_here() {
+        let mut meter = Meter::default();
+        let expected = maker(7).take(chunk(0), &mut meter).unwrap_err().to_string();
+        let mut behind = maker(7);
+        rayon::in_place_scope(|scope| behind.begin(chunk(0), scope));
+        assert!(behind.is_free());
+        assert_eq!(behind.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
+    }
+}

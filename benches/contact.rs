@@ -66,7 +66,7 @@ fn history(criterion: &mut Criterion) {
             })
             .sum();
         assert!((plain - old[column]).abs() <= 1e-9 * plain.abs().max(1.0), "{plain} {}", old[column]);
-        group.throughput(Throughput::Elements(work));
+        group.throughput(Throughput::Elements(work.sums.multiply_adds));
         group.bench_function(BenchmarkId::new(format!("window {columns}"), format!("lags {lags}")), |bench| {
             bench.iter(|| history.displacement(first, black_box(&mut old)));
         });

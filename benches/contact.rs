@@ -1,4 +1,4 @@
-//! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; and the search for the points in contact with
+//! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; the history by poles, instant by instant and in blocks; and the search for the points in contact with
 //! cached factors, with fresh ones, and by projected Gauss-Seidel sweeps, each with its error.
 //!
 //! `cargo bench --bench contact`.
@@ -11,11 +11,12 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::active_set::ActiveSet;
 use tyrewave::contact::factors::FactorCache;
-use tyrewave::contact::history::{DirectHistory, PastForces};
+use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
-use tyrewave::scene::{DEFAULT, Scene};
+use tyrewave::scene::{DEFAULT, Scene, TimeRule};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
+use tyrewave::tyre::rational::{FitOptions, fit};
 
 const ELEMENTS: usize = 512;
 /// Points in contact of the default tyre.
@@ -69,6 +70,52 @@ fn history(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(work.sums.multiply_adds));
         group.bench_function(BenchmarkId::new(format!("window {columns}"), format!("lags {lags}")), |bench| {
             bench.iter(|| history.displacement(first, black_box(&mut old)));
+        });
+    }
+    group.finish();
+}
+
+/// The history by poles, its instants taken one by one or in blocks, `TYREWAVE_BENCH_ELEMENTS` round the tyre. One iteration is 240 instants, so that whole blocks are timed.
+fn modal(criterion: &mut Criterion) {
+    const ROUND: i64 = 240;
+    let tyre = Scene::from_str(DEFAULT, "default").expect("the default scene").scene.tyre;
+    let elements = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(128);
+    let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
+    let options = FitOptions::new(&tyre, elements, 80.0 / 3.6);
+    let model = fit(&tyre, &options).unwrap_or_else(|error| panic!("the default tyre is refused: {error}"));
+    let columns = elements * 9 / 64;
+    let (from, to) = (columns / 4, columns - columns / 4);
+    let roll = |history: &mut ModalHistory, old: &mut [f64], begin: i64| {
+        let mut forces = vec![0.0; columns];
+        for instant in begin..begin + ROUND {
+            history.displacement(instant, old);
+            for (j, force) in forces.iter_mut().enumerate().take(to).skip(from) {
+                *force = 100.0 + ((j as i64 * 7 + instant * 3) % 11) as f64;
+            }
+            history.push(instant, &forces);
+        }
+    };
+    let history = |instants| {
+        ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, instants)
+            .expect("the surface is fitted")
+    };
+    let mut exact = vec![0.0; columns];
+    roll(&mut history(1), &mut exact, 0);
+    let largest = exact.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    let mut group = criterion.benchmark_group(format!("history by poles, {elements} elements"));
+    group.sample_size(20).throughput(Throughput::Elements(ROUND as u64));
+    for instants in [1, 4, 8, 16, 24, 40] {
+        let (mut blocks, mut old) = (history(instants), vec![0.0; columns]);
+        roll(&mut blocks, &mut old, 0);
+        let error = old.iter().zip(&exact).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
+        println!("blocks of {instants}: {error:.0e} off the plain recursion");
+        assert!(error < 1e-12, "{error:e}");
+        let mut begin = ROUND;
+        group.bench_function(BenchmarkId::new("block", instants), |bench| {
+            bench.iter(|| {
+                roll(&mut blocks, black_box(&mut old), begin);
+                begin += ROUND;
+            });
         });
     }
     group.finish();
@@ -184,5 +231,5 @@ fn search(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, history, search);
+criterion_group!(benches, history, modal, search);
 criterion_main!(benches);

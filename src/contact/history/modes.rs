@@ -34,8 +34,8 @@ use crate::tyre::rational::RationalModel;
 /// Instants of a block at most; a block is a whole number of steps.
 pub const INSTANTS: usize = 16;
 
-/// Below this many poles in a pass one thread is faster than handing work to a second one.
-const PARALLEL_FROM: usize = 4096;
+/// Below this many multiply-adds of a pass one thread is faster than handing work to a second one.
+const PARALLEL_FROM: u64 = 1_000_000;
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {
@@ -104,7 +104,7 @@ impl ModalHistory {
             elements,
             rule,
             instant: 0,
-            parallel: groups.iter().map(WavenumberGroup::poles).sum::<usize>() >= PARALLEL_FROM,
+            parallel: groups.iter().map(|group| group.work().multiply_adds).sum::<u64>() >= PARALLEL_FROM,
             near: first_influences(model, field, rule, time_step, instants)?,
             groups,
             forward,
@@ -188,11 +188,10 @@ impl WithRecursion for NextBlock<'_> {
         } else {
             rows.iter_mut().enumerate().for_each(|(instant, row)| transform_back(instant, row, groups));
         }
-        let poles: usize = groups.iter().map(WavenumberGroup::poles).sum();
         let (instants, length) = (rows.len(), *elements as u64);
+        groups.iter().for_each(|group| self.work.sums += group.work());
         *self.work = HistoryWork {
-            // Two real systems: a complex multiplication each at every instant, twice, and a force once; coefficients read, states read and written.
-            sums: Work { multiply_adds: (poles * instants * 2 * (2 * 4 + 2)) as u64, bytes: 8 * 20 * poles as u64 },
+            sums: self.work.sums,
             // A real transform of length N takes about 5/4 N log2 N multiply-adds; its input, its output and its scratch.
             transforms: Work {
                 multiply_adds: 2 * instants as u64 * (5 * length * u64::from(length.ilog2())) / 4,
@@ -260,7 +259,7 @@ impl PastForces for ModalHistory {
             state.numbers(&row.forces.iter().map(|&(_, force)| force).collect::<Vec<_>>());
             state.numbers(&row.ring);
         }
-        self.groups.iter().for_each(|group| state.numbers(group.states()));
+        self.groups.iter().flat_map(WavenumberGroup::states).for_each(|states| state.numbers(states));
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
@@ -279,7 +278,7 @@ impl PastForces for ModalHistory {
         if !fits {
             return Err(StateError::Value);
         }
-        self.groups.iter_mut().try_for_each(|group| state.numbers_into(group.states_mut()))
+        self.groups.iter_mut().flat_map(WavenumberGroup::states_mut).try_for_each(|states| state.numbers_into(states))
     }
 }
 

@@ -16,6 +16,8 @@
 //! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same conjugate-symmetric poles, so that a pair is stored once and
 //! u = 2 Re b. An *instant* is a time at which forces are solved for: a step, or a stage of a Runge-Kutta rule.
 
+use std::array::from_fn;
+
 use num_complex::Complex64;
 use pulp::{Scalar, Simd};
 
@@ -51,36 +53,36 @@ pub fn coefficients(rule: TimeRule, pole: Complex64, residue: Complex64, time_st
     }
 }
 
-/// g and w of vectors of poles, real and imaginary parts.
+/// g and w of vectors of poles: real and imaginary parts, or of real poles the one real part.
 #[derive(Clone, Copy)]
-pub struct Poles<S: Simd> {
+pub struct Poles<S: Simd, const PARTS: usize> {
     /// g.
-    pub g: [S::f64s; 2],
+    pub g: [S::f64s; PARTS],
     /// w.
-    pub w: [S::f64s; 2],
+    pub w: [S::f64s; PARTS],
 }
 
-/// State of vectors of poles driven by one real force, real and imaginary parts.
+/// State of vectors of poles driven by one real force, in as many parts as the poles have.
 #[derive(Clone, Copy)]
-pub struct State<S: Simd> {
+pub struct State<S: Simd, const PARTS: usize> {
     /// b at the coming instant without its force.
-    pub ahead: [S::f64s; 2],
+    pub ahead: [S::f64s; PARTS],
     /// b of the step before; for a Runge-Kutta rule b at the step's beginning.
-    pub behind: [S::f64s; 2],
+    pub behind: [S::f64s; PARTS],
     /// b of a Runge-Kutta rule's first stage: written before it is read within every step.
-    pub first_stage: [S::f64s; 2],
+    pub first_stage: [S::f64s; PARTS],
 }
 
-impl<S: Simd> State<S> {
+impl<S: Simd, const PARTS: usize> State<S, PARTS> {
     /// The state at the beginning of a step.
     #[inline(always)]
-    pub fn new(simd: S, ahead: [S::f64s; 2], behind: [S::f64s; 2]) -> Self {
-        Self { ahead, behind, first_stage: [simd.splat_f64s(0.0); 2] }
+    pub fn new(simd: S, ahead: [S::f64s; PARTS], behind: [S::f64s; PARTS]) -> Self {
+        Self { ahead, behind, first_stage: [simd.splat_f64s(0.0); PARTS] }
     }
 
     /// Takes in the force of the instant: b is complete.
     #[inline(always)]
-    fn add(&mut self, simd: S, poles: &Poles<S>, force: S::f64s) {
+    fn add(&mut self, simd: S, poles: &Poles<S, PARTS>, force: S::f64s) {
         for (ahead, &w) in self.ahead.iter_mut().zip(&poles.w) {
             *ahead = simd.mul_add_e_f64s(w, force, *ahead);
         }
@@ -93,11 +95,18 @@ pub trait Recursion: Copy + Send + Sync {
     const FORCE_LASTS: bool = false;
 
     /// From b complete at an instant, which `state.ahead` holds, to b at the next one without its force; `stage` is the next instant's stage.
-    fn next<S: Simd>(self, simd: S, stage: usize, poles: &Poles<S>, state: &mut State<S>);
+    fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>);
 
     /// Takes in the instant's force and goes on to the next instant.
     #[inline(always)]
-    fn driven<S: Simd>(self, simd: S, stage: usize, poles: &Poles<S>, force: S::f64s, state: &mut State<S>) {
+    fn driven<S: Simd, const P: usize>(
+        self,
+        simd: S,
+        stage: usize,
+        poles: &Poles<S, P>,
+        force: S::f64s,
+        state: &mut State<S, P>,
+    ) {
         state.add(simd, poles, force);
         self.next(simd, stage, poles, state);
         if Self::FORCE_LASTS {
@@ -108,10 +117,12 @@ pub trait Recursion: Copy + Send + Sync {
 
 /// g x.
 #[inline(always)]
-fn times<S: Simd>(simd: S, g: [S::f64s; 2], x: [S::f64s; 2]) -> [S::f64s; 2] {
-    let re = simd.negate_mul_add_e_f64s(g[1], x[1], simd.mul_f64s(g[0], x[0]));
-    let im = simd.mul_add_e_f64s(g[1], x[0], simd.mul_f64s(g[0], x[1]));
-    [re, im]
+fn times<S: Simd, const PARTS: usize>(simd: S, g: [S::f64s; PARTS], x: [S::f64s; PARTS]) -> [S::f64s; PARTS] {
+    from_fn(|part| match (PARTS, part) {
+        (1, _) => simd.mul_f64s(g[0], x[0]),
+        (_, 0) => simd.negate_mul_add_e_f64s(g[1], x[1], simd.mul_f64s(g[0], x[0])),
+        _ => simd.mul_add_e_f64s(g[1], x[0], simd.mul_f64s(g[0], x[1])),
+    })
 }
 
 /// b_l = g b_(l-1) + w F_l.
@@ -120,7 +131,7 @@ pub struct OneStep;
 
 impl Recursion for OneStep {
     #[inline(always)]
-    fn next<S: Simd>(self, simd: S, _: usize, poles: &Poles<S>, state: &mut State<S>) {
+    fn next<S: Simd, const P: usize>(self, simd: S, _: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
         state.ahead = times(simd, poles.g, state.ahead);
     }
 }
@@ -133,7 +144,7 @@ impl Recursion for Trapezoidal {
     const FORCE_LASTS: bool = true;
 
     #[inline(always)]
-    fn next<S: Simd>(self, simd: S, stage: usize, poles: &Poles<S>, state: &mut State<S>) {
+    fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
         OneStep.next(simd, stage, poles, state);
     }
 }
@@ -144,10 +155,9 @@ pub struct Bdf2;
 
 impl Recursion for Bdf2 {
     #[inline(always)]
-    fn next<S: Simd>(self, simd: S, _: usize, poles: &Poles<S>, state: &mut State<S>) {
+    fn next<S: Simd, const P: usize>(self, simd: S, _: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
         let quarter = simd.splat_f64s(-0.25);
-        let [re, im] = state.ahead;
-        let y = [simd.mul_add_e_f64s(quarter, state.behind[0], re), simd.mul_add_e_f64s(quarter, state.behind[1], im)];
+        let y = from_fn(|part| simd.mul_add_e_f64s(quarter, state.behind[part], state.ahead[part]));
         state.behind = state.ahead;
         state.ahead = times(simd, poles.g, y);
     }
@@ -159,7 +169,7 @@ pub struct Stages(pub [[f64; 3]; 3]);
 
 impl Recursion for Stages {
     #[inline(always)]
-    fn next<S: Simd>(self, simd: S, stage: usize, poles: &Poles<S>, state: &mut State<S>) {
+    fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
         let x = state.ahead;
         // The last of the base's numbers that counts belongs to the stage just done.
         let [begin, first, _] = self.0[stage].map(|factor| simd.splat_f64s(factor));
@@ -172,7 +182,7 @@ impl Recursion for Stages {
                 simd.mul_add_e_f64s(begin, state.behind[part], stages)
             }
         };
-        let base = [base(0), base(1)];
+        let base = from_fn(base);
         match stage {
             0 => state.behind = x,
             1 => state.first_stage = x,
@@ -213,7 +223,7 @@ pub struct ImpulseResponse<'a> {
 impl WithRecursion for ImpulseResponse<'_> {
     fn with<R: Recursion>(self, recursion: R) {
         let (g, w) = self.pole;
-        let poles = Poles::<Scalar> { g: [g.re, g.im], w: [w.re, w.im] };
+        let poles = Poles::<Scalar, 2> { g: [g.re, g.im], w: [w.re, w.im] };
         let mut state = State::new(Scalar, [0.0; 2], [0.0; 2]);
         for (lag, value) in self.response.iter_mut().enumerate() {
             let next = (self.stage + lag + 1) % self.stages;

@@ -1,9 +1,12 @@
 //! Wavenumbers side by side in the lanes of vectors: their poles, their states, and one pass over them per block of instants.
 
+use std::array::from_fn;
+
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::recursion::{Poles, Recursion, State, coefficients};
+use crate::meter::Work;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
@@ -14,22 +17,56 @@ pub const GROUP: usize = 8;
 /// Poles that a pass foretells together: u_old is read and written that much less often.
 const TOGETHER: usize = 2;
 
-/// Numbers of a pole that do not change: g and w, real and imaginary.
-const FIXED: usize = 4;
-/// Numbers of a pole that evolve: b ahead and behind, real and imaginary, under the real and the imaginary part of the force.
-const EVOLVING: usize = 8;
+/// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with fewer than their neighbours have poles that do nothing.
+#[derive(Clone, Debug, Default)]
+struct PoleRows<const PARTS: usize> {
+    /// Pole by pole: g, then w, part by part, times [`GROUP`] numbers.
+    coefficients: Vec<f64>,
+    /// Pole by pole: b ahead and behind under the real part of the force, then both under its imaginary part, part by part, times [`GROUP`] numbers.
+    states: Vec<f64>,
+}
 
-/// [`GROUP`] neighbouring wavenumbers. The r-th pole of each of them makes up one vector; wavenumbers with fewer poles than their neighbours get poles that do nothing.
+impl<const PARTS: usize> PoleRows<PARTS> {
+    /// Numbers of a pole that do not change.
+    const FIXED: usize = 2 * PARTS;
+    /// Numbers of a pole that evolve.
+    const EVOLVING: usize = 4 * PARTS;
+
+    /// From each wavenumber's g and w, at rest.
+    fn new(wavenumbers: &[Vec<[Complex64; 2]>]) -> Self {
+        let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
+        let mut coefficients = vec![0.0; poles * Self::FIXED * GROUP];
+        for (lane, own) in wavenumbers.iter().enumerate() {
+            for (index, pole) in own.iter().enumerate() {
+                let parts = pole.iter().flat_map(|number| [number.re, number.im].into_iter().take(PARTS));
+                for (slot, value) in parts.enumerate() {
+                    coefficients[(index * Self::FIXED + slot) * GROUP + lane] = value;
+                }
+            }
+        }
+        Self { coefficients, states: vec![0.0; poles * Self::EVOLVING * GROUP] }
+    }
+
+    /// Multiply-adds of a pass over so many instants: two real systems, g at every instant taken in and at every one foretold, w at those taken in.
+    fn multiply_adds(&self, instants: usize) -> usize {
+        self.coefficients.len() / Self::FIXED * 2 * instants * (2 * PARTS * PARTS + PARTS)
+    }
+
+    /// Bytes of a pass: coefficients read, states read and written.
+    fn bytes(&self) -> usize {
+        size_of_val(self.coefficients.as_slice()) + 2 * size_of_val(self.states.as_slice())
+    }
+}
+
+/// [`GROUP`] neighbouring wavenumbers.
 #[derive(Clone, Debug)]
 pub struct WavenumberGroup {
     /// First wavenumber.
     first: usize,
     /// Wavenumbers in use.
     count: usize,
-    /// Pole by pole: [`FIXED`] times [`GROUP`] numbers.
-    coefficients: Vec<f64>,
-    /// Pole by pole: [`EVOLVING`] times [`GROUP`] numbers.
-    states: Vec<f64>,
+    pairs: PoleRows<2>,
+    reals: PoleRows<1>,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
     forces: Vec<f64>,
     /// u_old of the coming block without its own forces, likewise.
@@ -47,41 +84,43 @@ impl WavenumberGroup {
         instants: usize,
     ) -> Option<Self> {
         let count = GROUP.min(model.largest_wavenumber() + 1 - first);
-        let modes: Option<Vec<_>> = (first..first + count).map(|n| model.modes(n, field)).collect();
-        let modes = modes?;
-        let poles = modes.iter().map(|modes| modes.poles.len()).max().unwrap_or(0).next_multiple_of(TOGETHER);
-        let mut fixed = vec![0.0; poles * FIXED * GROUP];
-        for (lane, modes) in modes.iter().enumerate() {
-            for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
+        let (mut pairs, mut reals) = (Vec::new(), Vec::new());
+        for n in first..first + count {
+            let modes = model.modes(n, field)?;
+            let mut poles = modes.poles.iter().zip(modes.residues).enumerate().map(|(index, (&pole, &residue))| {
                 let (g, w) = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
-                for (slot, value) in [g.re, g.im, w.re, w.im].into_iter().enumerate() {
-                    fixed[(index * FIXED + slot) * GROUP + lane] = value;
-                }
-            }
+                [g, w]
+            });
+            pairs.push(poles.by_ref().take(modes.pairs).collect());
+            reals.push(poles.collect());
         }
         Some(Self {
             first,
             count,
-            coefficients: fixed,
-            states: vec![0.0; poles * EVOLVING * GROUP],
+            pairs: PoleRows::new(&pairs),
+            reals: PoleRows::new(&reals),
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],
         })
     }
 
-    /// Poles that a pass goes through, those that do nothing included.
-    pub fn poles(&self) -> usize {
-        self.coefficients.len() / FIXED
+    /// What a pass costs.
+    pub fn work(&self) -> Work {
+        let instants = self.forces.len() / (2 * GROUP);
+        Work {
+            multiply_adds: (self.pairs.multiply_adds(instants) + self.reals.multiply_adds(instants)) as u64,
+            bytes: (self.pairs.bytes() + self.reals.bytes()) as u64,
+        }
     }
 
     /// All that evolves.
-    pub fn states(&self) -> &[f64] {
-        &self.states
+    pub fn states(&self) -> [&[f64]; 2] {
+        [&self.pairs.states, &self.reals.states]
     }
 
     /// As [`Self::states`], to be changed.
-    pub fn states_mut(&mut self) -> &mut [f64] {
-        &mut self.states
+    pub fn states_mut(&mut self) -> [&mut [f64]; 2] {
+        [&mut self.pairs.states, &mut self.reals.states]
     }
 
     /// Takes the group's part of the forces of an instant, given by wavenumber.
@@ -117,23 +156,45 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { group, recursion, stages } = self;
-        let vectors = GROUP / S::F64_LANES;
-        let (fixed, _) = S::as_simd_f64s(&group.coefficients);
-        let (states, _) = S::as_mut_simd_f64s(&mut group.states);
         let (forces, _) = S::as_simd_f64s(&group.forces);
         let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
         displacement.fill(simd.splat_f64s(0.0));
+        let mut block = Block { simd, recursion, stages, forces, displacement };
+        block.pass(&mut group.pairs);
+        block.pass(&mut group.reals);
+    }
+}
+
+/// A block of instants as vectors, [`GROUP`] numbers of the real system and as many of the imaginary one to an instant.
+struct Block<'a, S: Simd, R> {
+    simd: S,
+    recursion: R,
+    stages: usize,
+    forces: &'a [S::f64s],
+    displacement: &'a mut [S::f64s],
+}
+
+impl<S: Simd, R: Recursion> Block<'_, S, R> {
+    #[inline(always)]
+    fn pass<const PARTS: usize>(&mut self, rows: &mut PoleRows<PARTS>) {
+        let Self { simd, recursion, stages, ref forces, ref mut displacement } = *self;
+        let vectors = GROUP / S::F64_LANES;
+        let (fixed, evolving) = (PoleRows::<PARTS>::FIXED, PoleRows::<PARTS>::EVOLVING);
         let following = |stage: usize| if stage + 1 < stages { stage + 1 } else { 0 };
-        let pairs = fixed.chunks_exact(TOGETHER * FIXED * vectors);
-        for (fixed, states) in pairs.zip(states.chunks_exact_mut(TOGETHER * EVOLVING * vectors)) {
+        let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
+        let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
+        let together = coefficients.chunks_exact(TOGETHER * fixed * vectors);
+        for (coefficients, states) in together.zip(states.chunks_exact_mut(TOGETHER * evolving * vectors)) {
             for vector in 0..vectors {
-                let mut both = [0, 1].map(|which| {
-                    let fixed = |slot: usize| fixed[(which * FIXED + slot) * vectors + vector];
-                    let states = &mut states[which * EVOLVING * vectors..];
-                    let state = |slot: usize| states[slot * vectors + vector];
-                    let poles = Poles { g: [fixed(0), fixed(1)], w: [fixed(2), fixed(3)] };
-                    let mut re = State::new(simd, [state(0), state(1)], [state(2), state(3)]);
-                    let mut im = State::new(simd, [state(4), state(5)], [state(6), state(7)]);
+                let mut poles: [_; TOGETHER] = from_fn(|which| {
+                    let part = |first: usize| {
+                        move |part: usize| coefficients[(which * fixed + first + part) * vectors + vector]
+                    };
+                    let poles = Poles::<S, PARTS> { g: from_fn(part(0)), w: from_fn(part(PARTS)) };
+                    let states = &mut states[which * evolving * vectors..];
+                    let state = |first: usize| from_fn(|part| states[(first + part) * vectors + vector]);
+                    let mut re = State::new(simd, state(0), state(PARTS));
+                    let mut im = State::new(simd, state(2 * PARTS), state(3 * PARTS));
                     let mut stage = 0;
                     for force in forces.chunks_exact(2 * vectors) {
                         stage = following(stage);
@@ -150,12 +211,12 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
                 for (instant, out) in displacement.chunks_exact_mut(2 * vectors).enumerate() {
                     if instant > 0 {
                         stage = following(stage);
-                        for (poles, re, im) in &mut both {
+                        for (poles, re, im) in &mut poles {
                             recursion.next(simd, stage, poles, re);
                             recursion.next(simd, stage, poles, im);
                         }
                     }
-                    let [(_, re, im), (_, other_re, other_im)] = &both;
+                    let [(_, re, im), (_, other_re, other_im)] = &poles;
                     let (re, im) =
                         (simd.add_f64s(re.ahead[0], other_re.ahead[0]), simd.add_f64s(im.ahead[0], other_im.ahead[0]));
                     out[vector] = simd.add_f64s(out[vector], re);

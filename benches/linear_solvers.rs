@@ -1,4 +1,4 @@
-//! The linear systems of the search: G0 of the points in contact, 30 to 500 of them, solved by LU and by Cholesky, factors made anew or kept, by Levinson's recursion where the points
+//! The linear systems of the search: G0 of the points in contact, 30 to 500 of them, solved by LU, by Cholesky and by LDLT (LU without exchanges, which the program uses), factors made anew or kept, by Levinson's recursion where the points
 //! are neighbours, and with one point more than a kept factor has, each with its residual.
 //!
 //! `cargo bench --bench linear_solvers`.
@@ -76,6 +76,7 @@ fn solvers(criterion: &mut Criterion) {
         let column = |solution: Mat<f64>| -> Vec<f64> { (0..solution.nrows()).map(|i| solution[(i, 0)]).collect() };
         let lu = matrix.partial_piv_lu();
         let cholesky = matrix.llt(Side::Lower).expect("G0 is positive definite");
+        let symmetric = matrix.ldlt(Side::Lower).expect("G0 is positive definite");
         let smaller = Mat::from_fn(points - 1, points - 1, |i, j| influence[i.abs_diff(j)]).partial_piv_lu();
         let row: Vec<f64> = (0..points - 1).map(|i| influence[points - 1 - i]).collect();
         let one_more = || {
@@ -86,6 +87,7 @@ fn solvers(criterion: &mut Criterion) {
         for (name, solution) in [
             ("LU", column(lu.solve(right()))),
             ("Cholesky", column(cholesky.solve(right()))),
+            ("LDLT", column(symmetric.solve(right()))),
             ("Levinson", levinson(&influence, &d)),
             ("one more", one_more()),
         ] {
@@ -101,6 +103,12 @@ fn solvers(criterion: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("Cholesky", "made anew"), |bench| {
             bench.iter(|| black_box(&matrix).llt(Side::Lower).map(|factor| factor.solve(right())));
+        });
+        group.bench_function(BenchmarkId::new("LDLT", "made anew"), |bench| {
+            bench.iter(|| black_box(&matrix).ldlt(Side::Lower).map(|factor| factor.solve(right())));
+        });
+        group.bench_function(BenchmarkId::new("LDLT", "kept"), |bench| {
+            bench.iter(|| symmetric.solve(black_box(right())));
         });
         group.bench_function(BenchmarkId::new("LU", "kept"), |bench| bench.iter(|| lu.solve(black_box(right()))));
         group.bench_function(BenchmarkId::new("Cholesky", "kept"), |bench| {

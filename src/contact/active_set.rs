@@ -111,6 +111,7 @@ impl ActiveSet {
         let by = by.min(columns);
         self.estimate.copy_within(by.., 0);
         self.estimate[columns - by..].fill(0.0);
+        self.factors.advance(by);
     }
 
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.

@@ -7,14 +7,17 @@
 //! counted from its first point. A full cache drops by the clock rule: the next factor, in the order of insertion, that has not been used since the hand last
 //! passed.
 //!
+//! A set that is not found and differs by few points from the one solved last with a factor of its own is solved beside it ([`super::neighbour_set`]).
+//!
 //! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed alignments, so a factor found and the same one
-//! made again solve to the same bits: what the cache holds changes the time of a run, never its forces.
+//! made again solve to the same bits; which of the ways serves a set changes its forces by rounding.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::ldlt::{factor, solve};
 use faer::{MatMut, MatRef, Par};
 
+use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
@@ -33,6 +36,8 @@ pub struct FactorCounts {
     pub hits: u64,
     /// Sets not found.
     pub misses: u64,
+    /// Sets not found that the factor of a neighbour served: no factorisation.
+    pub neighbours: u64,
     /// Factors dropped.
     pub evictions: u64,
 }
@@ -91,7 +96,11 @@ pub struct FactorCache {
     filled: usize,
     hand: usize,
     pattern: Vec<u64>,
+    /// Right-hand sides, one to a stride.
     values: Aligned,
+    /// The system of the points by which a set differs from its neighbour, and its right side.
+    small: Aligned,
+    neighbour: NeighbourSet,
     scratch: MemBuffer,
     counts: FactorCounts,
     work: Work,
@@ -106,7 +115,7 @@ impl FactorCache {
     pub fn new(capacity: usize, points: usize) -> Self {
         let sizes = Sizes::new(capacity, points);
         let Sizes { points, stride, slots } = sizes;
-        let scratch = (1..=points).map(scratch_of).fold(StackReq::EMPTY, StackReq::or);
+        let scratch = (1..=points.max(MOST_DIFFERENT)).map(scratch_of).fold(StackReq::EMPTY, StackReq::or);
         let words = points.div_ceil(64);
         Self {
             sizes,
@@ -116,7 +125,9 @@ impl FactorCache {
             filled: 0,
             hand: 0,
             pattern: vec![0; words],
-            values: Aligned::new(points),
+            values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
+            small: Aligned::new(MOST_DIFFERENT * (MOST_DIFFERENT + 1)),
+            neighbour: NeighbourSet::new(points),
             scratch: MemBuffer::new(scratch),
             counts: FactorCounts::default(),
             work: Work::default(),
@@ -143,29 +154,75 @@ impl FactorCache {
             }
             None => {
                 self.counts.misses += 1;
+                if let Some(slot) = self.neighbour.serves(points) {
+                    self.counts.neighbours += 1;
+                    return self.solve_beside(slot, points, influence, values);
+                }
                 let slot = self.free_slot();
                 self.factorise(slot, points, influence)?;
                 self.index.insert(slot, &self.pattern);
                 slot
             }
         };
+        self.neighbour.keep(slot, points);
+        self.values.part(0, points.len()).copy_from_slice(values);
+        self.solve_kept(slot, points.len(), 1);
+        values.copy_from_slice(self.values.part(0, points.len()));
+        finite(values)
+    }
+
+    /// Solves for the right-hand sides in `self.values`, one to a stride, with a kept factor.
+    fn solve_kept(&mut self, slot: usize, rows: usize, columns: usize) {
         self.used[slot] = true;
-        let rows = points.len();
-        self.work += Work { multiply_adds: (rows * rows) as u64, bytes: 8 * (rows * rows) as u64 };
+        let entries = (rows * rows * columns) as u64;
+        self.work += Work { multiply_adds: entries, bytes: 8 * (rows * rows) as u64 };
         let Sizes { points: most, stride, .. } = self.sizes;
         let factor = self.factors.part(slot * stride * most, stride * rows);
         let factor = MatRef::from_column_major_slice_with_stride(factor, rows, rows, stride);
-        let right = self.values.part(0, rows);
-        right.copy_from_slice(values);
+        let right = self.values.part(0, stride * columns);
         solve::solve_in_place(
             factor,
             factor.diagonal(),
-            MatMut::from_column_major_slice_mut(&mut *right, rows, 1),
+            MatMut::from_column_major_slice_with_stride_mut(right, rows, columns, stride),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
-        values.copy_from_slice(right);
-        if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
+    }
+
+    /// Solves with the factor of the neighbour.
+    fn solve_beside(
+        &mut self,
+        slot: usize,
+        points: &[usize],
+        influence: &[f64],
+        values: &mut [f64],
+    ) -> Result<(), Singular> {
+        let (size, stride) = (self.neighbour.different(), self.sizes.stride);
+        let columns = 1 + size;
+        self.neighbour.right_sides(points, influence, values, stride, self.values.part(0, stride * columns));
+        self.solve_kept(slot, self.neighbour.kept_points(), columns);
+        let z = (&*self.values.part(0, stride * columns), stride);
+        let (matrix, right) = self.small.part(0, size * (size + 1)).split_at_mut(size * size);
+        self.neighbour.system(points, influence, values, z, matrix, right);
+        factorised(MatMut::from_column_major_slice_mut(&mut *matrix, size, size), &mut self.scratch)?;
+        let factor = MatRef::from_column_major_slice(matrix, size, size);
+        solve::solve_in_place(
+            factor,
+            factor.diagonal(),
+            MatMut::from_column_major_slice_mut(&mut *right, size, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        self.neighbour.forces(z, right, values);
+        // Right-hand sides, the rows of the system and the forces.
+        let sums = (points.len() * (size + size * size + size)) as u64;
+        self.work += Work { multiply_adds: sums, bytes: 8 * sums };
+        finite(values)
+    }
+
+    /// Moves on by a number of elements: what was column i is column i - `by`.
+    pub fn advance(&mut self, by: usize) {
+        self.neighbour.advance(by);
     }
 
     /// The arithmetic of factorisations and solutions so far.
@@ -199,33 +256,21 @@ impl FactorCache {
                 *value = influence[i - j];
             }
         }
-        let factorised = factor::cholesky_in_place(
-            MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, stride),
-            LdltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Default::default(),
-        );
+        let matrix = MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, stride);
+        let done = factorised(matrix, &mut self.scratch);
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;
         self.work += Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
-        factorised.map(drop).map_err(|_| Singular)
+        done
     }
 
     /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes again.
     pub fn save(&self, state: &mut StateWriter) {
-        let FactorCounts { factorisations, hits, misses, evictions } = self.counts;
+        let FactorCounts { factorisations, hits, misses, neighbours, evictions } = self.counts;
         let Work { multiply_adds, bytes } = self.work;
-        state.counts(&[
-            factorisations,
-            hits,
-            misses,
-            evictions,
-            self.hand as u64,
-            self.filled as u64,
-            multiply_adds,
-            bytes,
-        ]);
+        state.counts(&[factorisations, hits, misses, neighbours, evictions, multiply_adds, bytes]);
+        state.counts(&[self.hand as u64, self.filled as u64]);
+        self.neighbour.save(state);
         for slot in 0..self.filled {
             state.count(u64::from(self.used[slot]));
             state.counts(self.index.pattern(slot));
@@ -237,9 +282,12 @@ impl FactorCache {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, influence: &[f64], state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let mut counts = [0; 8];
+        let (mut counts, mut places) = ([0; 7], [0; 2]);
         state.counts_into(&mut counts)?;
-        let [factorisations, hits, misses, evictions, hand, filled, multiply_adds, bytes] = counts;
+        state.counts_into(&mut places)?;
+        let [factorisations, hits, misses, neighbours, evictions, multiply_adds, bytes] = counts;
+        let [hand, filled] = places;
+        self.neighbour.restore(state)?;
         if filled > self.sizes.slots as u64 || hand >= self.sizes.slots as u64 || self.filled > 0 {
             return Err(StateError::Value);
         }
@@ -254,21 +302,42 @@ impl FactorCache {
             if !fits || self.index.find(&self.pattern).is_some() {
                 return Err(StateError::Value);
             }
+            if self.neighbour.slot() == Some(slot) && self.neighbour.kept_points() != points.len() {
+                return Err(StateError::Value);
+            }
             self.factorise(slot, &points, influence).map_err(|Singular| StateError::Value)?;
             self.index.insert(slot, &self.pattern);
         }
+        if self.neighbour.slot().is_some_and(|slot| slot >= filled as usize) {
+            return Err(StateError::Value);
+        }
         self.filled = filled as usize;
         self.hand = hand as usize;
-        self.counts = FactorCounts { factorisations, hits, misses, evictions };
+        self.counts = FactorCounts { factorisations, hits, misses, neighbours, evictions };
         self.work = Work { multiply_adds, bytes };
         Ok(())
     }
 }
 
+/// L and D of L D L^T in place, from the lower triangle.
+fn factorised(matrix: MatMut<'_, f64>, scratch: &mut MemBuffer) -> Result<(), Singular> {
+    let (plain, stack) = (LdltRegularization::default(), MemStack::new(scratch));
+    factor::cholesky_in_place(matrix, plain, Par::Seq, stack, Default::default()).map(drop).map_err(|_| Singular)
+}
+
+fn finite(values: &[f64]) -> Result<(), Singular> {
+    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
+}
+
 /// Scratch of a factorisation and a solution with so many points.
 fn scratch_of(points: usize) -> StackReq {
-    factor::cholesky_in_place_scratch::<f64>(points, Par::Seq, Default::default())
-        .or(solve::solve_in_place_scratch::<f64>(points, 1, Par::Seq))
+    factor::cholesky_in_place_scratch::<f64>(points, Par::Seq, Default::default()).or(solve::solve_in_place_scratch::<
+        f64,
+    >(
+        points,
+        1 + MOST_DIFFERENT,
+        Par::Seq,
+    ))
 }
 
 #[cfg(test)]
@@ -296,7 +365,7 @@ mod tests {
                 assert!((value - exact).abs() < 1e-12);
             }
         }
-        assert_eq!(cache.counts(), FactorCounts { factorisations: 1, hits: 1, misses: 1, evictions: 0 });
+        assert_eq!(cache.counts(), FactorCounts { factorisations: 1, hits: 1, misses: 1, ..FactorCounts::default() });
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod factors;
 pub mod geometry;
 pub mod history;
 pub mod march;
+mod neighbour_set;
 pub mod pattern_index;
 pub mod slice_queue;
 pub mod stability;

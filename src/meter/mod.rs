@@ -95,6 +95,8 @@ pub enum Counter {
     CacheHits,
     /// Active sets whose factor was not cached.
     CacheMisses,
+    /// Active sets solved with the factor of one that differs by few points.
+    Neighbours,
     /// Factors dropped from the cache.
     CacheEvictions,
     /// Steps in which the least-index fallback took over.
@@ -107,7 +109,7 @@ pub enum Counter {
 
 impl Counter {
     /// All counters in order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::ComplianceEvaluations,
         Self::Poles,
         Self::HistoryMultiplyAdds,
@@ -117,6 +119,7 @@ impl Counter {
         Self::Factorisations,
         Self::CacheHits,
         Self::CacheMisses,
+        Self::Neighbours,
         Self::CacheEvictions,
         Self::Fallbacks,
         Self::WindowEdgeContacts,

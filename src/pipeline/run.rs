@@ -265,6 +265,7 @@ fn roll(
         (Counter::Factorisations, counts.factors.factorisations),
         (Counter::CacheHits, counts.factors.hits),
         (Counter::CacheMisses, counts.factors.misses),
+        (Counter::Neighbours, counts.factors.neighbours),
         (Counter::CacheEvictions, counts.factors.evictions),
     ] {
         meter.count(counter, amount);

@@ -74,6 +74,7 @@ const fn counter_title(counter: Counter) -> &'static str {
         Counter::Factorisations => "factorisations",
         Counter::CacheHits => "factor cache hits",
         Counter::CacheMisses => "factor cache misses",
+        Counter::Neighbours => "misses that a neighbour's factor served",
         Counter::CacheEvictions => "factor cache evictions",
         Counter::Fallbacks => "least-index fallbacks",
         Counter::WindowEdgeContacts => "steps with contact at the window's edge",

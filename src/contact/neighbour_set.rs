@@ -1,0 +1,267 @@
+//! A set of points solved with the factor of another one that differs from it by few points.
+//!
+//! With S0 the set whose factor is kept, A the points that have come and R those that have gone, F_0 = G_00^-1 (d_0 + E_R lambda - G_0A F_A), where lambda holds the points R at
+//! no force: as if they were pulled off. F_R = 0 and the points A give a symmetric system for lambda and F_A,
+//!
+//! ```text
+//! [  Z_RR    -Z_RA                  ] [lambda]   [        -Z_d,R        ]
+//! [ -Z_RA^T  -(G_AA - G_A0 Z_A)     ] [ F_A  ] = [ -(d_A - G_A0 Z_d)    ],   Z = G_00^-1 [d_0, E_R, G_0A],
+//! ```
+//!
+//! with a positive definite block and a negative definite one, so that it, too, has factors without exchanges (Vanderbei 1995, *SIAM J. Optim.* 5, 100). Entries of d_0 and G_0A at
+//! points that have gone are free: lambda makes up for them; they are zero.
+//!
+//! Cost: one solution with the kept factor for every point that differs and one more, instead of a factorisation.
+
+use std::cmp::Ordering;
+
+use crate::numeric::{StateError, StateReader, StateWriter};
+
+/// Most points by which a set may differ.
+pub const MOST_DIFFERENT: usize = 16;
+/// Points of a set for each one that may differ: from there on a factorisation is not dearer. Measured, bench `linear_solvers`.
+const POINTS_TO_A_DIFFERENCE: usize = 8;
+
+/// The set whose factor is kept, and how another one differs from it. Nothing allocates after [`Self::new`].
+pub struct NeighbourSet {
+    /// Where the kept factor is, if there is one.
+    slot: Option<usize>,
+    /// S0, rising, by column when its factor was last used; negative ones have left the window since.
+    kept: Vec<i64>,
+    /// Points of both sets, as positions in S0 and in the set asked for.
+    stayed: Vec<(usize, usize)>,
+    /// A, as positions in the set asked for.
+    come: Vec<usize>,
+    /// R, as positions in S0.
+    gone: Vec<usize>,
+}
+
+impl NeighbourSet {
+    /// Nothing kept, for sets of at most `points` points.
+    pub fn new(points: usize) -> Self {
+        Self {
+            slot: None,
+            kept: Vec::with_capacity(points),
+            stayed: Vec::with_capacity(points),
+            come: Vec::with_capacity(MOST_DIFFERENT + 1),
+            gone: Vec::with_capacity(MOST_DIFFERENT + 1),
+        }
+    }
+
+    /// Keeps a set and where its factor is.
+    pub fn keep(&mut self, slot: usize, points: &[usize]) {
+        self.slot = Some(slot);
+        self.kept.clear();
+        self.kept.extend(points.iter().map(|&point| point as i64));
+    }
+
+    /// Moves on by a number of elements: what was column i is column i - `by`.
+    pub fn advance(&mut self, by: usize) {
+        self.kept.iter_mut().for_each(|point| *point -= by as i64);
+    }
+
+    /// The slot of a factor that serves for the points, if they differ little enough from its set: then A and R are known.
+    pub fn serves(&mut self, points: &[usize]) -> Option<usize> {
+        let slot = self.slot?;
+        let most = (points.len() / POINTS_TO_A_DIFFERENCE).min(MOST_DIFFERENT);
+        self.stayed.clear();
+        self.come.clear();
+        self.gone.clear();
+        let (mut new, mut old) = (0, 0);
+        while new < points.len() || old < self.kept.len() {
+            if self.come.len() + self.gone.len() > most {
+                return None;
+            }
+            let order = match (points.get(new), self.kept.get(old)) {
+                (Some(&point), Some(kept)) => (point as i64).cmp(kept),
+                (Some(_), None) => Ordering::Less,
+                _ => Ordering::Greater,
+            };
+            match order {
+                Ordering::Less => self.come.push(new),
+                Ordering::Greater => self.gone.push(old),
+                Ordering::Equal => self.stayed.push((old, new)),
+            }
+            new += usize::from(order.is_le());
+            old += usize::from(order.is_ge());
+        }
+        (self.come.len() + self.gone.len() <= most).then_some(slot)
+    }
+
+    /// Where the kept factor is.
+    pub fn slot(&self) -> Option<usize> {
+        self.slot
+    }
+
+    /// Takes down which set is kept.
+    pub fn save(&self, state: &mut StateWriter) {
+        state.count(self.slot.map_or(0, |slot| slot as u64 + 1));
+        state.wholes(&self.kept);
+    }
+
+    /// Goes on from a state.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.slot = state.size()?.checked_sub(1);
+        let kept = state.wholes()?;
+        if kept.len() > self.kept.capacity() || !kept.is_sorted() {
+            return Err(StateError::Value);
+        }
+        self.kept.clear();
+        self.kept.extend(kept);
+        Ok(())
+    }
+
+    /// Number of points of S0.
+    pub fn kept_points(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// Number of points that differ.
+    pub fn different(&self) -> usize {
+        self.come.len() + self.gone.len()
+    }
+
+    /// [d_0, E_R, G_0A] column by column, each of `stride` numbers.
+    pub fn right_sides(&self, points: &[usize], influence: &[f64], d: &[f64], stride: usize, columns: &mut [f64]) {
+        columns.fill(0.0);
+        let (first, rest) = columns.split_at_mut(stride);
+        let (gone, come) = rest.split_at_mut(stride * self.gone.len());
+        for &(old, new) in &self.stayed {
+            first[old] = d[new];
+            for (column, &come) in come.chunks_exact_mut(stride).zip(&self.come) {
+                column[old] = influence[points[come].abs_diff(points[new])];
+            }
+        }
+        for (column, &old) in gone.chunks_exact_mut(stride).zip(&self.gone) {
+            column[old] = 1.0;
+        }
+    }
+
+    /// The system for lambda and F_A, its lower triangle column by column in `matrix` and its right side in `right`, from Z.
+    pub fn system(
+        &self,
+        points: &[usize],
+        influence: &[f64],
+        d: &[f64],
+        (z, stride): (&[f64], usize),
+        matrix: &mut [f64],
+        right: &mut [f64],
+    ) {
+        let (size, gone) = (self.different(), self.gone.len());
+        // Row `different` of what Z in column `column` says: at a point that has gone its value, at one that has come what it displaces there.
+        let row = |different: usize, column: usize| -> f64 {
+            let z = &z[column * stride..(column + 1) * stride];
+            match self.gone.get(different) {
+                Some(&old) => z[old],
+                None => {
+                    let come = points[self.come[different - gone]];
+                    self.stayed.iter().map(|&(old, new)| influence[come.abs_diff(points[new])] * z[old]).sum()
+                }
+            }
+        };
+        for column in 0..size {
+            for different in column..size {
+                let value = row(different, 1 + column);
+                matrix[column * size + different] = match (column < gone, different < gone) {
+                    (true, true) => value,
+                    (true, false) => -value,
+                    _ => {
+                        let (a, b) = (self.come[different - gone], self.come[column - gone]);
+                        value - influence[points[a].abs_diff(points[b])]
+                    }
+                };
+            }
+        }
+        for (different, right) in right[..size].iter_mut().enumerate() {
+            *right = match different.checked_sub(gone) {
+                None => -row(different, 0),
+                Some(come) => row(different, 0) - d[self.come[come]],
+            };
+        }
+    }
+
+    /// The forces in the order of the points asked for, from Z and the solution of the system.
+    pub fn forces(&self, (z, stride): (&[f64], usize), solution: &[f64], forces: &mut [f64]) {
+        let (lambda, come) = solution[..self.different()].split_at(self.gone.len());
+        for &(old, new) in &self.stayed {
+            let columns = |first: usize| z[first * stride..].chunks_exact(stride).map(move |column| column[old]);
+            let pulled: f64 = columns(1).zip(lambda).map(|(z, lambda)| z * lambda).sum();
+            let pushed: f64 = columns(1 + lambda.len()).zip(come).map(|(z, force)| z * force).sum();
+            forces[new] = z[old] + pulled - pushed;
+        }
+        for (&new, &force) in self.come.iter().zip(come) {
+            forces[new] = force;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::factors::FactorCache;
+
+    fn influence(distance: usize) -> f64 {
+        if distance == 0 { 1.3 } else { 1.0 / (1.0 + distance as f64 / 3.0).powi(2) }
+    }
+
+    /// Largest |G f - d| over the points.
+    fn residual(points: &[usize], forces: &[f64], d: &[f64]) -> f64 {
+        let at = |i: usize| points.iter().zip(forces).map(|(&j, f)| influence(i.abs_diff(j)) * f).sum::<f64>();
+        points.iter().zip(d).map(|(&i, d)| (at(i) - d).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn sets_that_change_by_points_and_move_on_are_solved_to_rounding() {
+        const COLUMNS: usize = 150;
+        let row: Vec<f64> = (0..COLUMNS).map(influence).collect();
+        let mut cache = FactorCache::new(64, COLUMNS);
+        // Stones that stay where they are while the window passes; some come late or go early.
+        let touches = |element: usize, step: usize| {
+            let column = element as i64 - step as i64;
+            (20..130).contains(&column) && (element * 7919) % 5 > 0 && (element * 31 + step / (3 + element % 4)) % 6 > 0
+        };
+        for step in 0..200 {
+            let points: Vec<usize> = (0..COLUMNS).filter(|column| touches(column + step, step)).collect();
+            let d: Vec<f64> = points.iter().map(|&point| 1.0 + (point as f64).sin()).collect();
+            let mut forces = d.clone();
+            cache.solve(&points, &row, &mut forces).unwrap();
+            let error = residual(&points, &forces, &d);
+            assert!(error < 1e-13, "{step}: {error:e}");
+            cache.advance(1);
+        }
+        let counts = cache.counts();
+        assert_eq!(counts.misses, counts.neighbours + counts.factorisations);
+        assert!(counts.neighbours > 20 && counts.factorisations > 20, "both ways are taken: {counts:?}");
+    }
+
+    #[test]
+    fn points_that_come_at_either_end_go_or_both() {
+        const COLUMNS: usize = 60;
+        let row: Vec<f64> = (0..COLUMNS).map(influence).collect();
+        let kept: Vec<usize> = (10..50).collect();
+        let without = |gone: &[usize]| kept.iter().copied().filter(|point| !gone.contains(point)).collect::<Vec<_>>();
+        let with = |come: &[usize], mut points: Vec<usize>| {
+            points.extend(come);
+            points.sort_unstable();
+            points
+        };
+        let sets = [
+            without(&[10]),
+            without(&[23, 49]),
+            with(&[9], kept.clone()),
+            with(&[5, 50], kept.clone()),
+            with(&[8, 55], without(&[10, 30])),
+        ];
+        for points in sets {
+            let mut cache = FactorCache::new(8, COLUMNS);
+            cache.solve(&kept, &row, &mut vec![1.0; kept.len()]).unwrap();
+            let d: Vec<f64> = points.iter().map(|&point| (point as f64).cos()).collect();
+            let mut forces = d.clone();
+            cache.solve(&points, &row, &mut forces).unwrap();
+            assert_eq!((cache.counts().neighbours, cache.counts().factorisations), (1, 1));
+            assert!(residual(&points, &forces, &d) < 1e-14, "{points:?}");
+        }
+    }
+}

@@ -2,9 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops where a value is missing")]
 
+mod common;
+
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use common::shared_road;
 use tyrewave::meter::Stage;
 use tyrewave::pipeline::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};
@@ -14,7 +17,12 @@ fn rolled(change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {
     let begin = DEFAULT.find("axle = ").unwrap();
     let end = begin + DEFAULT[begin..].find('\n').unwrap();
     let text = format!("{}axle = {{ indentation = 0.014, ramp = 0.03 }}{}", &DEFAULT[..begin], &DEFAULT[end..]);
-    let mut loaded = Scene::from_str(&text, "histories").unwrap();
+    rolled_scene(&text, change, folder)
+}
+
+/// The same with the scene's text given.
+fn rolled_scene(text: &str, change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {
+    let mut loaded = Scene::from_str(text, "histories").unwrap();
     loaded.scene.rolling.warm_up = 0.05;
     loaded.scene.rolling.duration = 0.25;
     // Nothing of the past is left out of the sum.
@@ -101,9 +109,57 @@ fn accuracy_against_time_of_both_histories() {
             );
         };
         row("direct", "-", 0.0, &direct);
-        for tolerance in [1e-4, 1e-6] {
+        for tolerance in [1e-4, 1e-5, 1e-7] {
             let (force, report) = of(History::Modal, tolerance);
             row("modal", &format!("{tolerance:.0e}"), difference(&force, &reference), &report);
         }
     }
+}
+
+#[test]
+#[ignore = "direct sums over 1.5 s at N = 1024: a few minutes"]
+fn poles_give_the_forces_of_the_convolution_on_a_measured_road_at_full_length() {
+    let Some(path) = shared_road("captif_aylesbury_station_10.dat") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let begin = DEFAULT.find("[road]").unwrap();
+    let end = DEFAULT.find("[rolling]").unwrap();
+    let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"\nseed = 1", path.display());
+    let text = format!("{}[road]\n{road}\n\n{}", &DEFAULT[..begin], &DEFAULT[end..]);
+    let axle = text.find("axle = ").unwrap();
+    let rest = axle + text[axle..].find('\n').unwrap();
+    let text = format!("{}axle = {{ indentation = 0.012, ramp = 0.03 }}{}", &text[..axle], &text[rest..]);
+    let of = |history, tolerance: f64, duration: f64| {
+        let change = |scene: &mut Scene| {
+            scene.numerics.elements = 1024;
+            scene.numerics.history = history;
+            scene.numerics.pole_tolerance = tolerance;
+            scene.numerics.influence_tolerance = 1e-10;
+            scene.rolling.duration = duration;
+            scene.numerics.memory = duration + 0.1;
+            scene.numerics.memory_limit = 16.0;
+        };
+        rolled_scene(&text, change, folder.path())
+    };
+    let cost = |name: &str, report: &RunReport| {
+        let of = |stage| report.meter.cost(stage).wall.as_secs_f64();
+        let per_step = 1e6 * of(Stage::History) / report.summary.outcome.steps as f64;
+        println!("{name}: influence functions {:.2} s, history {per_step:.0} us per step", of(Stage::Influence));
+        per_step
+    };
+    let standard = tyrewave::scene::Numerics::default().pole_tolerance;
+    let (reference, direct) = of(History::Direct, standard, 0.25);
+    cost("0.3 s, direct", &direct);
+    for (tolerance, bound) in [(standard, 1e-5), (1e-7, 1e-7)] {
+        let (force, report) = of(History::Modal, tolerance, 0.25);
+        let error = difference(&force, &reference);
+        cost(&format!("0.3 s, modal {tolerance:.0e}, error {error:.1e} of the peak"), &report);
+        assert!(error < bound, "{tolerance:e}: {error:e}");
+    }
+    // The sum's cost grows with what it remembers, the recursion's does not.
+    let (reference, direct) = of(History::Direct, standard, 1.45);
+    let (force, modal) = of(History::Modal, standard, 1.45);
+    let error = difference(&force, &reference);
+    let ratio = cost("1.5 s, direct", &direct) / cost(&format!("1.5 s, modal, error {error:.1e}"), &modal);
+    println!("history by sums over history by poles: {ratio:.0}");
+    assert!(error < 1e-5, "{error:e}");
 }

@@ -59,8 +59,8 @@ fn exact(tyre: &Tyre, options: &FitOptions) -> InfluenceSum {
     InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top)
 }
 
-/// Largest error on points that no fit has seen, relative to the largest |H_n| over the band, over all n.
-fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64]) -> f64 {
+/// Largest error on points that no fit has seen, relative to |H_n(s)| or to `floor` times the largest over the band, over all n.
+fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64], floor: f64) -> f64 {
     let at: Vec<_> = points.iter().map(|&s| sum.at(s)).collect();
     let mut worst = 0.0_f64;
     for n in 0..=model.largest_wavenumber() {
@@ -74,7 +74,8 @@ fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64]) 
             .chain(faces.iter().map(|face| face.driven.norm()))
             .fold(0.0, f64::max);
         for (&s, face) in points.iter().zip(&faces) {
-            let error = model.evaluate(n, s, Field::Surface).map(|value| (value - face.driven).norm() / scale);
+            let local = face.driven.norm().max(floor * scale);
+            let error = model.evaluate(n, s, Field::Surface).map(|value| (value - face.driven).norm() / local);
             worst = worst.max(error.unwrap_or(f64::INFINITY));
         }
     }
@@ -96,14 +97,15 @@ fn error_on_fresh_points_of_the_axis_the_real_axis_and_between_is_what_was_asked
     let mut points: Vec<_> =
         (0..150).map(|k| Complex64::new(0.0, options.top * 1e-4f64.powf(k as f64 / 149.3))).collect();
     points.extend((1..20).map(|k| Complex64::new(options.top * 0.6f64.powi(k), 0.0)));
-    // The contour of a second-order rule whose |s| reaches the top.
-    points
-        .extend((0..60).map(|k| {
-            symbol(TimeRule::Bdf2, Complex64::from_polar(0.999, -PI * k as f64 / 59.0)) * (options.top / 4.0)
-        }));
     // Between fresh rungs the error may be a little larger than on them.
-    let error = fresh_error(&model, &sum, &points);
+    let error = fresh_error(&model, &sum, &points, 3e-3);
     assert!(error < 2e-6, "{error:.1e}");
+    // The contour of a second-order rule whose |s| reaches the top: there the maximum principle bounds the error by the largest |H_n| alone.
+    let contour: Vec<_> = (0..60)
+        .map(|k| symbol(TimeRule::Bdf2, Complex64::from_polar(0.999, -PI * k as f64 / 59.0)) * (options.top / 4.0))
+        .collect();
+    let error = fresh_error(&model, &sum, &contour, 1.0);
+    assert!(error < 1e-6, "{error:.1e}");
     assert!(all_poles_are_stable(&model));
     assert!(model.statistics().iter().all(|entry| entry.passivity >= -1e-6 && entry.error <= 1e-6));
 }
@@ -143,15 +145,33 @@ fn convolution_weights_of_the_model_equal_the_brute_force_ones() {
 fn a_tighter_tolerance_takes_more_poles_and_reaches_it() {
     let tyre = tyre();
     let mut last = 0;
-    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
+    for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
         let options = options(&tyre, 16, tolerance, 8e3);
         let model = fit(&tyre, &options).unwrap();
         assert!(model.order() > last, "{tolerance}: {} after {last}", model.order());
         last = model.order();
         assert!(model.statistics().iter().all(|entry| entry.error.max(entry.real_axis_error) <= tolerance));
         // Work is part of the contract: a change that needs twice the poles fails here.
-        assert!(last < 9 * 60, "{last} poles for {tolerance}");
+        let most = if tolerance < 1e-5 { 9 * 70 } else { 9 * 55 };
+        assert!(last < most, "{last} poles for {tolerance}");
     }
+}
+
+#[test]
+fn a_tight_tolerance_is_reached_over_the_whole_band() {
+    // Every sixteenth wavenumber of 1024 elements round the default tyre. Poles beyond the band are what a tight fit hangs on: the top of the real axis is fitted, not only checked.
+    let tyre = Tyre { circumference: 1.95 / 16.0, ..tyre() };
+    let options = options(&tyre, 64, 1e-7, 20e3);
+    let model = fit(&tyre, &options).unwrap();
+    let sum = exact(&tyre, &FitOptions { influence_tolerance: 1e-12, ..options });
+    let mut points: Vec<_> =
+        (0..150).map(|k| Complex64::new(0.0, options.top * 1e-4f64.powf(k as f64 / 149.3))).collect();
+    points.extend((0..20).map(|k| Complex64::new(options.top * 0.6f64.powi(k), 0.0)));
+    let error = fresh_error(&model, &sum, &points, 3e-3);
+    println!("error {error:.1e}, {} poles", model.order());
+    assert!(error < 2e-7, "{error:.1e}");
+    assert!(all_poles_are_stable(&model));
+    assert!(model.statistics().iter().all(|entry| entry.passivity >= -1e-7));
 }
 
 #[test]
@@ -188,7 +208,7 @@ fn hard_tyres_reach_the_tolerance_or_are_refused_with_the_reason() {
         assert!(all_poles_are_stable(&model), "{name}");
         let points: Vec<_> =
             (0..77).map(|k| Complex64::new(0.0, options.top * 1e-4f64.powf(k as f64 / 76.3))).collect();
-        let error = fresh_error(&model, &exact(&tyre, &options), &points);
+        let error = fresh_error(&model, &exact(&tyre, &options), &points, 3e-3);
         assert!(error < 2e-5, "{name}: {error:.1e}");
         assert!(model.statistics().iter().all(|entry| entry.passivity >= -1e-5), "{name}");
     }
@@ -256,7 +276,7 @@ fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
     // The wavenumbers of 4096 elements round the default tyre, 16 of them: at the highest ones the tread is a half-space at rest, and poles to spare used to run away
     // beyond the band until they overflowed, or until 150 of them were in use.
     let tyre = Tyre { circumference: 1.95 / 256.0, ..tyre() };
-    let options = options(&tyre, 16, 1e-6, 20e3);
+    let options = options(&tyre, 16, 1e-5, 20e3);
     let model = fit(&tyre, &options).unwrap();
     for n in 2..=8 {
         assert!(model.statistics()[n].order <= 40, "n = {n}: {} poles", model.statistics()[n].order);

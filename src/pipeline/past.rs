@@ -63,7 +63,7 @@ pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
         driven: field,
         tolerance: pole_tolerance,
         // The sums must be exacter than the fit to them.
-        influence_tolerance: influence_tolerance.min(0.1 * pole_tolerance),
+        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
         ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
     }
 }

@@ -4,7 +4,7 @@
 //! of the residues by QR: Deschrijver et al. 2008, *IEEE Microw. Wirel. Compon. Lett.* 18, 383):
 //!
 //! 1. sigma(s) = d + sum c_r phi_r(s), and sigma H_q = constant_q + sum c_qr phi_r(s) for each response q, are both linear in the unknowns;
-//! 2. the columns of c_qr are the same for all responses (weights are one number a response): eliminated once by Householder reflections, what
+//! 2. the columns of c_qr are the same for all responses (weights are one number a response and one a point): eliminated once by Householder reflections, what
 //!    is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma over the samples is 1;
 //! 3. the zeros of sigma, eigenvalues of A - b c^T/d, are the new poles; unstable ones are mirrored.
 //!
@@ -29,6 +29,8 @@ pub struct Samples {
     pub responses: Vec<Vec<Complex64>>,
     /// One weight a response: 1/(what an error of 1 is).
     pub weights: Vec<f64>,
+    /// One weight a point, for all responses: what an error there counts beside one where it is 1.
+    pub point_weights: Vec<f64>,
 }
 
 impl Samples {
@@ -69,22 +71,24 @@ pub fn relocate(samples: &Samples, poles: &[Complex64], with_constant: bool) -> 
     let mut matrix = Mat::<f64>::zeros(rows, left + right * responses);
     let mut sums = vec![0.0; right];
     for (k, &s) in samples.points.iter().enumerate() {
+        let point = samples.point_weights[k];
         basis(poles, s, |index, value| {
-            matrix[(k, index)] = value.re;
-            matrix[(points + k, index)] = value.im;
+            let weighted = value * point;
+            matrix[(k, index)] = weighted.re;
+            matrix[(points + k, index)] = weighted.im;
             sums[index] += value.re;
             for (q, response) in samples.responses.iter().enumerate() {
-                let product = response[k] * value * -samples.weights[q];
+                let product = response[k] * weighted * -samples.weights[q];
                 matrix[(k, left + q * right + index)] = product.re;
                 matrix[(points + k, left + q * right + index)] = product.im;
             }
         });
         if with_constant {
-            matrix[(k, count)] = 1.0;
+            matrix[(k, count)] = point;
         }
         sums[count] += 1.0;
         for (q, response) in samples.responses.iter().enumerate() {
-            let value = response[k] * -samples.weights[q];
+            let value = response[k] * (-samples.weights[q] * point);
             matrix[(k, left + q * right + count)] = value.re;
             matrix[(points + k, left + q * right + count)] = value.im;
         }
@@ -184,16 +188,19 @@ pub fn residues(
     let (points, responses) = (samples.points.len(), samples.responses.len());
     let mut matrix = Mat::<f64>::zeros(2 * points, left + responses);
     for (k, &s) in samples.points.iter().enumerate() {
+        let point = samples.point_weights[k];
         basis(poles, s, |index, value| {
-            matrix[(k, index)] = value.re;
-            matrix[(points + k, index)] = value.im;
+            let weighted = value * point;
+            matrix[(k, index)] = weighted.re;
+            matrix[(points + k, index)] = weighted.im;
         });
         if with_constant {
-            matrix[(k, count)] = 1.0;
+            matrix[(k, count)] = point;
         }
         for (q, response) in samples.responses.iter().enumerate() {
-            matrix[(k, left + q)] = response[k].re * samples.weights[q];
-            matrix[(points + k, left + q)] = response[k].im * samples.weights[q];
+            let value = response[k] * (samples.weights[q] * point);
+            matrix[(k, left + q)] = value.re;
+            matrix[(points + k, left + q)] = value.im;
         }
     }
     eliminate(matrix.as_mut(), left);
@@ -257,7 +264,7 @@ mod tests {
     fn samples_of(models: &[PartialFractions]) -> Samples {
         let points: Vec<_> = (0..120).map(|k| Complex64::new(0.0, 10.0 * 10f64.powf(k as f64 * 3.5 / 119.0))).collect();
         let responses = models.iter().map(|model| points.iter().map(|&s| model.evaluate(s)).collect()).collect();
-        Samples { points, responses, weights: vec![1.0; models.len()] }
+        Samples { point_weights: vec![1.0; points.len()], points, responses, weights: vec![1.0; models.len()] }
     }
 
     #[test]

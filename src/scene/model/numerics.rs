@@ -20,7 +20,7 @@ pub struct Numerics {
     pub history: History,
     /// Length of the force history that is kept, `direct` only \[s\].
     pub memory: f64,
-    /// Tolerance of the rational models of the influence functions, `modal` only; of each one's largest value.
+    /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or to 0.003 of its largest where that is more.
     pub pole_tolerance: f64,
     /// Relative tolerance of the wavenumber sums, of the influence function's static value.
     pub influence_tolerance: f64,
@@ -56,7 +56,7 @@ impl Default for Numerics {
             time_rule: TimeRule::Bdf2,
             history: History::Direct,
             memory: 0.7,
-            pole_tolerance: 1e-6,
+            pole_tolerance: 1e-5,
             influence_tolerance: 1e-7,
             contact_tolerance: 1e-12,
             lateral_terms: None,

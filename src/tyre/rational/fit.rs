@@ -36,13 +36,13 @@ pub struct FitOptions {
     pub driven: Field,
     /// Top of the band \[rad/s\].
     pub top: f64,
-    /// Largest error relative to the largest |H_n| over the band.
+    /// Largest error relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
     pub tolerance: f64,
     /// Relative tolerance of the sums over m and over aliases.
     pub influence_tolerance: f64,
     /// Most poles of one wavenumber, conjugates counted.
     pub most_poles: usize,
-    /// Whether a constant is fitted. Measured: it does not save a pole at 1e-6, and without it H_n vanishes at infinity as it should.
+    /// Whether a constant is fitted. Measured: it does not save a pole, and without it H_n vanishes at infinity as it should.
     pub constant: bool,
 }
 
@@ -52,14 +52,14 @@ impl FitOptions {
         Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
     }
 
-    /// Defaults for N elements: 1e-6 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at `highest_speed` \[m/s\] with one step an element.
+    /// Defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at `highest_speed` \[m/s\] with one step an element.
     pub fn new(tyre: &Tyre, elements: usize, highest_speed: f64) -> Self {
         let reach = 4.0 * highest_speed * elements as f64 / tyre.circumference;
         Self {
             elements,
             driven: Field::Surface,
             top: reach.max(2.0 * PI * 20e3),
-            tolerance: 1e-6,
+            tolerance: 1e-5,
             influence_tolerance: 1e-8,
             most_poles: 160,
             constant: false,

@@ -13,7 +13,7 @@ use crate::tyre::influence::{InfluenceSum, SumAt};
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
 pub const RUNGS: usize = 2048;
-/// Points on the positive real axis: even ones for fits, odd ones for checks.
+/// Points on the positive real axis: odd ones, the top among them, for fits, even ones for checks; nothing is checked where a fit would have to extrapolate.
 pub const REAL_RUNGS: usize = 24;
 /// Where the ladder turns from linear to logarithmic \[rad/s\].
 const KNEE: f64 = 2.0 * PI * 10.0;

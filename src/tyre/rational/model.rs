@@ -19,13 +19,13 @@ pub struct FitStatistics {
     pub evaluations: u64,
     /// Relocations of the poles.
     pub relocations: usize,
-    /// Largest error on fresh samples of the axis, relative to the largest |H_n| over the band.
+    /// Largest error on fresh samples of the axis, relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
     pub error: f64,
     /// The same on the positive real axis.
     pub real_axis_error: f64,
     /// Largest error of the belt, relative to the largest |D_n| of all wavenumbers.
     pub bottom_error: f64,
-    /// Smallest Re(s H_n)/(|s| max |H_n|) over axis points inside the band and far beyond: not below minus the tolerance.
+    /// Smallest Re(s H_n)/|s| over axis points inside the band and far beyond, relative to the same scale: not below minus the tolerance.
     pub passivity: f64,
 }
 

@@ -30,9 +30,10 @@ pub fn passive(
         }
         for s in [s * 0.93, s, s * 1.07] {
             samples.points.push(s);
+            samples.point_weights.push(sampled.point_weight(models[0].evaluate(s)));
             for (face, (response, model)) in samples.responses.iter_mut().zip(&models).enumerate() {
                 let value = model.evaluate(s);
-                let margin = -0.5 * target.tolerance * sampled.scales[0];
+                let margin = -0.5 * target.tolerance * sampled.local_scale(value);
                 response.push(if face == 0 { Complex64::new(value.re, margin) } else { value });
             }
         }
@@ -46,13 +47,16 @@ pub fn passive(
     (models, errors)
 }
 
-/// Smallest Re(s H)/(|s| max |H|) on every eighth rung and beyond the band, and where.
+/// Smallest Re(s H)/|s|, relative to the local scale of the errors, on every eighth rung and beyond the band, and where.
 pub fn least_power(sampled: &Sampled<'_>, model: &PartialFractions) -> (f64, Complex64) {
     let top = sampled.ladder.axis[RUNGS].im;
     let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, top * 2f64.powf(0.5 * i as f64)));
     let inside = sampled.ladder.axis.iter().skip(4).step_by(8).copied();
     inside
         .chain(beyond)
-        .map(|s| (-model.evaluate(s).im / sampled.scales[0], s))
+        .map(|s| {
+            let value = model.evaluate(s);
+            (-value.im / sampled.local_scale(value), s)
+        })
         .fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
 }

@@ -43,7 +43,7 @@ const BELT_FROM: f64 = 1e4;
 /// What a fit has to reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// Largest error relative to the largest |H_n| over the band.
+    /// Largest error relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
     pub tolerance: f64,
     /// Most poles, conjugates counted.
     pub most_poles: usize,

@@ -16,8 +16,6 @@
 //! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same conjugate-symmetric poles, so that a pair is stored once and
 //! u = 2 Re b. An *instant* is a time at which forces are solved for: a step, or a stage of a Runge-Kutta rule.
 
-use std::array::from_fn;
-
 use num_complex::Complex64;
 use pulp::{Scalar, Simd};
 
@@ -115,14 +113,18 @@ pub trait Recursion: Copy + Send + Sync {
     }
 }
 
-/// g x.
+/// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to inline it.
 #[inline(always)]
 fn times<S: Simd, const PARTS: usize>(simd: S, g: [S::f64s; PARTS], x: [S::f64s; PARTS]) -> [S::f64s; PARTS] {
-    from_fn(|part| match (PARTS, part) {
-        (1, _) => simd.mul_f64s(g[0], x[0]),
-        (_, 0) => simd.negate_mul_add_e_f64s(g[1], x[1], simd.mul_f64s(g[0], x[0])),
-        _ => simd.mul_add_e_f64s(g[1], x[0], simd.mul_f64s(g[0], x[1])),
-    })
+    let mut product = x;
+    for part in &mut product {
+        *part = simd.mul_f64s(g[0], *part);
+    }
+    if PARTS == 2 {
+        product[0] = simd.negate_mul_add_e_f64s(g[PARTS - 1], x[PARTS - 1], product[0]);
+        product[PARTS - 1] = simd.mul_add_e_f64s(g[PARTS - 1], x[0], product[PARTS - 1]);
+    }
+    product
 }
 
 /// b_l = g b_(l-1) + w F_l.
@@ -157,7 +159,10 @@ impl Recursion for Bdf2 {
     #[inline(always)]
     fn next<S: Simd, const P: usize>(self, simd: S, _: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
         let quarter = simd.splat_f64s(-0.25);
-        let y = from_fn(|part| simd.mul_add_e_f64s(quarter, state.behind[part], state.ahead[part]));
+        let mut y = state.ahead;
+        for (y, &behind) in y.iter_mut().zip(&state.behind) {
+            *y = simd.mul_add_e_f64s(quarter, behind, *y);
+        }
         state.behind = state.ahead;
         state.ahead = times(simd, poles.g, y);
     }
@@ -172,17 +177,18 @@ impl Recursion for Stages {
     fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
         let x = state.ahead;
         // The last of the base's numbers that counts belongs to the stage just done.
-        let [begin, first, _] = self.0[stage].map(|factor| simd.splat_f64s(factor));
+        let [begin, first, _] = self.0[stage];
         let latest = simd.splat_f64s(self.0[stage][stage]);
-        let base = |part: usize| match stage {
-            0 => x[part],
-            1 => simd.mul_add_e_f64s(begin, state.behind[part], simd.mul_f64s(latest, x[part])),
-            _ => {
-                let stages = simd.mul_add_e_f64s(first, state.first_stage[part], simd.mul_f64s(latest, x[part]));
-                simd.mul_add_e_f64s(begin, state.behind[part], stages)
+        let (begin, first) = (simd.splat_f64s(begin), simd.splat_f64s(first));
+        let mut base = x;
+        if stage > 0 {
+            for (part, base) in base.iter_mut().enumerate() {
+                *base = simd.mul_add_e_f64s(begin, state.behind[part], simd.mul_f64s(latest, *base));
+                if stage > 1 {
+                    *base = simd.mul_add_e_f64s(first, state.first_stage[part], *base);
+                }
             }
-        };
-        let base = from_fn(base);
+        }
         match stage {
             0 => state.behind = x,
             1 => state.first_stage = x,

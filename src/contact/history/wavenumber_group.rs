@@ -1,7 +1,5 @@
 //! Wavenumbers side by side in the lanes of vectors: their poles, their states, and one pass over them per block of instants.
 
-use std::array::from_fn;
-
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
@@ -175,54 +173,93 @@ struct Block<'a, S: Simd, R> {
 }
 
 impl<S: Simd, R: Recursion> Block<'_, S, R> {
+    /// The stage after one.
+    #[inline(always)]
+    fn following(&self, stage: usize) -> usize {
+        if stage + 1 < self.stages { stage + 1 } else { 0 }
+    }
+
     #[inline(always)]
     fn pass<const PARTS: usize>(&mut self, rows: &mut PoleRows<PARTS>) {
-        let Self { simd, recursion, stages, ref forces, ref mut displacement } = *self;
         let vectors = GROUP / S::F64_LANES;
-        let (fixed, evolving) = (PoleRows::<PARTS>::FIXED, PoleRows::<PARTS>::EVOLVING);
-        let following = |stage: usize| if stage + 1 < stages { stage + 1 } else { 0 };
+        let (fixed, evolving) = (PoleRows::<PARTS>::FIXED * vectors, PoleRows::<PARTS>::EVOLVING * vectors);
         let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
         let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
-        let together = coefficients.chunks_exact(TOGETHER * fixed * vectors);
-        for (coefficients, states) in together.zip(states.chunks_exact_mut(TOGETHER * evolving * vectors)) {
+        let together = coefficients.chunks_exact(TOGETHER * fixed);
+        for (coefficients, states) in together.zip(states.chunks_exact_mut(TOGETHER * evolving)) {
+            let (one, other) = coefficients.split_at(fixed);
+            let (one_states, other_states) = states.split_at_mut(evolving);
             for vector in 0..vectors {
-                let mut poles: [_; TOGETHER] = from_fn(|which| {
-                    let part = |first: usize| {
-                        move |part: usize| coefficients[(which * fixed + first + part) * vectors + vector]
-                    };
-                    let poles = Poles::<S, PARTS> { g: from_fn(part(0)), w: from_fn(part(PARTS)) };
-                    let states = &mut states[which * evolving * vectors..];
-                    let state = |first: usize| from_fn(|part| states[(first + part) * vectors + vector]);
-                    let mut re = State::new(simd, state(0), state(PARTS));
-                    let mut im = State::new(simd, state(2 * PARTS), state(3 * PARTS));
-                    let mut stage = 0;
-                    for force in forces.chunks_exact(2 * vectors) {
-                        stage = following(stage);
-                        recursion.driven(simd, stage, &poles, force[vector], &mut re);
-                        recursion.driven(simd, stage, &poles, force[vectors + vector], &mut im);
-                    }
-                    let evolved = [re.ahead, re.behind, im.ahead, im.behind];
-                    for (slot, value) in evolved.into_iter().flatten().enumerate() {
-                        states[slot * vectors + vector] = value;
-                    }
-                    (poles, re, im)
-                });
-                let mut stage = 0;
-                for (instant, out) in displacement.chunks_exact_mut(2 * vectors).enumerate() {
-                    if instant > 0 {
-                        stage = following(stage);
-                        for (poles, re, im) in &mut poles {
-                            recursion.next(simd, stage, poles, re);
-                            recursion.next(simd, stage, poles, im);
-                        }
-                    }
-                    let [(_, re, im), (_, other_re, other_im)] = &poles;
-                    let (re, im) =
-                        (simd.add_f64s(re.ahead[0], other_re.ahead[0]), simd.add_f64s(im.ahead[0], other_im.ahead[0]));
-                    out[vector] = simd.add_f64s(out[vector], re);
-                    out[vectors + vector] = simd.add_f64s(out[vectors + vector], im);
-                }
+                let one = self.take_in::<PARTS>(vector, one, one_states);
+                let other = self.take_in::<PARTS>(vector, other, other_states);
+                self.foretell(vector, one, other);
             }
         }
     }
+
+    /// A pole takes in the block's forces.
+    #[inline(always)]
+    fn take_in<const PARTS: usize>(
+        &self,
+        vector: usize,
+        coefficients: &[S::f64s],
+        states: &mut [S::f64s],
+    ) -> Driven<S, PARTS> {
+        let simd = self.simd;
+        let vectors = GROUP / S::F64_LANES;
+        let zero = [simd.splat_f64s(0.0); PARTS];
+        let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
+        let mut systems = [State::new(simd, zero, zero); 2];
+        for part in 0..PARTS {
+            poles.g[part] = coefficients[part * vectors + vector];
+            poles.w[part] = coefficients[(PARTS + part) * vectors + vector];
+            for (which, system) in systems.iter_mut().enumerate() {
+                system.ahead[part] = states[(2 * PARTS * which + part) * vectors + vector];
+                system.behind[part] = states[(2 * PARTS * which + PARTS + part) * vectors + vector];
+            }
+        }
+        let [mut re, mut im] = systems;
+        let mut stage = 0;
+        for force in self.forces.chunks_exact(2 * vectors) {
+            stage = self.following(stage);
+            self.recursion.driven(simd, stage, &poles, force[vector], &mut re);
+            self.recursion.driven(simd, stage, &poles, force[vectors + vector], &mut im);
+        }
+        for (which, system) in [&re, &im].into_iter().enumerate() {
+            for part in 0..PARTS {
+                states[(2 * PARTS * which + part) * vectors + vector] = system.ahead[part];
+                states[(2 * PARTS * which + PARTS + part) * vectors + vector] = system.behind[part];
+            }
+        }
+        Driven { poles, re, im }
+    }
+
+    /// Two poles add what they displace in the coming block.
+    #[inline(always)]
+    fn foretell<const PARTS: usize>(&mut self, vector: usize, mut one: Driven<S, PARTS>, mut other: Driven<S, PARTS>) {
+        let simd = self.simd;
+        let vectors = GROUP / S::F64_LANES;
+        let mut stage = 0;
+        for instant in 0..self.displacement.len() / (2 * vectors) {
+            if instant > 0 {
+                stage = self.following(stage);
+                for driven in [&mut one, &mut other] {
+                    self.recursion.next(simd, stage, &driven.poles, &mut driven.re);
+                    self.recursion.next(simd, stage, &driven.poles, &mut driven.im);
+                }
+            }
+            let re = simd.add_f64s(one.re.ahead[0], other.re.ahead[0]);
+            let im = simd.add_f64s(one.im.ahead[0], other.im.ahead[0]);
+            let out = &mut self.displacement[2 * vectors * instant..2 * vectors * (instant + 1)];
+            out[vector] = simd.add_f64s(out[vector], re);
+            out[vectors + vector] = simd.add_f64s(out[vectors + vector], im);
+        }
+    }
+}
+
+/// A pole and its two real systems, all forces so far taken in.
+struct Driven<S: Simd, const PARTS: usize> {
+    poles: Poles<S, PARTS>,
+    re: State<S, PARTS>,
+    im: State<S, PARTS>,
 }

@@ -96,7 +96,7 @@ fn smooth(steps: u64) -> (String, u64) {
         (steps - warm_up) as f64 * time_step
     );
     let text =
-        scene_text(64, "kind = \"smooth\"", &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.2");
+        scene_text(64, "kind = \"smooth\"", &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.02");
     (text, steps)
 }
 

@@ -292,15 +292,21 @@ fn every_rule_has_its_order_for_a_smooth_force_on_the_tyre() {
                 // Integral of exp(lambda (t - tau)) (tau/T)^6 exp(-tau/T), by parts: -sum_k (6!/k!) x^k e^-x/kappa^(7-k) + 6!/kappa^7 e^(lambda t).
                 let kappa = 1.0 + pole * scale;
                 let x = t / scale;
-                let (mut term, mut series, mut factorial) = (Complex64::ONE, Complex64::ZERO, 1.0);
-                for k in 0..=6 {
+                // 6!/kappa^7 times what the exponential series of kappa x has beyond its first seven terms: summed as such where little is left of the difference.
+                let z = kappa * x;
+                let (mut term, mut head, mut tail) = (Complex64::ONE, Complex64::ZERO, Complex64::ZERO);
+                for k in 0..40 {
                     if k > 0 {
-                        factorial *= f64::from(k);
-                        term *= kappa * x;
+                        term *= z / f64::from(k);
                     }
-                    series += term / factorial;
+                    if k <= 6 {
+                        head += term;
+                    } else {
+                        tail += term;
+                    }
                 }
-                let value = 720.0 * scale / kappa.powi(7) * ((pole * t).exp() - (-x).exp() * series);
+                let beyond = if z.norm() < 3.0 { (-x).exp() * tail } else { (pole * t).exp() - (-x).exp() * head };
+                let value = 720.0 * scale / kappa.powi(7) * beyond;
                 let weight = if n == 0 || n == last { 1.0 } else { 2.0 };
                 sum += weight * if index < modes.pairs { 2.0 } else { 1.0 } * (residue * value).re;
             }

@@ -88,7 +88,9 @@ fn forces_by_poles_have_the_same_bits_on_one_thread_and_on_three() {
 #[ignore = "direct sums at N = 512 and 1024: a few minutes"]
 fn accuracy_against_time_of_both_histories() {
     let folder = tempfile::tempdir().unwrap();
-    println!("| N | history | tolerance | error of the force / peak | influence functions | history, per step |");
+    println!(
+        "| N | history | tolerance | error of the force / peak | influence functions | history without transforms, per step |"
+    );
     println!("|---|---|---|---|---|---|");
     for elements in [512, 1024] {
         let of = |history, tolerance: f64| {

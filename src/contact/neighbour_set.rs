@@ -220,7 +220,8 @@ mod tests {
         // Stones that stay where they are while the window passes; some come late or go early.
         let touches = |element: usize, step: usize| {
             let column = element as i64 - step as i64;
-            (20..130).contains(&column) && (element * 7919) % 5 > 0 && (element * 31 + step / (3 + element % 4)) % 6 > 0
+            let (rough, late) = (element * 7919, element * 31 + step / (3 + element % 4));
+            (20..130).contains(&column) && !rough.is_multiple_of(5) && !late.is_multiple_of(6)
         };
         for step in 0..200 {
             let points: Vec<usize> = (0..COLUMNS).filter(|column| touches(column + step, step)).collect();

@@ -7,7 +7,7 @@
 //! counted from its first point. A full cache drops by the clock rule: the next factor, in the order of insertion, that has not been used since the hand last
 //! passed.
 //!
-//! A set that is not found and differs by few points from the one solved last with a factor of its own is solved beside it ([`super::neighbour_set`]).
+//! A set that is not found and differs by few points from the one solved last with a factor of its own is solved beside it (`neighbour_set`).
 //!
 //! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed alignments, so a factor found and the same one
 //! made again solve to the same bits; which of the ways serves a set changes its forces by rounding.

@@ -127,7 +127,8 @@ fn model(criterion: &mut Criterion) {
     let elements = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(256);
     let lags = LAGS_PER_ELEMENT * elements;
     let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
-    let options = FitOptions { top: 2.0 * PI * 20e3, ..FitOptions::new(&tyre, elements, 0.0).with_tolerance(1e-5) };
+    // Just more exact than brute force is with its memory, relative to each H_n's largest value.
+    let options = FitOptions { top: 2.0 * PI * 20e3, ..FitOptions::new(&tyre, elements, 0.0).with_tolerance(3e-6) };
     let fitted = fit(&tyre, &options).unwrap_or_else(|error| panic!("the default tyre is refused: {error}"));
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, elements), Truncation::Tail, 1e-8, options.top);
     let brute = Weights::new(&sum, Field::Surface, TimeRule::Bdf2, time_step, lags);

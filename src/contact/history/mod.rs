@@ -15,7 +15,7 @@
 //! | partitions, counted | 1024 lags | 0.44 M | 0.66 MB | more than 1e-2 |
 //! | partitions, counted | 4096 lags | 0.69 M | 0.92 MB | 1.2e-2 |
 //! | partitions, counted | 16384 lags | 0.98 M | 1.2 MB | 4e-6 |
-//! | poles, from a run | all | 0.47 M | 0.51 MB | 1e-6, the fit's tolerance |
+//! | poles, from a run | all | 0.40 M | 0.39 MB | 1e-5, the fit's tolerance |
 //! | direct, from a run | 8192 lags | 150 M | | |
 //!
 //! Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over wavenumbers that the fit avoids.

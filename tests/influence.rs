@@ -128,7 +128,7 @@ fn convolution_weights_of_the_model_equal_the_brute_force_ones() {
             for (lag, value) in response.iter_mut().enumerate() {
                 let force = if lag == 0 { time_step } else { 0.0 };
                 let state = (last * 2.0 - before * 0.5 + force) / (1.5 - pole * time_step);
-                *value += (residue * state).re * if index < modes.pairs { 2.0 } else { 1.0 };
+                *value += (residue * state).re * modes.multiplicity(index);
                 (before, last) = (last, state);
             }
         }

@@ -308,7 +308,7 @@ fn every_rule_has_its_order_for_a_smooth_force_on_the_tyre() {
                 let beyond = if z.norm() < 3.0 { (-x).exp() * tail } else { (pole * t).exp() - (-x).exp() * head };
                 let value = 720.0 * scale / kappa.powi(7) * beyond;
                 let weight = if n == 0 || n == last { 1.0 } else { 2.0 };
-                sum += weight * if index < modes.pairs { 2.0 } else { 1.0 } * (residue * value).re;
+                sum += weight * modes.multiplicity(index) * (residue * value).re;
             }
         }
         sum

@@ -180,13 +180,8 @@ impl FactorCache {
         let factor = self.factors.part(slot * stride * most, stride * rows);
         let factor = MatRef::from_column_major_slice_with_stride(factor, rows, rows, stride);
         let right = self.values.part(0, stride * columns);
-        solve::solve_in_place(
-            factor,
-            factor.diagonal(),
-            MatMut::from_column_major_slice_with_stride_mut(right, rows, columns, stride),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        let right = MatMut::from_column_major_slice_with_stride_mut(right, rows, columns, stride);
+        solve_with(factor, right, &mut self.scratch);
     }
 
     /// Solves with the factor of the neighbour.
@@ -206,13 +201,7 @@ impl FactorCache {
         self.neighbour.system(points, influence, values, z, matrix, right);
         factorised(MatMut::from_column_major_slice_mut(&mut *matrix, size, size), &mut self.scratch)?;
         let factor = MatRef::from_column_major_slice(matrix, size, size);
-        solve::solve_in_place(
-            factor,
-            factor.diagonal(),
-            MatMut::from_column_major_slice_mut(&mut *right, size, 1),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        solve_with(factor, MatMut::from_column_major_slice_mut(&mut *right, size, 1), &mut self.scratch);
         self.neighbour.forces(z, right, values);
         // Right-hand sides, the rows of the system and the forces.
         let sums = (points.len() * (size + size * size + size)) as u64;
@@ -325,19 +314,19 @@ fn factorised(matrix: MatMut<'_, f64>, scratch: &mut MemBuffer) -> Result<(), Si
     factor::cholesky_in_place(matrix, plain, Par::Seq, stack, Default::default()).map(drop).map_err(|_| Singular)
 }
 
+/// Solves in place with such factors.
+fn solve_with(factor: MatRef<'_, f64>, right: MatMut<'_, f64>, scratch: &mut MemBuffer) {
+    solve::solve_in_place(factor, factor.diagonal(), right, Par::Seq, MemStack::new(scratch));
+}
+
 fn finite(values: &[f64]) -> Result<(), Singular> {
     if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
 }
 
 /// Scratch of a factorisation and a solution with so many points.
 fn scratch_of(points: usize) -> StackReq {
-    factor::cholesky_in_place_scratch::<f64>(points, Par::Seq, Default::default()).or(solve::solve_in_place_scratch::<
-        f64,
-    >(
-        points,
-        1 + MOST_DIFFERENT,
-        Par::Seq,
-    ))
+    let solution = solve::solve_in_place_scratch::<f64>(points, 1 + MOST_DIFFERENT, Par::Seq);
+    factor::cholesky_in_place_scratch::<f64>(points, Par::Seq, Default::default()).or(solution)
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use super::history::{HistoryWork, PastForces};
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::meter::Work;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
 use crate::scene::{Numerics, Tread};
 
 /// What one step gave.
@@ -255,7 +255,6 @@ impl March {
     /// Takes down all that the next steps and the final totals depend on.
     pub fn save(&self, state: &mut StateWriter) {
         let totals = &self.totals;
-        let nanoseconds = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         state.counts(&[
             self.step,
             totals.edge_contacts,

@@ -21,6 +21,6 @@ pub use lanes::{Lanes, MOST_LANES};
 pub use matrix2::Matrix2;
 pub use ring::Ring;
 pub use running_moments::RunningMoments;
-pub use state::{StateError, StateReader, StateWriter};
+pub use state::{StateError, StateReader, StateWriter, nanoseconds};
 pub use straight_line::StraightLine;
 pub use transform_length::transform_length;

@@ -1,5 +1,7 @@
 //! The state of what evolves, as bytes: little-endian 64-bit fields, lists with their length in front. Bits are kept: what is read is what was written.
 
+use std::time::Duration;
+
 use thiserror::Error;
 
 /// Why a state does not fit what it is read into.
@@ -25,6 +27,11 @@ pub enum StateError {
         /// Bytes that nobody has read.
         bytes: usize,
     },
+}
+
+/// A time as it is kept in a state.
+pub fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// Takes a state down, field by field.
@@ -122,12 +129,16 @@ impl<'a> StateReader<'a> {
 
     /// A list of numbers of known length.
     pub fn numbers_into(&mut self, values: &mut [f64]) -> Result<(), StateError> {
+        self.fill(values, Self::number)
+    }
+
+    fn fill<T>(&mut self, values: &mut [T], read: fn(&mut Self) -> Result<T, StateError>) -> Result<(), StateError> {
         let found = self.length()?;
         if found != values.len() {
             return Err(StateError::Length { expected: values.len(), found });
         }
         for value in values {
-            *value = self.number()?;
+            *value = read(self)?;
         }
         Ok(())
     }
@@ -144,14 +155,7 @@ impl<'a> StateReader<'a> {
 
     /// A list of counts of known length.
     pub fn counts_into(&mut self, values: &mut [u64]) -> Result<(), StateError> {
-        let found = self.length()?;
-        if found != values.len() {
-            return Err(StateError::Length { expected: values.len(), found });
-        }
-        for value in values {
-            *value = self.count()?;
-        }
-        Ok(())
+        self.fill(values, Self::count)
     }
 
     /// A list of whole numbers.

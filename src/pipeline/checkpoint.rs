@@ -16,7 +16,7 @@ use super::record::Record;
 use super::road_ahead::Missing;
 use crate::meter::{Counter, Meter, Stage, StageCost};
 use crate::numeric::digest::{hexadecimal, sha256};
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
 use crate::results::ResultsError;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
 use crate::results::folder::ResultsFolder;
@@ -90,10 +90,6 @@ fn encode(identity: &Identity, moving: &Moving<'_>, wall: Duration) -> Vec<u8> {
     moving.prepared.road.save(&mut state);
     moving.prepared.march.save(&mut state);
     state.into_bytes()
-}
-
-fn nanoseconds(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// A checkpoint that belongs to a known scene, version and road; its state is still to be read.

@@ -219,17 +219,16 @@ fn for_wavenumber(
 mod tests {
     use super::*;
 
+    /// A strip of a share of the width, 64 elements round.
+    fn projection(share: f64) -> Projection {
+        Projection { circumference: 1.95, width: 0.2, contact_width: 0.2 * share, element: 1.95 / 64.0, elements: 64 }
+    }
+
     /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by halving.
     #[test]
     fn moments_equal_sums_that_go_much_further() {
         for share in [0.35, 0.6, 0.75, 0.98, 1.0] {
-            let projection = Projection {
-                circumference: 1.95,
-                width: 0.2,
-                contact_width: 0.2 * share,
-                element: 1.95 / 64.0,
-                elements: 64,
-            };
+            let projection = projection(share);
             let classes = TailClasses::new(700.0, 900.0);
             let moments = Moments::new(&projection, &classes);
             for n in [1, 13, 32] {
@@ -266,13 +265,7 @@ mod tests {
     #[test]
     fn moments_do_not_depend_on_where_explicit_terms_end() {
         for share in [0.35, 0.6, 0.75, 0.98, 1.0] {
-            let projection = Projection {
-                circumference: 1.95,
-                width: 0.2,
-                contact_width: 0.2 * share,
-                element: 1.95 / 64.0,
-                elements: 64,
-            };
+            let projection = projection(share);
             let of = |largest: f64| Moments::new(&projection, &TailClasses::new(700.0, largest));
             let (near, far) = (of(900.0), of(12_000.0));
             for n in [0, 1, 13, 32] {

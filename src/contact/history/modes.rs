@@ -164,32 +164,22 @@ impl WithRecursion for NextBlock<'_> {
             }
             arch.dispatch(Pass { group, recursion, stages: rule.nodes().len() });
         };
-        let transform_back = |instant: usize, row: &mut Row, groups: &[WavenumberGroup]| {
-            for group in groups {
+        // One piece of work stays on this thread.
+        let least = if *parallel { 1 } else { usize::MAX };
+        let begin = Instant::now();
+        rows.par_iter_mut().with_min_len(least).for_each(transform);
+        let transformed = begin.elapsed();
+        groups.par_iter_mut().with_min_len(least).for_each(|group| advance(group, rows));
+        let begin = Instant::now();
+        let transform_back = |(instant, row): (usize, &mut Row)| {
+            for group in groups.iter() {
                 group.give_displacement(instant, &mut row.spectrum);
             }
             let last = row.spectrum.len() - 1;
             (row.spectrum[0].im, row.spectrum[last].im) = (0.0, 0.0);
             let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.ring, &mut row.scratch);
         };
-        let begin = Instant::now();
-        if *parallel {
-            rows.par_iter_mut().for_each(transform);
-        } else {
-            rows.iter_mut().for_each(transform);
-        }
-        let transformed = begin.elapsed();
-        if *parallel {
-            groups.par_iter_mut().for_each(|group| advance(group, rows));
-        } else {
-            groups.iter_mut().for_each(|group| advance(group, rows));
-        }
-        let begin = Instant::now();
-        if *parallel {
-            rows.par_iter_mut().enumerate().for_each(|(instant, row)| transform_back(instant, row, groups));
-        } else {
-            rows.iter_mut().enumerate().for_each(|(instant, row)| transform_back(instant, row, groups));
-        }
+        rows.par_iter_mut().with_min_len(least).enumerate().for_each(transform_back);
         let (instants, length) = (rows.len(), *elements as u64);
         groups.iter().for_each(|group| self.work.sums += group.work());
         *self.work = HistoryWork {

@@ -24,6 +24,7 @@ use thiserror::Error;
 use super::codec::{decode, encode};
 use super::fit::{FitError, FitOptions, fit_unless_stopped};
 use super::model::RationalModel;
+use crate::numeric::digest::hexadecimal;
 use crate::scene::Tyre;
 
 /// First bytes of an entry.
@@ -151,7 +152,7 @@ impl Cache {
 
     /// The file of a key.
     pub fn path(&self, key: &[u8; 32]) -> PathBuf {
-        let name: String = key.iter().map(|byte| format!("{byte:02x}")).collect();
+        let name = hexadecimal(key);
         self.folder.join(name).with_extension(EXTENSION)
     }
 

@@ -13,6 +13,7 @@ mod influence_cost;
 pub mod interrupt;
 pub mod mobility;
 pub mod options;
+pub mod plan;
 pub mod progress;
 pub mod resume;
 pub mod road;
@@ -68,6 +69,8 @@ pub struct CommandLine {
 pub enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.
     Run(run::RunArguments),
+    /// Say what a run would do, why, and what it would take; nothing is simulated.
+    Plan(plan::PlanArguments),
     /// Go on with a run that was interrupted or killed, as if it had never stopped.
     Resume(resume::ResumeArguments),
     /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
@@ -132,6 +135,7 @@ impl Command {
     fn execute(self, context: &Context) -> Result<(), CliError> {
         match self {
             Self::Run(arguments) => arguments.execute(context),
+            Self::Plan(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
@@ -191,6 +195,7 @@ mod tests {
         let mut command = CommandLine::command();
         for name in [
             "run",
+            "plan",
             "resume",
             "sweep",
             "mobility",

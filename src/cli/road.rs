@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
+use crate::pipeline::plan::Decisions;
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
 use crate::results::plots::RoadMap;
 use crate::results::summary::Cost;
@@ -47,7 +48,12 @@ impl RoadArguments {
         let mut meter = Meter::default();
         let description = meter
             .time(Stage::Road, || {
-                describe(&scene.road, road_lattice(scene)?, scene.rolling.speed(), road_limits(scene))
+                describe(
+                    &scene.road,
+                    road_lattice(scene, &Decisions::new(scene))?,
+                    scene.rolling.speed(),
+                    road_limits(scene),
+                )
             })
             .map_err(|error| in_scene(&loaded, error))?;
         let title = loaded.title();

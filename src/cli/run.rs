@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{CliError, Context, print};
-use crate::pipeline::run::RunReport;
-use crate::pipeline::{self, RunOptions};
+use crate::pipeline::plan::bytes;
+use crate::pipeline::{self, RunOptions, RunReport};
 use crate::results::profile_table::profile_table;
 use crate::scene::Scene;
 
@@ -88,6 +88,15 @@ fn report_text(report: &RunReport) -> String {
         outcome.simulated_time / wall,
         outcome.steps
     ));
+    let cost = &report.summary.cost;
+    if let (Some(planned), Some(peak)) = (cost.planned, cost.peak_memory) {
+        lines.push(format!(
+            "planned {:.1} s and {}, took {wall:.1} s and {}",
+            planned.wall_seconds,
+            bytes(planned.memory),
+            bytes(peak as f64)
+        ));
+    }
     lines.push(format!("results in {}", report.folder.display()));
     lines.join("\n") + "\n"
 }

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::{CliError, Context, print, side_folder};
 use crate::meter::{Counter, Meter, Stage};
+use crate::pipeline::plan::Decisions;
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::Cost;
@@ -111,7 +112,7 @@ impl SlicesArguments {
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {
         let scene = &loaded.scene;
         let read = || {
-            let lattice = road_lattice(scene)?;
+            let lattice = road_lattice(scene, &Decisions::new(scene))?;
             let dx = lattice.dx;
             let mut surface = RoadSurface::open(&scene.road, lattice, road_limits(scene))?;
             let first = (self.at / dx).round() as i64;

@@ -3,6 +3,8 @@
 //! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of threads;
 //! times are neither.
 
+pub mod process;
+
 use std::time::{Duration, Instant};
 
 use serde::Serialize;

@@ -12,9 +12,9 @@ use sha2::{Digest, Sha256};
 
 use super::error::RunError;
 use super::prepare::Prepared;
-use super::record::Record;
 use super::road_ahead::Missing;
-use crate::meter::{Counter, Meter, Stage, StageCost};
+use super::run::Run;
+use crate::meter::{Counter, Stage, StageCost};
 use crate::numeric::digest::{hexadecimal, sha256};
 use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
 use crate::results::ResultsError;
@@ -59,36 +59,26 @@ impl Identity {
     }
 }
 
-/// The moving parts of a run between two steps.
-pub struct Moving<'a> {
-    /// Contact, road and axle.
-    pub prepared: &'a mut Prepared,
-    /// What is recorded.
-    pub record: &'a mut Record,
-    /// Its work counters.
-    pub meter: &'a mut Meter,
-}
-
 /// The body of a run's checkpoint; `wall` is the wall time of the run so far.
-fn encode(identity: &Identity, moving: &Moving<'_>, wall: Duration) -> Vec<u8> {
+fn encode(identity: &Identity, run: &Run, wall: Duration) -> Vec<u8> {
     let mut state = StateWriter::default();
     state.text(env!("CARGO_PKG_VERSION"));
     state.text(&sha256(&[&identity.scene]));
     for text in [&identity.written, &identity.path, &identity.road] {
         state.text(text);
     }
-    state.count(moving.prepared.march.next_step());
-    state.text(&influence_digest(moving.prepared));
+    state.count(run.prepared.march.next_step());
+    state.text(&influence_digest(&run.prepared));
     state.count(nanoseconds(wall));
     for stage in Stage::ALL {
-        let cost = moving.meter.cost(stage);
+        let cost = run.meter.cost(stage);
         state.counts(&[cost.calls, nanoseconds(cost.wall), nanoseconds(cost.background)]);
     }
-    state.counts(&Counter::ALL.map(|counter| moving.meter.counted(counter)));
-    moving.record.save(&mut state);
-    moving.prepared.axle.save(&mut state);
-    moving.prepared.road.save(&mut state);
-    moving.prepared.march.save(&mut state);
+    state.counts(&Counter::ALL.map(|counter| run.meter.counted(counter)));
+    run.record.save(&mut state);
+    run.prepared.axle.save(&mut state);
+    run.prepared.road.save(&mut state);
+    run.prepared.march.save(&mut state);
     state.into_bytes()
 }
 
@@ -142,42 +132,38 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`CheckpointError::Unusable`]; the parts are of no use then.
-    pub fn restore(&self, moving: &mut Moving<'_>) -> Result<Duration, RunError> {
+    pub fn restore(&self, run: &mut Run) -> Result<Duration, RunError> {
         let unusable = |reason| CheckpointError::Unusable { path: self.path.clone(), reason };
         let mut state = StateReader::new(&self.body[self.begin..]);
         let influence = state.text().map_err(|error| unusable(error.into()))?;
-        if influence != influence_digest(moving.prepared) {
+        if influence != influence_digest(&run.prepared) {
             return Err(unusable(Unusable::Influence).into());
         }
-        let (wall, missing) = self.read_state(&mut state, moving).map_err(|error| unusable(error.into()))?;
+        let (wall, missing) = self.read_state(&mut state, run).map_err(|error| unusable(error.into()))?;
         state.end().map_err(|error| unusable(error.into()))?;
-        moving.prepared.road.refill(&missing, moving.meter)?;
+        run.prepared.road.refill(&missing, &mut run.meter)?;
         Ok(wall)
     }
 
-    fn read_state(
-        &self,
-        state: &mut StateReader<'_>,
-        moving: &mut Moving<'_>,
-    ) -> Result<(Duration, Missing), StateError> {
+    fn read_state(&self, state: &mut StateReader<'_>, run: &mut Run) -> Result<(Duration, Missing), StateError> {
         let wall = Duration::from_nanos(state.count()?);
         for stage in Stage::ALL {
             let mut cost = [0; 3];
             state.counts_into(&mut cost)?;
             let [calls, wall, background] = cost;
             let [wall, background] = [wall, background].map(Duration::from_nanos);
-            moving.meter.add_cost(stage, StageCost { calls, wall, background, ..StageCost::default() });
+            run.meter.add_cost(stage, StageCost { calls, wall, background, ..StageCost::default() });
         }
         let mut counts = [0; Counter::ALL.len()];
         state.counts_into(&mut counts)?;
         for (counter, amount) in Counter::ALL.into_iter().zip(counts) {
-            moving.meter.set_count(counter, amount);
+            run.meter.set_count(counter, amount);
         }
-        moving.record.restore(state)?;
-        moving.prepared.axle.restore(state)?;
-        let missing = moving.prepared.road.restore(state)?;
-        moving.prepared.march.restore(state)?;
-        if moving.prepared.march.next_step() == self.steps { Ok((wall, missing)) } else { Err(StateError::Value) }
+        run.record.restore(state)?;
+        run.prepared.axle.restore(state)?;
+        let missing = run.prepared.road.restore(state)?;
+        run.prepared.march.restore(state)?;
+        if run.prepared.march.next_step() == self.steps { Ok((wall, missing)) } else { Err(StateError::Value) }
     }
 }
 
@@ -212,15 +198,15 @@ impl Checkpoints {
     ///
     /// # Errors
     /// [`ResultsError`]; the checkpoint before stays whole then.
-    pub fn write(&mut self, folder: &mut ResultsFolder, moving: &mut Moving<'_>) -> Result<(), ResultsError> {
-        moving.record.sync(moving.meter)?;
+    pub fn write(&mut self, folder: &mut ResultsFolder, run: &mut Run) -> Result<(), ResultsError> {
+        run.record.sync(&mut run.meter)?;
         if !folder.holds_checkpoint() {
             folder.write_text(SCENE_FILE, self.identity.scene())?;
         }
         let begin = Instant::now();
-        checkpoint::write(folder.working(), &encode(&self.identity, moving, self.wall()))?;
+        checkpoint::write(folder.working(), &encode(&self.identity, run, self.wall()))?;
         folder.keep_if_stopped();
-        moving.meter.add_time(Stage::Output, begin.elapsed());
+        run.meter.add_time(Stage::Output, begin.elapsed());
         self.last = Instant::now();
         Ok(())
     }

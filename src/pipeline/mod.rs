@@ -1,8 +1,8 @@
 //! Plan and run: the only place that knows the whole order.
 //!
-//! 1. [`plan`]: sizes, memory and work of a scene, checked before anything is allocated;
+//! 1. [`plan`]: effects, sizes, work and memory of a scene, decided and checked before anything is allocated;
 //! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
-//! 3. [`mod@run`]: steps, arrays, spectra, plots, summary; [`checkpoint`] lets it go on where it was stopped;
+//! 3. [`mod@run`]: step by step, in memory; [`to_folder`]: with arrays, spectra, plots and summary in a folder; [`checkpoint`] lets it go on where it was stopped;
 //! 4. [`sweep`]: the same at many speeds, loads and roads.
 //!
 //! [`rules`] does the first two for several time rules and compares them.
@@ -19,8 +19,10 @@ mod road_maker;
 pub mod rules;
 pub mod run;
 pub mod sweep;
+pub mod to_folder;
 
 pub use error::RunError;
 pub use plan::Plan;
 pub use progress::{Progress, Unwatched};
-pub use run::{RunOptions, RunReport, resume, run};
+pub use run::{Results, Run};
+pub use to_folder::{RunOptions, RunReport, resume, run};

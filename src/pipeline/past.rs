@@ -9,7 +9,7 @@ use crate::contact::history::{DirectHistory, ModalHistory, PastForces};
 use crate::contact::stability::Stability;
 use crate::contact::tread::{ContactKernel, LagKernel};
 use crate::meter::{Counter, Meter, Stage};
-use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tyre};
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
 use crate::tyre::convolution_quadrature::Weights;
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::rational::cache::{Cache, Fetched};
@@ -53,6 +53,14 @@ pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
     match error {
         FitError::Stopped => RunError::Interrupted { kept: None },
         error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
+    }
+}
+
+/// The displacement that the contact feels under a tread law.
+pub fn contact_field(tread: Tread) -> Field {
+    match tread {
+        Tread::Elastic | Tread::Uncoupled => Field::Surface,
+        Tread::Bedding => Field::UnderTread,
     }
 }
 
@@ -121,7 +129,7 @@ impl Past<'_> {
         let (rule, time_step) = (scene.numerics.time_rule, self.plan.time_step);
         let options = fit_options(scene, self.field);
         let fetched = meter
-            .time(Stage::Influence, || fetch(&scene.tyre, &options, self.stop))
+            .time(Stage::Influence, || fetch(&self.plan.decisions.tyre, &options, self.stop))
             .map_err(|error| refused(self.loaded, error, "another tolerance, or history = \"direct\""))?;
         warnings.extend(fetched.warnings);
         let model = fetched.model;
@@ -161,6 +169,6 @@ impl Past<'_> {
 
     fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {
         let scene = &self.loaded.scene;
-        ContactKernel::new(scene.contact.tread, first_weights, scene.numerics.elements, self.spring)
+        ContactKernel::new(self.plan.decisions.tread, first_weights, scene.numerics.elements, self.spring)
     }
 }

@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use super::error::RunError;
-use super::past::Past;
-use super::plan::Plan;
+use super::past::{Past, contact_field};
+use super::plan::{Decisions, Plan};
 use super::road_ahead::RoadAhead;
 use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, matching_spring};
 use crate::contact::geometry::Geometry;
@@ -18,7 +18,7 @@ use crate::contact::slice_queue::SliceQueue;
 use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
 
@@ -42,21 +42,22 @@ pub struct Prepared {
 /// [`RunError`].
 pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut Meter) -> Result<Prepared, RunError> {
     let scene = &loaded.scene;
-    let (tyre, numerics) = (&scene.tyre, &scene.numerics);
-    let mut warnings: Vec<String> = Plan::resolution_note(scene).into_iter().collect();
+    let numerics = &scene.numerics;
+    let Decisions { tyre, tread, slices, .. } = &plan.decisions;
+    let mut warnings: Vec<String> = plan.notes().collect();
     let sum = meter.time(Stage::Influence, || {
         InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
     });
-    let field = contact_field(scene);
+    let field = contact_field(*tread);
     let (at_rest, spring) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
 
-    let lattice = road_lattice(scene).map_err(|error| in_scene(loaded, error))?;
+    let lattice = road_lattice(scene, &plan.decisions).map_err(|error| in_scene(loaded, error))?;
     let surface = meter
         .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, road_limits(scene)))
         .map_err(|error| in_scene(loaded, error))?;
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
     // A smooth road has nothing across to be resolved, and without a slice law nobody asked for it.
-    if lattice.columns == 1 && !surface.is_smooth() && scene.contact.slices != Slices::None {
+    if lattice.columns == 1 && !surface.is_smooth() && *slices != Slices::None {
         warnings.push("the road is level across the contact width: the slice law makes no difference".into());
     }
 
@@ -89,7 +90,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
-    let builder = slice_builder(scene.contact.slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
+    let builder = slice_builder(*slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
@@ -119,22 +120,14 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
 ///
 /// # Errors
 /// As [`Lattice::choose`].
-pub fn road_lattice(scene: &Scene) -> Result<Lattice, RoadError> {
+pub fn road_lattice(scene: &Scene, decisions: &Decisions) -> Result<Lattice, RoadError> {
     let element = scene.tyre.circumference / scene.numerics.elements as f64;
-    Lattice::choose(&scene.road, element, scene.tyre.contact_width, scene.contact.lateral_points)
+    Lattice::choose(&scene.road, element, scene.tyre.contact_width, decisions.lateral_points)
 }
 
 /// What opening a scene's road may use.
 pub fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }
-}
-
-/// The displacement that a scene's contact feels.
-pub fn contact_field(scene: &Scene) -> Field {
-    match scene.contact.tread {
-        Tread::Elastic | Tread::Uncoupled => Field::Surface,
-        Tread::Bedding => Field::UnderTread,
-    }
 }
 
 /// The maker of a law's stiffness curves on a lattice.

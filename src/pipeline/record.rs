@@ -120,6 +120,20 @@ impl Record {
         })
     }
 
+    /// A recorder that writes and draws nothing.
+    pub fn in_memory(plan: &Plan) -> Self {
+        let counted = (plan.steps - plan.warm_up_steps) as usize;
+        Self {
+            arrays: None,
+            warm_up: plan.warm_up_steps,
+            shown: 0..0,
+            drawn: Drawn::default(),
+            force: RunningMoments::default(),
+            spectrum: SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok(),
+            sum_of_lengths: 0.0,
+        }
+    }
+
     /// Records a step.
     ///
     /// # Errors

@@ -8,9 +8,9 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
 use super::error::RunError;
-use super::past::{fetch, fit_options, refused};
+use super::past::{contact_field, fetch, fit_options, refused};
 use super::plan::Plan;
-use super::prepare::{contact_field, prepare};
+use super::prepare::prepare;
 use crate::contact::ContactError;
 use crate::contact::stability::Stability;
 use crate::meter::Meter;
@@ -34,10 +34,11 @@ pub struct RuleReport {
 /// A fit that was refused, or stopped by `stop`.
 pub fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport>, RunError> {
     let scene = &loaded.scene;
-    let field = contact_field(scene);
-    let model = fetch(&scene.tyre, &fit_options(scene, field), stop)
+    let plan = Plan::new(scene);
+    let field = contact_field(plan.decisions.tread);
+    let model = fetch(&plan.decisions.tyre, &fit_options(scene, field), stop)
         .map_err(|error| refused(loaded, error, "another tolerance"))?;
-    let time_step = Plan::new(scene).time_step;
+    let time_step = plan.time_step;
     TimeRule::ALL
         .into_iter()
         .map(|rule| {

@@ -1,231 +1,126 @@
-//! The run: every step, then spectra, plots and summary.
+//! A run in memory: made from a scene and its plan, stepped as far as the caller likes, turned into results.
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use tyrewave::pipeline::{Plan, Run};
+//! use tyrewave::scene::Scene;
+//!
+//! let text = tyrewave::scene::DEFAULT.replace("elements = 512", "elements = 64").replace("duration = 18.0", "duration = 0.2");
+//! let scene = Scene::from_str(&text, "small")?;
+//! let plan = Plan::of(&scene);
+//! plan.check(&scene)?;
+//! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
+//! while let Some(step) = run.step()? {
+//!     assert!(step.total_force >= 0.0);
+//! }
+//! let results = run.finish();
+//! assert!(results.mean_force.is_some_and(|force| (2500.0..4500.0).contains(&force)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::AtomicBool;
 
-use ndarray::ArrayView2;
 use rayon::Scope;
 
-use super::checkpoint::{Checkpoint, Checkpoints, Identity, Moving};
 use super::error::RunError;
 use super::plan::Plan;
 use super::prepare::{Prepared, prepare};
-use super::progress::Progress;
 use super::record::{Record, StepRecord};
 use crate::contact::history::HistoryWork;
+use crate::contact::march::StepResult;
 use crate::meter::{Counter, Meter, Stage, Work};
-use crate::results::folder::ResultsFolder;
-use crate::results::plots::{ForceMap, ThirdOctavePlot};
-use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
-use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
-use crate::results::unfinished::unfinished;
-use crate::scene::{Axle, LoadedScene};
+use crate::response::PowerSpectrum;
+use crate::scene::LoadedScene;
 
-/// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
-const LOWEST_FREQUENCY: f64 = 20.0;
-/// Part of the run that the force map shows, in contact lengths rolled.
-const LENGTHS_DRAWN: f64 = 6.0;
-/// Steps between two looks at the interrupt flag and the progress bar.
-const LOOK_EVERY: u64 = 16;
-
-/// Where results go and on how many threads the run is.
-#[derive(Clone, Debug)]
-pub struct RunOptions {
-    /// Results folder.
-    pub target: PathBuf,
-    /// Threads of the pool that the run is executed on, for the record.
-    pub threads: usize,
+/// A run between two of its steps.
+pub struct Run {
+    /// Time steps of the whole run, and their length \[s\].
+    steps: u64,
+    time_step: f64,
+    /// Length of an element \[m\].
+    element: f64,
+    /// Contact, road and axle.
+    pub(super) prepared: Prepared,
+    /// What is recorded.
+    pub(super) record: Record,
+    /// What it costs.
+    pub(super) meter: Meter,
 }
 
-/// What a complete run hands back.
+/// What a run has found after its warm-up; numbers that do not exist (nothing counted yet) are `None`.
 #[derive(Clone, Debug)]
-pub struct RunReport {
-    /// The results folder.
-    pub folder: PathBuf,
-    /// Its summary.
-    pub summary: Summary,
-    /// Stage times and counters.
+pub struct Results {
+    /// Time steps done, warm-up included.
+    pub steps: u64,
+    /// Mean total contact force \[N\].
+    pub mean_force: Option<f64>,
+    /// Root mean square of the force less its mean \[N\].
+    pub rms_force_variation: Option<f64>,
+    /// Mean length of the contact patch \[m\].
+    pub mean_contact_length: Option<f64>,
+    /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
+    pub spectrum: Option<PowerSpectrum>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// What it cost.
     pub meter: Meter,
-    /// Wall time.
-    pub wall: std::time::Duration,
 }
 
-/// Runs a scene. `stop` is looked at between steps: once it is set the run ends and keeps what it has.
-///
-/// # Errors
-/// [`RunError`]; nothing is left under the target's name then.
-pub fn run(
-    loaded: &LoadedScene,
-    options: &RunOptions,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<RunReport, RunError> {
-    let begin = Instant::now();
-    loaded.check_time_domain()?;
-    let plan = Plan::new(&loaded.scene);
-    plan.check(loaded)?;
-    // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when there is something to put in.
-    drop(ResultsFolder::create(&options.target)?);
-    if let Ok(unfinished) = unfinished(&options.target) {
-        let target = options.target.display();
-        progress.note(&format!(
-            "an unfinished run is kept in {}: `tyrewave resume {target}` would go on with it",
-            unfinished.display()
-        ));
-    }
-    let planned = PlannedRun { loaded, plan: &plan, threads: options.threads, begin };
-    planned.carry_out(|| Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
-}
-
-/// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never stopped.
-///
-/// # Errors
-/// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to go on with.
-pub fn resume(
-    path: &Path,
-    threads: usize,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<RunReport, RunError> {
-    let begin = Instant::now();
-    let folder = ResultsFolder::reopen(path)?;
-    let checkpoint = Checkpoint::read(folder.working())?;
-    let loaded = checkpoint.loaded.clone();
-    loaded.check_time_domain()?;
-    let plan = Plan::new(&loaded.scene);
-    plan.check(&loaded)?;
-    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, begin };
-    let kept = folder.working().to_owned();
-    planned.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
-        // Before its first step: there is what there was.
-        RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
-        other => other,
-    })
-}
-
-/// A planned run, new or gone on with.
-struct PlannedRun<'a> {
-    loaded: &'a LoadedScene,
-    plan: &'a Plan,
-    threads: usize,
-    begin: Instant,
-}
-
-impl PlannedRun<'_> {
-    fn carry_out(
-        &self,
-        folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
-        checkpoint: Option<&Checkpoint>,
-        stop: &AtomicBool,
-        progress: &mut dyn Progress,
-    ) -> Result<RunReport, RunError> {
-        let Self { loaded, plan, begin, .. } = *self;
+impl Run {
+    /// Prepares a run that keeps its results in memory. `stop` ends the work on the influence functions once it is set.
+    ///
+    /// # Errors
+    /// [`RunError`]: what the scene asks for cannot be simulated, a road that cannot be read, ...
+    pub fn begin(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool) -> Result<Self, RunError> {
+        loaded.check_time_domain()?;
         let mut meter = Meter::default();
-        progress.stage(Stage::Influence);
-        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        for warning in &prepared.warnings {
-            progress.note(warning);
-        }
-        if stop.load(Ordering::Relaxed) {
-            return Err(RunError::Interrupted { kept: None });
-        }
-
-        let identity = Identity::of(loaded)?;
-        let mut folder = folder()?;
-        let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
-        let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
-        let columns = prepared.march.geometry().columns;
-        let rows = checkpoint.map(|checkpoint| checkpoint.steps);
-        let mut record = Record::new(&folder, &loaded.scene.outputs, plan, columns, shown, rows)?;
-        let mut moving = Moving { prepared: &mut prepared, record: &mut record, meter: &mut meter };
-        let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut moving))?;
-        let interval = loaded.scene.outputs.checkpoint_interval;
-        let mut checkpoints = Checkpoints::new(identity, interval, begin, earlier);
-        progress.march(moving.prepared.march.next_step(), plan.steps, plan.time_step);
-        // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the making ends with the scope.
-        let rolled = rayon::in_place_scope(|scope| {
-            let behind = (rayon::current_num_threads() > 1).then_some(scope);
-            roll(plan, &mut moving, &mut folder, &mut checkpoints, stop, progress, behind)
-        });
-        let ended = rolled.and_then(|interrupted| {
-            self.end(&prepared, &mut record, &mut meter, &folder, &checkpoints, interrupted, progress)
-                .map(|summary| (interrupted, summary))
-        });
-        let (interrupted, summary) = match ended {
-            Ok(ended) => ended,
-            Err(RunError::Results(source)) if folder.holds_checkpoint() => {
-                return Err(RunError::Kept { source, kept: folder.stay() });
-            }
-            Err(error) => {
-                // The same would happen again.
-                folder.discard();
-                return Err(error);
-            }
-        };
-        progress.finish();
-        if interrupted {
-            let kept = folder.finish_partial(summary)?;
-            return Err(RunError::Interrupted { kept: Some(kept) });
-        }
-        let wall = Duration::from_secs_f64(summary.cost.wall_seconds);
-        let folder = folder.finish(summary.clone())?;
-        Ok(RunReport { folder, summary: Summary { complete: true, ..summary }, meter, wall })
+        let prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let record = Record::in_memory(plan);
+        Ok(Self::new(plan, prepared, record, meter))
     }
 
-    /// Arrays, spectra, plots and summary of a run that has ended or been stopped.
-    #[allow(clippy::too_many_arguments, reason = "what a run is made of, used once")]
-    fn end(
-        &self,
-        prepared: &Prepared,
-        record: &mut Record,
-        meter: &mut Meter,
-        folder: &ResultsFolder,
-        checkpoints: &Checkpoints,
-        interrupted: bool,
-        progress: &mut dyn Progress,
-    ) -> Result<Summary, RunError> {
-        record.finish(meter)?;
-        progress.stage(Stage::Response);
-        let context = Context { loaded: self.loaded, plan: self.plan, prepared, record };
-        if !interrupted {
-            let drawn = Instant::now();
-            context.spectra_and_plots(folder)?;
-            meter.add_time(Stage::Response, drawn.elapsed());
-        }
-        let wall = checkpoints.wall();
-        let summary = context.summary(Cost::new(meter, wall.as_secs_f64(), self.threads))?;
-        for warning in &summary.warnings[prepared.warnings.len()..] {
-            progress.note(warning);
-        }
-        Ok(summary)
+    /// A prepared run with its record.
+    pub(super) fn new(plan: &Plan, prepared: Prepared, record: Record, meter: Meter) -> Self {
+        Self { steps: plan.steps, time_step: plan.time_step, element: plan.element, prepared, record, meter }
     }
-}
 
-/// All steps from the next one on; returns whether the user stopped them. Stopped, there is a checkpoint of the last step.
-fn roll(
-    plan: &Plan,
-    moving: &mut Moving<'_>,
-    folder: &mut ResultsFolder,
-    checkpoints: &mut Checkpoints,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-    behind: Option<&Scope<'_>>,
-) -> Result<bool, RunError> {
-    let mut interrupted = false;
-    for step in moving.prepared.march.next_step()..plan.steps {
-        if step % LOOK_EVERY == 0 {
-            progress.step(step);
-            interrupted = stop.load(Ordering::Relaxed);
-            if interrupted || checkpoints.due() {
-                checkpoints.write(folder, moving)?;
-            }
-            if interrupted {
-                break;
-            }
+    /// Number of the next step; the number of all steps after the last.
+    pub fn next_step(&self) -> u64 {
+        self.prepared.march.next_step()
+    }
+
+    /// Does a step and says what it gave; `None` after the last.
+    ///
+    /// # Errors
+    /// [`RunError`]; the run cannot go on then.
+    pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
+        if self.next_step() >= self.steps { Ok(None) } else { self.step_beside(None).map(Some) }
+    }
+
+    /// Contact forces of the last step by column of the window, the first one that of element [`StepResult::first_element`] \[N\].
+    pub fn forces(&self) -> &[f64] {
+        self.prepared.march.forces()
+    }
+
+    /// Ends the run, wherever it is.
+    pub fn finish(mut self) -> Results {
+        self.settle();
+        let Self { prepared, record, meter, .. } = self;
+        Results {
+            steps: prepared.march.next_step(),
+            mean_force: record.mean_force(),
+            rms_force_variation: record.rms_force_variation(),
+            mean_contact_length: record.mean_contact_length(),
+            spectrum: record.spectrum(),
+            warnings: prepared.warnings,
+            meter,
         }
-        let Moving { prepared: Prepared { march, road, axle, .. }, record, meter } = moving;
+    }
+
+    /// The next step; given a scope to work in, the road is made in it ahead of its need.
+    pub(super) fn step_beside(&mut self, behind: Option<&Scope<'_>>) -> Result<StepResult, RunError> {
+        let Self { time_step, element, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
+        let step = march.next_step();
         let first = march.geometry().first_element(step);
         road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
         let result = march.step(axle, road.slices())?;
@@ -233,150 +128,46 @@ fn roll(
         record.push(
             StepRecord {
                 step,
-                time: step as f64 * plan.time_step,
+                time: step as f64 * *time_step,
                 total_force: result.total_force,
                 first_element: result.first_element,
                 forces: march.forces(),
-                contact_length: result.extent as f64 * plan.element,
+                contact_length: result.extent as f64 * *element,
             },
             meter,
         )?;
-    }
-    let Moving { prepared: Prepared { march, .. }, meter, .. } = moving;
-    let (totals, counts) = (march.totals(), march.search_counts());
-    let HistoryWork { sums, transforms, transform_time } = totals.history;
-    for (stage, time, work) in [
-        (Stage::History, totals.history_time - transform_time, sums),
-        (Stage::Transforms, transform_time, transforms),
-        (Stage::Penetration, totals.slices_time, totals.slices),
-        (Stage::ActiveSet, totals.search_time, counts.work),
-    ] {
-        meter.add_time(stage, time);
-        meter.add_work(stage, work);
-    }
-    let bytes = meter.counted(Counter::BytesWritten);
-    meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
-    for (counter, amount) in [
-        (Counter::Steps, march.next_step()),
-        (Counter::HistoryMultiplyAdds, totals.history.sums.multiply_adds),
-        (Counter::WindowEdgeContacts, totals.edge_contacts),
-        (Counter::Solves, counts.solves),
-        (Counter::Fallbacks, counts.fallbacks),
-        (Counter::Factorisations, counts.factors.factorisations),
-        (Counter::CacheHits, counts.factors.hits),
-        (Counter::CacheMisses, counts.factors.misses),
-        (Counter::Neighbours, counts.factors.neighbours),
-        (Counter::CacheEvictions, counts.factors.evictions),
-    ] {
-        meter.count(counter, amount);
-    }
-    Ok(interrupted)
-}
-
-/// What the end of a run looks back at.
-struct Context<'a> {
-    loaded: &'a LoadedScene,
-    plan: &'a Plan,
-    prepared: &'a Prepared,
-    record: &'a Record,
-}
-
-impl Context<'_> {
-    fn spectra_and_plots(&self, folder: &ResultsFolder) -> Result<(), RunError> {
-        let outputs = &self.loaded.scene.outputs;
-        let title = self.loaded.title();
-        // A run too short for a spectrum has none: the summary's warnings say so.
-        if (outputs.spectra || outputs.plots)
-            && let Some(spectrum) = self.record.spectrum()
-        {
-            let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
-            if outputs.spectra {
-                folder.write_text(SPECTRA_FILE, &force_levels_csv(&levels, Path::new(SPECTRA_FILE))?)?;
-            }
-            if outputs.plots && !levels.is_empty() {
-                let plot = ThirdOctavePlot {
-                    title: &title,
-                    quantity: "Contact force level [dB re 1 N]",
-                    spectra: vec![("", &levels)],
-                };
-                folder.write_text("force_spectrum.svg", &plot.to_svg()?)?;
-            }
-        }
-        let drawn = &self.record.drawn;
-        if outputs.plots && drawn.time.len() >= 2 {
-            let geometry = self.prepared.march.geometry();
-            let shape = (drawn.time.len(), geometry.columns);
-            if let Ok(force) = ArrayView2::from_shape(shape, &drawn.force) {
-                let map = ForceMap {
-                    title: &title,
-                    time: &drawn.time,
-                    first_element: &drawn.first_element,
-                    force,
-                    element_length: self.plan.element,
-                    speed: self.plan.speed,
-                    start: geometry.start,
-                    shown: drawn.time[0]..f64::INFINITY,
-                };
-                folder.write_text("patch_force.svg", &map.to_svg()?)?;
-            }
-        }
-        Ok(())
+        Ok(result)
     }
 
-    fn summary(&self, cost: Cost) -> Result<Summary, RunError> {
-        let march = &self.prepared.march;
+    /// Hands what the steps have cost to the meter; once, at the end.
+    pub(super) fn settle(&mut self) {
+        let Self { prepared: Prepared { march, .. }, meter, .. } = self;
         let (totals, counts) = (march.totals(), march.search_counts());
-        let steps = march.next_step();
-        let mean_force = self.record.mean_force();
-        let load = match (&self.loaded.scene.rolling.axle, mean_force) {
-            (&Axle::Load { load, tolerance }, Some(mean)) => {
-                let relative_error = (mean - load) / load;
-                Some(LoadResult { wanted: load, relative_error, tolerance, met: relative_error.abs() <= tolerance })
-            }
-            _ => None,
-        };
-        let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
-        summary.outcome = Outcome {
-            steps,
-            time_step: self.plan.time_step,
-            simulated_time: steps as f64 * self.plan.time_step,
-            mean_force,
-            rms_force_variation: self.record.rms_force_variation(),
-            mean_contact_length: self.record.mean_contact_length(),
-            indentation: Some(self.prepared.axle.indentation(steps)),
-            load,
-        };
-        let residuals = totals.relative_residuals();
-        summary.contact = ContactQuality {
-            tension: residuals.tension,
-            penetration: residuals.penetration,
-            complementarity: residuals.complementarity,
-            aborted_searches: 0,
-            solves_per_step: counts
-                .histogram
-                .iter()
-                .enumerate()
-                .filter(|(_, steps)| **steps > 0)
-                .map(|(solves, &steps)| (solves as u32, steps))
-                .collect::<BTreeMap<_, _>>(),
-        };
-        summary.warnings.clone_from(&self.prepared.warnings);
-        if let Some(LoadResult { wanted, relative_error, tolerance, met: false }) = load {
-            summary.warnings.push(format!(
-                "the mean force is {:+.2} % off the load of {wanted} N (tolerance {} %): a longer warm_up corrects the height more exactly",
-                100.0 * relative_error,
-                100.0 * tolerance
-            ));
+        let HistoryWork { sums, transforms, transform_time } = totals.history;
+        for (stage, time, work) in [
+            (Stage::History, totals.history_time - transform_time, sums),
+            (Stage::Transforms, transform_time, transforms),
+            (Stage::Penetration, totals.slices_time, totals.slices),
+            (Stage::ActiveSet, totals.search_time, counts.work),
+        ] {
+            meter.add_time(stage, time);
+            meter.add_work(stage, work);
         }
-        if totals.edge_contacts > 0 {
-            summary.warnings.push(format!(
-                "in {} steps the outermost element of the window was in contact: the patch may be longer than the window",
-                totals.edge_contacts
-            ));
+        let bytes = meter.counted(Counter::BytesWritten);
+        meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
+        for (counter, amount) in [
+            (Counter::Steps, march.next_step()),
+            (Counter::HistoryMultiplyAdds, totals.history.sums.multiply_adds),
+            (Counter::WindowEdgeContacts, totals.edge_contacts),
+            (Counter::Solves, counts.solves),
+            (Counter::Fallbacks, counts.fallbacks),
+            (Counter::Factorisations, counts.factors.factorisations),
+            (Counter::CacheHits, counts.factors.hits),
+            (Counter::CacheMisses, counts.factors.misses),
+            (Counter::Neighbours, counts.factors.neighbours),
+            (Counter::CacheEvictions, counts.factors.evictions),
+        ] {
+            meter.count(counter, amount);
         }
-        if self.record.lacks_spectrum() && self.loaded.scene.outputs.spectra {
-            summary.warnings.push("the run is too short for a spectrum".into());
-        }
-        Ok(summary)
     }
 }

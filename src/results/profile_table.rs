@@ -63,7 +63,7 @@ fn counters(meter: &Meter) -> String {
 }
 
 /// The counter named as people read it in a table.
-const fn counter_title(counter: Counter) -> &'static str {
+pub const fn counter_title(counter: Counter) -> &'static str {
     match counter {
         Counter::ComplianceEvaluations => "compliance evaluations",
         Counter::Poles => "poles of the influence functions",

@@ -7,6 +7,7 @@ use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
 use super::error::ResultsError;
+use crate::meter::process::peak_memory;
 use crate::meter::{Counter, Meter, Stage};
 use crate::scene::settings_hash;
 
@@ -102,6 +103,10 @@ pub struct Cost {
     pub wall_seconds: f64,
     /// Threads it ran on.
     pub threads: usize,
+    /// Largest resident memory of the process \[bytes\]; `null` where the system does not tell.
+    pub peak_memory: Option<u64>,
+    /// What was expected before the run; `null` for what is not planned.
+    pub planned: Option<Planned>,
     /// Calls and seconds by stage, in the order of the data's way; those in the background are beside the wall time, not a part of it.
     #[serde(serialize_with = "stages")]
     pub stages: Meter,
@@ -110,10 +115,28 @@ pub struct Cost {
     pub counters: Meter,
 }
 
+/// What a plan expected of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Planned {
+    /// Wall time \[s\].
+    pub wall_seconds: f64,
+    /// Largest memory \[bytes\].
+    pub memory: f64,
+    /// Whether the costs of units of work behind it were measured on this machine.
+    pub measured: bool,
+}
+
 impl Cost {
     /// Cost of a run as its meter has it.
     pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
-        Self { wall_seconds, threads, stages: meter.clone(), counters: meter.clone() }
+        let peak_memory = peak_memory();
+        Self { wall_seconds, threads, peak_memory, planned: None, stages: meter.clone(), counters: meter.clone() }
+    }
+
+    /// The same with what was expected.
+    #[must_use]
+    pub fn with_plan(self, planned: Planned) -> Self {
+        Self { planned: Some(planned), ..self }
     }
 }
 

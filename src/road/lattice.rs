@@ -6,9 +6,6 @@ use super::error::RoadError;
 use super::{grid, profile};
 use crate::scene::{Lateral, Road};
 
-/// Widest column of a lattice chosen here \[m\].
-const COLUMN_WIDTH: f64 = 0.002;
-
 /// The run's slice lattice: element e lies at road coordinate e dx, its cell is dx long; `columns` columns across the contact
 /// width, centred on the tyre, cell-centred, dy apart.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -22,6 +19,9 @@ pub struct Lattice {
 }
 
 impl Lattice {
+    /// Width of a column of a lattice chosen here \[m\].
+    pub const COLUMN_WIDTH: f64 = 0.002;
+
     /// The lattice for a road: `lateral_points` columns if the scene says so; else a grid's own columns when it is already at
     /// the run's dx and covers the contact width exactly; one column for roads that are level across; else columns of about 2 mm.
     ///
@@ -38,7 +38,7 @@ impl Lattice {
                 Err(RoadError::NotPositive { key: "contact.lateral_points", value: 0.0 })
             };
         }
-        let usual = with((contact_width / COLUMN_WIDTH).round().max(1.0) as usize);
+        let usual = with((contact_width / Self::COLUMN_WIDTH).round().max(1.0) as usize);
         Ok(match road {
             Road::Smooth => with(1),
             Road::Profile(profile::ProfileRoad { lateral: Lateral::Extruded, .. }) => with(1),

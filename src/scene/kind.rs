@@ -168,6 +168,33 @@ impl Kind for Count {
     }
 }
 
+/// A level difference in quotes, such as "0.5 dB".
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Decibels(pub(super) Bounds);
+
+impl Kind for Decibels {
+    type Output = f64;
+
+    fn wanted(&self) -> String {
+        format!("{} in quotes, such as \"0.5 dB\"", self.0)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<f64> {
+        let number = value.get().as_str().and_then(|text| text.trim().strip_suffix("dB"));
+        let Some(number) = number.and_then(|number| number.trim().parse::<f64>().ok()) else {
+            return value.wrong_type(self);
+        };
+        if !number.is_finite() {
+            return value.complain(Problem::NotFinite { value: number, wanted: self.wanted() });
+        }
+        if self.0.contains(number) {
+            Some(number)
+        } else {
+            value.complain(Problem::OutOfRange { value: number, bounds: self.0 })
+        }
+    }
+}
+
 /// `true` or `false`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flag;

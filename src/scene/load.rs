@@ -15,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::table::Table;
-use super::{Diagnostic, Problem, Scene, SceneError, read};
+use super::{Choice, Diagnostic, Problem, Scene, SceneError, read};
 use crate::numeric::digest::sha256;
 
 /// Syntax errors looked at; more of them help nobody.
@@ -36,6 +36,8 @@ pub struct LoadedScene {
     pub text_hash: String,
     /// The scene with its paths as written: what is hashed and reported.
     written: Scene,
+    /// Settings that the scene left open and what was made of them.
+    choices: Vec<Choice>,
     document: Arc<Document>,
 }
 
@@ -103,6 +105,11 @@ impl LoadedScene {
         let used = Self::new(used.to_owned(), path.clone(), PathBuf::new())?;
         let written = Self::new(written.to_owned(), path, PathBuf::new())?;
         Ok(Self { scene: used.scene, folder, ..written })
+    }
+
+    /// Settings that the scene left open and that follow from its `fmax` and `accuracy`, each with its reason.
+    pub fn choices(&self) -> &[Choice] {
+        &self.choices
     }
 
     /// The settings as written, as [`Scene::to_toml`].
@@ -178,13 +185,13 @@ impl LoadedScene {
         let written = read::scene(&mut table);
         table.finish();
         let diagnostics = complaints.finish();
-        let written = match written {
-            Some(scene) if diagnostics.is_empty() => scene,
+        let (written, choices) = match written {
+            Some(read) if diagnostics.is_empty() => read,
             _ => return Err(SceneError::Invalid { diagnostics }),
         };
         let scene = absolute_paths(&written, &folder)?;
         let hash = settings_hash(&written.to_json()?);
-        Ok(Self { scene, path, folder, hash, text_hash, written, document: Arc::new(document) })
+        Ok(Self { scene, path, folder, hash, text_hash, written, choices, document: Arc::new(document) })
     }
 }
 

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::pipeline::run::RunReport;
+use tyrewave::pipeline::RunReport;
 use tyrewave::pipeline::{self, RunError, RunOptions, Unwatched};
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};

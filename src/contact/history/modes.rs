@@ -37,7 +37,7 @@ pub const INSTANTS: usize = 8;
 
 /// Multiply-adds of a pass from which it is worth handing work to a second thread, a hand-over costing some 15 us. Measured at N = 1024, 1.6 million: 17 us an instant on two threads
 /// against 22 on one; N = 512 stays below.
-const PARALLEL_FROM: u64 = 1_000_000;
+pub const PARALLEL_FROM: u64 = 1_000_000;
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {

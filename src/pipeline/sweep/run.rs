@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use super::variants::Variant;
 use crate::meter::Stage;
 use crate::pipeline::checkpoint::Checkpoint;
-use crate::pipeline::past::{fetch, fit_options};
-use crate::pipeline::prepare::contact_field;
+use crate::pipeline::past::{contact_field, fetch, fit_options};
+use crate::pipeline::plan::Decisions;
 use crate::pipeline::{self, Plan, Progress, RunError, RunOptions};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
@@ -103,12 +103,13 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
     let mut fitted = Vec::new();
     for variant in variants {
         let scene = &variant.loaded.scene;
-        let options = fit_options(scene, contact_field(scene));
-        let needed = scene.numerics.history == History::Modal && !fitted.contains(&options);
+        let Decisions { tyre, tread, .. } = Decisions::new(scene);
+        let model = (tyre, fit_options(scene, contact_field(tread)));
+        let needed = scene.numerics.history == History::Modal && !fitted.contains(&model);
         if needed && !stop.load(Ordering::Relaxed) {
             // A refusal is the variant's own to report.
-            let _ = fetch(&scene.tyre, &options, stop);
-            fitted.push(options);
+            let _ = fetch(&model.0, &model.1, stop);
+            fitted.push(model);
         }
     }
 }

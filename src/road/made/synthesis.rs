@@ -29,25 +29,18 @@ use rustfft::{Fft, FftPlanner, num_complex::Complex64};
 
 use super::noise::{Interpolation, Taps, normal_pairs};
 use super::rings::RingSpectrum;
+use super::sizes::{STREAMS, Sizes};
 use super::target::TargetSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::RoadError;
-use crate::road::lattice::{Lattice, positive};
+use crate::road::lattice::Lattice;
 
-/// Lateral period and reach of the filters, in longest wavelengths.
-const PERIOD_IN_WAVELENGTHS: f64 = 8.0;
-/// Smallest lateral period \[m\].
-const SMALLEST_PERIOD: f64 = 1.0;
 /// Sub-cells of one lateral cell over which S is averaged.
 const SUBCELLS: usize = 6;
 /// Share of the Nyquist wavenumber below which the low-pass is flat; a raised cosine from there to it.
 const PASS: f64 = 0.8;
-/// Streams whose samples are held at a time.
-const STREAMS: usize = 64;
 /// Rows that one thread takes at a time.
 const BLOCK: usize = 128;
-/// Largest share of the lattice's sampling wavenumber that the spectrum may reach.
-const LARGEST_SHARE: f64 = 0.45;
 
 /// A random isotropic surface on a run's lattice.
 pub struct Texture {
@@ -80,33 +73,8 @@ impl Texture {
         lattice: Lattice,
         limit: u64,
     ) -> Result<Self, RoadError> {
-        positive("road.spacing", spacing)?;
-        let (longest, shortest) = (target.longest(), target.shortest());
-        let allowed = LARGEST_SHARE * shortest;
-        if spacing > allowed * (1.0 + 1e-9) {
-            return Err(RoadError::Spacing { spacing, shortest, allowed });
-        }
-        let lattice_width = lattice.width();
-        let mut period = (PERIOD_IN_WAVELENGTHS * longest).max(SMALLEST_PERIOD);
-        while period < 2.0 * lattice_width {
-            period *= 2.0;
-        }
-        let share = spacing / shortest;
-        let interpolation = WindowedSinc::new(share, 1.0 - share, 80.0);
-        let reach = (PERIOD_IN_WAVELENGTHS * longest / spacing).ceil();
-        let margin = 2.0 * (reach + interpolation.half_width() + 2.0);
-        let length = (2.0 * margin).max(margin + 16.0 * lattice.dx / spacing).max(1024.0);
-        let streams = (period / shortest).ceil() + 1.0;
-        let chunk = ((length - margin) * spacing / lattice.dx).floor().max(1.0);
-        // The length is yet to be rounded up to a power of two.
-        let across = lattice.columns as f64;
-        let needed = 2.0 * (length * (4.0 * streams + 16.0 * STREAMS as f64 + 8.0 * across) + chunk * 24.0 * across);
-        if needed.is_nan() || needed > limit as f64 {
-            return Err(RoadError::TextureTooLarge { longest, spacing, needed: needed as u64, limit });
-        }
-        let length = (length as usize).next_power_of_two();
-        let reach = reach as usize;
-        let chunk_rows = (((length as f64 - margin) * spacing / lattice.dx) as usize).max(1);
+        let Sizes { period, reach, length, chunk_rows, interpolation, .. } =
+            Sizes::new(target, spacing, lattice, limit)?;
         let mut planner = FftPlanner::new();
         let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
         let spectrum = RingSpectrum::fit(target);

@@ -4,6 +4,7 @@
 //! Values are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.
 
 mod contact;
+mod effects;
 mod material;
 mod numerics;
 mod resolution;
@@ -15,6 +16,7 @@ mod tyre;
 use serde::Serialize;
 
 pub use contact::*;
+pub use effects::*;
 pub use material::*;
 pub use numerics::*;
 pub use resolution::*;
@@ -36,6 +38,8 @@ pub struct Scene {
     pub rolling: Rolling,
     /// Contact law of tread and road slices.
     pub contact: Contact,
+    /// What is simulated beside the contact itself.
+    pub effects: Effects,
     /// Resolution and tolerances.
     pub numerics: Numerics,
     /// What is written.

@@ -1,6 +1,6 @@
 //! Resolution, tolerances, and what is written.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::TimeRule;
 
@@ -10,6 +10,9 @@ pub struct Numerics {
     /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see [`super::Resolution`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmax: Option<f64>,
+    /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: what is not given is chosen so, see [`super::Need`].
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "decibels")]
+    pub accuracy: Option<f64>,
     /// Elements N round the tyre; even.
     pub elements: usize,
     /// Time steps q per element rolled.
@@ -51,6 +54,7 @@ impl Default for Numerics {
     fn default() -> Self {
         Self {
             fmax: None,
+            accuracy: None,
             elements: 512,
             substeps: 1,
             time_rule: TimeRule::Bdf2,
@@ -61,10 +65,17 @@ impl Default for Numerics {
             contact_tolerance: 1e-12,
             lateral_terms: None,
             wavenumber_aliases: None,
-            cached_factors: 512,
+            cached_factors: 32,
             memory_limit: 8.0,
             time_limit: 24.0,
         }
+    }
+}
+
+fn decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    match accuracy {
+        Some(accuracy) => serializer.serialize_str(&format!("{accuracy} dB")),
+        None => serializer.serialize_none(),
     }
 }
 

@@ -22,6 +22,13 @@ pub enum Road {
     Grid(GridRoad),
 }
 
+impl Road {
+    /// Whether a section across may be other than level.
+    pub fn varies_across(&self) -> bool {
+        !matches!(self, Self::Smooth | Self::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }))
+    }
+}
+
 /// A random isotropic Gaussian texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the
 /// default dense asphalt.
 #[derive(Clone, Debug, PartialEq, Serialize)]

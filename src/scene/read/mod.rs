@@ -4,6 +4,7 @@
 
 mod axle;
 mod contact;
+mod effects;
 mod numerics;
 mod road;
 mod rolling;
@@ -11,28 +12,32 @@ mod tyre;
 
 use super::kind::Text;
 use super::table::Table;
-use super::{Axle, Contact, Outputs, Problem, Road, Scene};
+use super::{Axle, Choice, Contact, Effects, Outputs, Problem, Road, Scene};
 
-/// Reads a whole scene; `None` after a complaint.
-pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
+/// Reads a whole scene, and what was chosen in it; `None` after a complaint.
+pub(super) fn scene(table: &mut Table<'_>) -> Option<(Scene, Vec<Choice>)> {
     let title = table.or("title", &Text, String::new());
     let tyre = table.required("tyre", &tyre::TyreKind);
     let road = table.or("road", &road::ROAD, Road::default());
     let rolling = table.required("rolling", &rolling::ROLLING);
     let contact = table.or("contact", &contact::CONTACT, Contact::default());
+    let effects = table.or("effects", &effects::EFFECTS, Effects::default());
     let numerics = table.or("numerics", &numerics::NUMERICS, numerics::Given::default());
     let outputs = table.or("outputs", &numerics::OUTPUTS, Outputs::default());
 
-    let (tyre, rolling) = (tyre?, rolling?);
-    let scene = Scene {
+    let given = numerics?;
+    let mut scene = Scene {
         title: title?,
-        numerics: numerics?.resolve(&tyre, &rolling, table)?,
-        tyre,
+        tyre: tyre?,
         road: road?,
-        rolling,
+        rolling: rolling?,
         contact: contact?,
+        effects: effects?,
+        numerics: given.numerics().clone(),
         outputs: outputs?,
     };
+    let choices = given.resolve(&mut scene, table)?;
+    effects::check(&scene, table)?;
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
     let radius = scene.tyre.radius();
     match scene.rolling.axle {
@@ -40,6 +45,6 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
             "rolling.axle.indentation",
             Problem::Exceeds { value: indentation, limit: radius, limit_name: "the tyre's radius", unit: "m" },
         ),
-        _ => Some(scene),
+        _ => Some((scene, choices)),
     }
 }

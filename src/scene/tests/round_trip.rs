@@ -165,6 +165,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             Numerics {
                 // Decides about other keys; it has its own test.
                 fmax: None,
+                accuracy: None,
                 elements: 2 * half,
                 substeps,
                 time_rule,
@@ -183,17 +184,30 @@ fn numerics() -> impl Strategy<Value = Numerics> {
     )
 }
 
+/// Those that fit any other settings.
+fn effects() -> impl Strategy<Value = Effects> {
+    let tension = prop_oneof![Just(Switch::On), Just(Switch::Off)];
+    let later = prop_oneof![Just(Switch::Auto), Just(Switch::Off)];
+    (tension, later.clone(), later).prop_map(|(centrifugal_tension, radiation, friction)| Effects {
+        centrifugal_tension,
+        radiation,
+        friction,
+        ..Effects::default()
+    })
+}
+
 fn scene() -> impl Strategy<Value = Scene> {
     let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64).prop_map(|([arrays, spectra, plots], checkpoint_interval)| {
         Outputs { arrays, spectra, plots, checkpoint_interval }
     });
-    ("\\PC{0,20}", tyre(), road(), rolling(), contact(), numerics(), outputs).prop_map(
-        |(title, tyre, road, rolling, contact, numerics, outputs)| Scene {
+    ("\\PC{0,20}", tyre(), road(), rolling(), contact(), effects(), numerics(), outputs).prop_map(
+        |(title, tyre, road, rolling, contact, effects, numerics, outputs)| Scene {
             title,
             tyre,
             road,
             rolling,
             contact,
+            effects,
             numerics,
             outputs,
         },

@@ -1,5 +1,6 @@
 //! Each mistake that a scene can hold: exactly one complaint, with its line, its key, and what would be right.
 
+mod effects;
 mod road;
 mod rolling;
 mod text;

@@ -1,0 +1,156 @@
+//! `tyrewave plan`: what a run would do, why, and what it would take.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use super::{CliError, Context, print};
+use crate::meter::process::resident_memory;
+use crate::pipeline::Plan;
+use crate::pipeline::plan::calibration::{calibrate, calibrated};
+use crate::pipeline::plan::{Forecast, bytes};
+use crate::results::profile_table::counter_title;
+use crate::results::table::{aligned, grouped, words};
+use crate::scene::{LoadedScene, Scene};
+
+const EXAMPLES: &str = "\
+Nothing is simulated. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
+`tyrewave run` follows exactly this plan.
+
+The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept beside the fitted models; --calibrate measures them anew.
+
+Examples:
+  tyrewave plan scenes/default.toml
+  tyrewave plan scenes/default.toml --threads 1
+  tyrewave plan scenes/default.toml --json";
+
+/// Arguments of `tyrewave plan`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct PlanArguments {
+    /// The scene, a TOML file.
+    pub scene: PathBuf,
+    /// Print JSON instead of tables.
+    #[arg(long)]
+    pub json: bool,
+    /// Measure this machine again.
+    #[arg(long)]
+    pub calibrate: bool,
+}
+
+impl PlanArguments {
+    /// Prints the plan.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let process = resident_memory().unwrap_or_default() as f64;
+        let loaded = Scene::load(&self.scene)?;
+        loaded.check_time_domain()?;
+        let plan = Plan::of(&loaded);
+        plan.check(&loaded)?;
+        let stop = context.interrupt.flag();
+        let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
+        let forecast = plan.forecast(&costs, context.threads, process);
+        print(&if self.json { record(&loaded, &plan, &forecast) } else { text(&loaded, &plan, &forecast) })
+    }
+}
+
+fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
+    let record = json!({
+        "title": loaded.title(),
+        "scene_sha256": loaded.hash,
+        "effects": plan.decisions.rows,
+        "choices": plan.choices,
+        "notes": plan.decisions.notes,
+        "sizes": {
+            "speed": plan.speed,
+            "elements": loaded.scene.numerics.elements,
+            "element": plan.element,
+            "time_step": plan.time_step,
+            "warm_up_steps": plan.warm_up_steps,
+            "steps": plan.steps,
+            "expected": plan.amounts.expected,
+        },
+        "work": plan.amounts.work,
+        "counters": plan.amounts.counters.iter().map(|&(counter, amount)| json!({ "counter": counter, "amount": amount })).collect::<Vec<_>>(),
+        "memory": plan.amounts.memory.iter().map(|&(what, bytes)| json!({ "what": what, "bytes": bytes })).collect::<Vec<_>>(),
+        "result_bytes": plan.amounts.result_bytes,
+        "forecast": forecast,
+    });
+    format!("{record:#}\n")
+}
+
+fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
+    let numerics = &loaded.scene.numerics;
+    let mut text = format!(
+        "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
+        loaded.title(),
+        numerics.elements,
+        1e3 * plan.element,
+        grouped(plan.steps),
+        1e6 * plan.time_step,
+        plan.amounts.expected.points
+    );
+    let effects: Vec<[String; 4]> = plan
+        .decisions
+        .rows
+        .iter()
+        .map(|row| {
+            let state = if row.on { "on" } else { "off" };
+            [row.effect.to_owned(), state.to_owned(), row.form.clone(), row.reason.clone()]
+        })
+        .collect();
+    text.push_str(&words(&["effect", "", "how", "why"], &effects));
+    if !plan.choices.is_empty() {
+        let rows: Vec<[String; 3]> = plan
+            .choices
+            .iter()
+            .map(|choice| [choice.key.to_owned(), choice.value.clone(), choice.reason.clone()])
+            .collect();
+        text.push_str(&format!("\n{}", words(&["chosen", "", "why"], &rows)));
+    }
+    let stages: Vec<[String; 3]> = forecast
+        .stages
+        .iter()
+        .map(|stage| {
+            let place = if stage.background { "beside the steps" } else { "" };
+            [stage.stage.title().to_owned(), format!("{:.3} s", stage.seconds), place.to_owned()]
+        })
+        .chain([
+            ["everything else".to_owned(), format!("{:.3} s", forecast.rest_seconds), String::new()],
+            ["all cores".to_owned(), format!("{:.3} s", forecast.core_seconds()), String::new()],
+        ])
+        .collect();
+    text.push_str(&format!("\n{}", aligned(&["stage", "time", ""], &stages)));
+    let counters: Vec<[String; 2]> = plan
+        .amounts
+        .counters
+        .iter()
+        .map(|&(counter, amount)| [counter_title(counter).to_owned(), grouped(amount as u64)])
+        .collect();
+    text.push_str(&format!("\n{}", aligned(&["work", "about"], &counters)));
+    let memory: Vec<[String; 2]> = plan
+        .amounts
+        .memory
+        .iter()
+        .map(|&(what, size)| [what.to_owned(), bytes(size)])
+        .chain([[
+            format!("work on {} threads", forecast.threads),
+            bytes(plan.amounts.memory_per_thread * forecast.threads as f64),
+        ]])
+        .collect();
+    text.push_str(&format!("\n{}", aligned(&["memory", "about"], &memory)));
+    for note in &plan.decisions.notes {
+        text.push_str(&format!("\nnote: {note}\n"));
+    }
+    text.push_str(&format!(
+        "\nabout {:.2} s on {} threads, at most {} of memory, {} of results\n",
+        forecast.wall_seconds,
+        forecast.threads,
+        bytes(forecast.memory),
+        bytes(plan.amounts.result_bytes)
+    ));
+    text
+}

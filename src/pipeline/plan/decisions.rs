@@ -1,0 +1,197 @@
+//! Which effects a run simulates, and why.
+//!
+//! Every later stage asks a [`Decisions`] value what to do; the rows of [`Decisions::rows`] say the same in words.
+
+use serde::Serialize;
+
+use crate::scene::{Axle, Effects, History, Road, Scene, Slices, Switch, Tread, Tyre};
+
+/// Share of the belt's tension from which a run without centrifugal tension says so.
+const WORTH_TELLING: f64 = 0.5;
+
+/// What a run simulates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decisions {
+    /// The slice law in use; [`Slices::None`] where the road is taken as level across.
+    pub slices: Slices,
+    /// Cells across the contact width, where that is decided; 1: the road's middle line, level across.
+    pub lateral_points: Option<usize>,
+    /// The tread law.
+    pub tread: Tread,
+    /// The tyre as it rolls: with centrifugal tension where that is taken in.
+    pub tyre: Tyre,
+    /// All effects in words, in the order of the data's way.
+    pub rows: Vec<Decision>,
+    /// What the user should know before the run.
+    pub notes: Vec<String>,
+}
+
+/// One effect.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Decision {
+    /// The effect.
+    pub effect: &'static str,
+    /// Whether it is simulated.
+    pub on: bool,
+    /// How.
+    pub form: String,
+    /// Why.
+    pub reason: String,
+}
+
+impl Decisions {
+    /// For a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let mut notes = Vec::new();
+        let (tyre, tension) = centrifugal_tension(scene, &mut notes);
+        let (texture, slices, lateral_points) = texture(scene);
+        let rows =
+            vec![tension, texture, tread(scene), axle(scene), history(scene), later("radiation"), later("friction")];
+        Self { slices, lateral_points, tread: scene.contact.tread, tyre, rows, notes }
+    }
+}
+
+fn given(switch: Switch, key: &str) -> Option<String> {
+    match switch {
+        Switch::On => Some(format!("effects.{key} = \"on\"")),
+        Switch::Off => Some(format!("effects.{key} = \"off\"")),
+        Switch::Auto => None,
+    }
+}
+
+fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decision) {
+    let (tyre, switch) = (&scene.tyre, scene.effects.centrifugal_tension);
+    let speed = scene.rolling.speed();
+    let (added, carried) = (tyre.centrifugal_tension(speed), tyre.tension_along());
+    let share = added / carried;
+    let would = if carried > 0.0 {
+        format!(
+            "m'' V^2 = {:.1} kN/m is {:.1} % of the tension at {} km/h",
+            1e-3 * added,
+            100.0 * share,
+            scene.rolling.speed_kmh
+        )
+    } else {
+        format!("m'' V^2 = {:.1} kN/m at {} km/h", 1e-3 * added, scene.rolling.speed_kmh)
+    };
+    let limit = 100.0 * Effects::CENTRIFUGAL_SHARE;
+    let (on, reason) = match switch {
+        Switch::On => (true, would.clone()),
+        Switch::Off => (false, format!("not asked for; {would}")),
+        Switch::Auto if share > Effects::CENTRIFUGAL_SHARE => (true, format!("auto: {would}, more than {limit} %")),
+        Switch::Auto => (false, format!("auto: {would}, not more than {limit} %")),
+    };
+    if !on && share > WORTH_TELLING {
+        notes.push(format!("{would}: effects.centrifugal_tension = \"auto\" would take it in"));
+    }
+    let form = if on { "belt tension raised" } else { "" }.to_owned();
+    let rolling = if on { tyre.spinning(speed) } else { tyre.clone() };
+    (rolling, Decision { effect: "centrifugal tension", on, form, reason })
+}
+
+fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
+    let switch = scene.effects.texture;
+    let varies = scene.road.varies_across();
+    let level = |form: &str, reason: String| {
+        let row = Decision { effect: "texture across the width", on: false, form: form.to_owned(), reason };
+        (row, Slices::None, Some(1))
+    };
+    if switch == Switch::Off {
+        let form = if varies { "middle line of the road, level across" } else { "" };
+        return level(form, "effects.texture = \"off\"".to_owned());
+    }
+    if !varies {
+        let road =
+            if matches!(scene.road, Road::Smooth) { "the road is smooth" } else { "the road is the same all across" };
+        return level("", format!("auto: {road}"));
+    }
+    if scene.contact.lateral_points == Some(1) {
+        return level("", "contact.lateral_points = 1".to_owned());
+    }
+    let law = match scene.contact.slices {
+        Slices::None => "highest point of each slice",
+        Slices::Winkler => "springs across each slice",
+        Slices::HalfSpace => "each slice an elastic half-space",
+    };
+    let reason =
+        given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
+    let row = Decision { effect: "texture across the width", on: true, form: law.to_owned(), reason };
+    (row, scene.contact.slices, scene.contact.lateral_points)
+}
+
+fn tread(scene: &Scene) -> Decision {
+    let (on, form) = match scene.contact.tread {
+        Tread::Elastic => (true, "elastic layer"),
+        Tread::Uncoupled => (false, "points in contact feel each other from the next step on"),
+        Tread::Bedding => (false, "independent springs on the carcass"),
+    };
+    let name = match scene.contact.tread {
+        Tread::Elastic => "elastic",
+        Tread::Uncoupled => "uncoupled",
+        Tread::Bedding => "bedding",
+    };
+    Decision { effect: "tread coupling", on, form: form.to_owned(), reason: format!("contact.tread = \"{name}\"") }
+}
+
+fn axle(scene: &Scene) -> Decision {
+    let (form, reason) = match scene.rolling.axle {
+        Axle::Load { load, .. } => (format!("height held, mean force {load} N"), "rolling.axle.load"),
+        Axle::Indentation { indentation, .. } => {
+            (format!("height held, {} mm into the road", 1e3 * indentation), "rolling.axle.indentation")
+        }
+    };
+    Decision { effect: "axle motion", on: false, form, reason: reason.to_owned() }
+}
+
+fn history(scene: &Scene) -> Decision {
+    let (form, reason) = match scene.numerics.history {
+        History::Direct => (format!("sum over {} s", scene.numerics.memory), "numerics.history = \"direct\""),
+        History::Modal => ("recursion by poles".to_owned(), "numerics.history = \"modal\""),
+    };
+    Decision { effect: "memory of the tyre", on: true, form, reason: reason.to_owned() }
+}
+
+fn later(effect: &'static str) -> Decision {
+    Decision { effect, on: false, form: String::new(), reason: "not there yet".to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::DEFAULT;
+
+    fn of(edit: impl FnOnce(&mut Scene)) -> Decisions {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        edit(&mut scene);
+        Decisions::new(&scene)
+    }
+
+    #[test]
+    fn centrifugal_tension_follows_the_speed_and_is_off_unless_asked_for() {
+        let base = of(|_| ());
+        assert!(!base.rows[0].on && base.rows[0].reason.contains("18.8 %"), "{}", base.rows[0].reason);
+        assert_eq!(base.tyre, Scene::from_str(DEFAULT, "default").unwrap().scene.tyre);
+        let at = |speed: f64| {
+            of(|scene| {
+                scene.effects.centrifugal_tension = Switch::Auto;
+                scene.rolling.speed_kmh = speed;
+            })
+        };
+        assert!(at(80.0).rows[0].on && !at(50.0).rows[0].on);
+        // m'' = 6 mm x 1300 + 13 mm x 1150 kg/m^3, raised on the belt alone: the tread carries none.
+        let (fast, speed) = (at(200.0), 200.0_f64 / 3.6);
+        assert!((fast.tyre.layers[0].tension[0] - (6e4 + (7.8 + 14.95) * speed * speed)).abs() < 1e-6);
+        assert!(fast.tyre.layers[1].tension[0].abs() < 1e-12 && (fast.tyre.layers[0].tension[1] - 2e4).abs() < 1e-9);
+        let told = of(|scene| scene.rolling.speed_kmh = 200.0);
+        assert!(told.notes.len() == 1 && told.notes[0].contains("117."), "{:?}", told.notes);
+    }
+
+    #[test]
+    fn texture_follows_the_road() {
+        assert_eq!(of(|_| ()).slices, Slices::Winkler);
+        let smooth = of(|scene| scene.road = Road::Smooth);
+        assert_eq!((smooth.slices, smooth.lateral_points), (Slices::None, Some(1)));
+        let off = of(|scene| scene.effects.texture = Switch::Off);
+        assert_eq!((off.slices, off.lateral_points), (Slices::None, Some(1)));
+    }
+}

@@ -1,0 +1,81 @@
+//! `[effects]`, and whether it fits the rest of the scene.
+
+use super::super::kind::OneOf;
+use super::super::table::{Nested, Table};
+use super::super::{Effects, Lateral, Problem, ProfileRoad, Road, Scene, Switch};
+
+pub(super) const EFFECTS: Nested<Effects> = Nested { title: "[effects]", wanted: "the table [effects]", read: effects };
+
+fn effects(table: &mut Table<'_>) -> Option<Effects> {
+    let default = Effects::default();
+    let mut switch = |key, default| table.or(key, &OneOf::<Switch>::new(), default);
+    let texture = switch("texture", default.texture);
+    let tread_vibration = switch("tread_vibration", default.tread_vibration);
+    let belt_vibration = switch("belt_vibration", default.belt_vibration);
+    let tangential_motion = switch("tangential_motion", default.tangential_motion);
+    let centrifugal_tension = switch("centrifugal_tension", default.centrifugal_tension);
+    let radiation = switch("radiation", default.radiation);
+    let friction = switch("friction", default.friction);
+    for (key, given, what) in
+        [("radiation", radiation, "sound radiation"), ("friction", friction, "tangential friction in the contact")]
+    {
+        if given == Some(Switch::On) {
+            let wrong = format!("{what} is not there yet: this version computes contact forces and vibration");
+            let right = "\"off\", or \"auto\", which takes it in once it is there".to_owned();
+            table.complain::<()>(key, Problem::Complaint { wrong, right });
+        }
+    }
+    Some(Effects {
+        texture: texture?,
+        tread_vibration: tread_vibration?,
+        belt_vibration: belt_vibration?,
+        tangential_motion: tangential_motion?,
+        centrifugal_tension: centrifugal_tension?,
+        radiation: radiation.filter(|&given| given != Switch::On)?,
+        friction: friction.filter(|&given| given != Switch::On)?,
+    })
+}
+
+/// Checks effects against what the scene holds; `None` after a complaint.
+pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let checks = [texture(scene, table), centrifugal_tension(scene, table)];
+    checks.into_iter().collect()
+}
+
+fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let complain = |key: &str, wrong: &str, right: &str| {
+        table.complain(key, Problem::Complaint { wrong: wrong.to_owned(), right: right.to_owned() })
+    };
+    match scene.effects.texture {
+        Switch::On => {
+            let right = "\"off\", \"auto\", or a road with texture across";
+            match &scene.road {
+                Road::Smooth => complain("effects.texture", "a smooth road has no texture", right),
+                Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => {
+                    complain("effects.texture", "a profile that is the same all across has no texture across", right)
+                }
+                _ if scene.contact.lateral_points == Some(1) => complain(
+                    "effects.texture",
+                    "one cell across (contact.lateral_points) holds no texture",
+                    "more cells, or \"off\"",
+                ),
+                _ => Some(()),
+            }
+        }
+        Switch::Off if scene.contact.lateral_points.is_some_and(|points| points > 1) => complain(
+            "contact.lateral_points",
+            "cells across the width mean nothing with effects.texture = \"off\"",
+            "leave this out, or effects.texture = \"auto\"",
+        ),
+        Switch::Off | Switch::Auto => Some(()),
+    }
+}
+
+fn centrifugal_tension(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    if scene.effects.centrifugal_tension == Switch::Auto && !scene.tyre.is_tense_along() {
+        let wrong = "no layer carries tension along the circumference: there is nothing to compare m'' V^2 with";
+        let right = "\"on\" or \"off\", or a layer with tension".to_owned();
+        return table.complain("effects.centrifugal_tension", Problem::Complaint { wrong: wrong.to_owned(), right });
+    }
+    Some(())
+}

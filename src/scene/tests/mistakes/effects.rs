@@ -1,0 +1,89 @@
+//! Mistakes in effects, and what `fmax` and `accuracy` choose.
+
+use super::super::super::{Scene, Switch};
+use super::super::BASE;
+use super::{accepted, refused};
+
+/// Puts a table of effects before the contact's.
+#[track_caller]
+fn effect_refused(effect: &str, key: &str, wrong: &str, right: &str) {
+    refused("[contact]", &format!("[effects]\n{effect}\n[contact]"), 23, key, wrong, right);
+}
+
+#[test]
+fn switches() {
+    effect_refused("texture = \"of\"", "effects.texture", "\"of\" is not known", "did you mean \"off\"?");
+    effect_refused("texture = true", "effects.texture", "true cannot stand here", "one of \"on\", \"off\", \"auto\"");
+    effect_refused("tangential = \"on\"", "effects.tangential", "not a key of [effects]", "tangential_motion");
+    let later = accepted("[contact]", "[effects]\nradiation = \"auto\"\nfriction = \"off\"\n[contact]");
+    assert_eq!((later.effects.radiation, later.effects.friction), (Switch::Auto, Switch::Off));
+}
+
+#[test]
+fn effects_that_are_not_there_yet_are_named() {
+    effect_refused(
+        "radiation = \"on\"",
+        "effects.radiation",
+        "sound radiation is not there yet",
+        "\"off\", or \"auto\"",
+    );
+    effect_refused(
+        "friction = \"on\"",
+        "effects.friction",
+        "tangential friction in the contact is not there yet",
+        "\"off\"",
+    );
+}
+
+#[test]
+fn effects_that_contradict_the_scene() {
+    effect_refused("texture = \"on\"", "effects.texture", "a smooth road has no texture", "\"off\", \"auto\"");
+    let text = BASE.replace("[contact]", "[effects]\ntexture = \"off\"\n[contact]\nlateral_points = 8");
+    let error = Scene::from_str(&text, "x").unwrap_err();
+    assert_eq!(error.diagnostics()[0].key(), "contact.lateral_points", "{error}");
+}
+
+#[test]
+fn auto_with_nothing_to_decide_from() {
+    let slack = BASE
+        .replace("tension = [6e4, 2e4]", "tension = [0, 2e4]")
+        .replace("[contact]", "[effects]\ncentrifugal_tension = \"auto\"\n[contact]");
+    assert!(slack.contains("[0, 2e4]"), "the base scene is written otherwise: {BASE}");
+    let error = Scene::from_str(&slack, "x").unwrap_err();
+    assert!(error.to_string().contains("nothing to compare m'' V^2 with"), "{error}");
+    assert!(Scene::from_str(&slack.replace("= \"auto\"", "= \"on\""), "x").is_ok());
+}
+
+#[test]
+fn accuracy() {
+    let numerics = |keys: &str| format!("[numerics]\n{keys}");
+    let of = |keys: &str| Scene::from_str(&BASE.replace("[numerics]", &numerics(keys)), "x");
+    let message = |keys: &str| of(keys).unwrap_err().render(false);
+    assert!(message("accuracy = \"0.5 dB\"").contains("numerics.fmax"), "{}", message("accuracy = \"0.5 dB\""));
+    assert!(message("fmax = 1000\naccuracy = 0.5").contains("\"0.5 dB\""));
+    assert!(message("fmax = 1000\naccuracy = \"9 dB\"").contains("at most 6 dB"));
+    assert!(message("fmax = 1000\naccuracy = \"nan dB\"").contains("finite"));
+}
+
+#[test]
+fn what_is_not_given_follows_from_accuracy_and_says_why() {
+    let text = BASE
+        .lines()
+        .filter(|line| !line.starts_with("elements") && !line.starts_with("substeps"))
+        .collect::<Vec<_>>()
+        .join("\n")
+        .replace("kind = \"smooth\"", "kind = \"made\"")
+        .replace("[numerics]", "[numerics]\nfmax = 1000\naccuracy = \"0.5 dB\"\nhistory = \"modal\"");
+    let loaded = Scene::from_str(&text, "x").unwrap_or_else(|error| panic!("{}", error.render(false)));
+    let keys: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
+    let expected =
+        ["elements", "substeps", "pole_tolerance", "influence_tolerance"].map(|key| format!("numerics.{key}"));
+    assert_eq!(keys[..4], expected, "{keys:?}");
+    assert_eq!(keys[4], "contact.lateral_points");
+    assert!(loaded.choices().iter().all(|choice| !choice.reason.is_empty()));
+    assert_eq!(loaded.scene.contact.lateral_points, Some((loaded.scene.tyre.contact_width / 1e-3).ceil() as usize));
+    // The effective settings read back as they are; all of them are given then.
+    let again = Scene::from_str(&loaded.scene.to_toml().unwrap(), "x").unwrap();
+    assert_eq!(again.scene, loaded.scene);
+    assert!(again.choices().is_empty());
+}

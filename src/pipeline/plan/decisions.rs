@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn centrifugal_tension_follows_the_speed_and_is_off_unless_asked_for() {
         let base = of(|_| ());
-        assert!(!base.rows[0].on && base.rows[0].reason.contains("18.8 %"), "{}", base.rows[0].reason);
+        assert!(!base.rows[0].on && base.rows[0].reason.contains("18.7 %"), "{}", base.rows[0].reason);
         assert_eq!(base.tyre, Scene::from_str(DEFAULT, "default").unwrap().scene.tyre);
         let at = |speed: f64| {
             of(|scene| {

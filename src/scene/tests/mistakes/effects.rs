@@ -12,7 +12,7 @@ fn effect_refused(effect: &str, key: &str, wrong: &str, right: &str) {
 
 #[test]
 fn switches() {
-    effect_refused("texture = \"of\"", "effects.texture", "\"of\" is not known", "did you mean \"off\"?");
+    effect_refused("texture = \"offf\"", "effects.texture", "\"offf\" is not known", "did you mean \"off\"?");
     effect_refused("texture = true", "effects.texture", "true cannot stand here", "one of \"on\", \"off\", \"auto\"");
     effect_refused("tangential = \"on\"", "effects.tangential", "not a key of [effects]", "tangential_motion");
     let later = accepted("[contact]", "[effects]\nradiation = \"auto\"\nfriction = \"off\"\n[contact]");

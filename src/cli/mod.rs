@@ -5,6 +5,7 @@
 
 pub mod cache;
 pub mod compliance;
+pub mod effects;
 pub mod error;
 pub mod heights;
 pub mod indent;
@@ -71,6 +72,8 @@ pub enum Command {
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.
     Plan(plan::PlanArguments),
+    /// Show what each effect is worth: levels, force, patch, time and memory with and without it.
+    Effects(effects::EffectsArguments),
     /// Go on with a run that was interrupted or killed, as if it had never stopped.
     Resume(resume::ResumeArguments),
     /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
@@ -136,6 +139,7 @@ impl Command {
         match self {
             Self::Run(arguments) => arguments.execute(context),
             Self::Plan(arguments) => arguments.execute(context),
+            Self::Effects(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
@@ -196,6 +200,7 @@ mod tests {
         for name in [
             "run",
             "plan",
+            "effects",
             "resume",
             "sweep",
             "mobility",

@@ -20,6 +20,7 @@ pub mod rules;
 pub mod run;
 pub mod sweep;
 pub mod to_folder;
+pub mod worth;
 
 pub use error::RunError;
 pub use plan::Plan;

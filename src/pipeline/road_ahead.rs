@@ -13,7 +13,7 @@ use crate::road::RoadSurface;
 use crate::road::slices::{SliceBuilder, StiffnessCurve};
 
 /// Rows of road that are made at a time.
-const CHUNK_ROWS: i64 = 512;
+pub(super) const CHUNK_ROWS: i64 = 512;
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
 

@@ -13,6 +13,7 @@ use crate::contact::factors::largest_memory;
 use crate::contact::geometry::Geometry;
 use crate::contact::history::modes::INSTANTS;
 use crate::meter::{Counter, Stage};
+use crate::pipeline::road_ahead::CHUNK_ROWS;
 use crate::road::Lattice;
 use crate::road::made::{Sizes, TargetSpectrum};
 use crate::scene::{Axle, History, Road, Scene, Slices, Tread, Tyre};
@@ -51,8 +52,10 @@ const BY_LAYERS: f64 = 0.37;
 const FIT_EVALUATIONS: f64 = 2e6;
 /// Bytes for a pole: the model, and the recursion's coefficients and states.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
-/// Bytes that a fit holds for each thread.
-const FIT_BYTES: f64 = 15e6;
+/// Bytes that a fit holds for each thread, and what the allocator keeps of them.
+const FIT_BYTES: f64 = 27e6;
+/// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
+const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in segments.
 const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Share of steps whose set is factorised, on a rough road.
@@ -212,11 +215,13 @@ impl Amounts {
                 // A road that cannot be made is refused when it is opened.
                 if let Ok(sizes) = sizes {
                     let (opening, chunk) = (sizes.opening(), sizes.chunk());
-                    let chunks = (rows / sizes.chunk_rows as f64).ceil() + 0.5;
+                    // Asked for in chunks of the run's own; the first lies partly before the start.
+                    let asked = (rows / CHUNK_ROWS as f64).ceil() * CHUNK_ROWS as f64;
+                    let chunks = (asked / sizes.chunk_rows as f64).ceil() + 1.0;
                     let unit = Unit::TextureMultiplyAdd;
                     self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
                     self.add(Stage::Road, unit, chunks * chunk.multiply_adds as f64, Place::Behind);
-                    self.hold("texture of the road", (opening.bytes + chunk.bytes) as f64);
+                    self.hold("texture of the road", TEXTURE_RESERVE * (opening.bytes + chunk.bytes) as f64);
                     self.memory_per_thread += 48.0 * sizes.length as f64;
                 }
             }

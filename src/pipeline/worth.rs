@@ -1,0 +1,187 @@
+//! What each effect is worth: the scene with one effect after the other switched, beside two bases.
+//!
+//! 1. the base without any effect that can be taken away, and the scene with all of them;
+//! 2. each effect alone added to the base, and alone taken away from all;
+//! 3. what that changes: third-octave levels, mean force, length of the patch, time of the steps, planned memory.
+//!
+//! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::error::RunError;
+use super::plan::Plan;
+use super::progress::Progress;
+use super::run::Run;
+use crate::response::BandLevel;
+use crate::scene::{LoadedScene, Scene, SceneError, Switch, Tread};
+
+/// Steps between two looks at the flag and the progress bar.
+const LOOK_EVERY: u64 = 256;
+/// Lowest band that is compared \[Hz\].
+const LOWEST_FREQUENCY: f64 = 20.0;
+
+/// An effect that can be taken away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// Texture across the width.
+    Texture,
+    /// Coupling of the points in contact within a step.
+    TreadCoupling,
+    /// Belt tension raised by m'' V^2.
+    CentrifugalTension,
+}
+
+impl Effect {
+    /// All of them, in the order of the data's way.
+    pub const ALL: [Self; 3] = [Self::CentrifugalTension, Self::Texture, Self::TreadCoupling];
+
+    /// The effect in words.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Texture => "texture across the width",
+            Self::TreadCoupling => "tread coupling",
+            Self::CentrifugalTension => "centrifugal tension",
+        }
+    }
+
+    /// Switches it in a scene.
+    pub fn set(self, scene: &mut Scene, on: bool) {
+        let switch = if on { Switch::On } else { Switch::Off };
+        match self {
+            Self::Texture => {
+                scene.effects.texture = switch;
+                if !on {
+                    scene.contact.lateral_points = None;
+                }
+            }
+            Self::TreadCoupling => {
+                let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };
+                scene.contact.tread = if on { Tread::Elastic } else { without };
+                if on {
+                    scene.contact.bedding_stiffness = None;
+                }
+            }
+            Self::CentrifugalTension => scene.effects.centrifugal_tension = switch,
+        }
+    }
+}
+
+/// What a run found and took.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Third-octave levels of the contact force.
+    pub levels: Vec<BandLevel>,
+    /// Mean force \[N\].
+    pub mean_force: f64,
+    /// Length of the patch \[m\].
+    pub contact_length: f64,
+    /// Time of the steps \[s\].
+    pub seconds: f64,
+    /// Planned memory, without the process itself \[bytes\].
+    pub memory: f64,
+}
+
+/// One effect.
+#[derive(Clone, Debug)]
+pub struct Worth {
+    /// The effect.
+    pub effect: Effect,
+    /// With it alone, and with all but it; or why the scene cannot have it.
+    pub found: Result<[Found; 2], String>,
+}
+
+/// All effects of a scene.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Without any effect that can be taken away.
+    pub base: Found,
+    /// With all that the scene can have.
+    pub all: Found,
+    /// Each of them.
+    pub effects: Vec<Worth>,
+}
+
+/// Compares. `duration` \[s\] takes the place of the scene's.
+///
+/// # Errors
+/// Of any of the runs; [`RunError::Interrupted`].
+pub fn compare(
+    loaded: &LoadedScene,
+    duration: f64,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<Comparison, RunError> {
+    let mut scene = loaded.scene.clone();
+    scene.rolling.duration = duration;
+    let possible: Vec<(Effect, Option<String>)> = Effect::ALL
+        .map(|effect| {
+            let mut with = scene.clone();
+            effect.set(&mut with, true);
+            let refused = |error: SceneError| {
+                error.diagnostics().first().map_or_else(|| error.to_string(), |first| first.problem().to_string())
+            };
+            (effect, LoadedScene::from_scene(&with, "effects").err().map(refused))
+        })
+        .into();
+    let with = |chosen: &dyn Fn(Effect) -> bool| {
+        let mut scene = scene.clone();
+        for (effect, refusal) in &possible {
+            // An effect that is refused stays as the scene has it.
+            if refusal.is_none() {
+                effect.set(&mut scene, chosen(*effect));
+            }
+        }
+        scene
+    };
+    let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as u64;
+    let plan = Plan::new(&scene);
+    let mut watch = Watch { stop, progress, done: 0 };
+    watch.progress.march(0, (2 + 2 * count) * plan.steps, plan.time_step);
+    let base = watch.roll(&with(&|_| false))?;
+    let all = watch.roll(&with(&|_| true))?;
+    let mut effects = Vec::new();
+    for (effect, refusal) in &possible {
+        let found = match refusal {
+            Some(refusal) => Err(refusal.clone()),
+            None => Ok([watch.roll(&with(&|other| other == *effect))?, watch.roll(&with(&|other| other != *effect))?]),
+        };
+        effects.push(Worth { effect: *effect, found });
+    }
+    watch.progress.finish();
+    Ok(Comparison { base, all, effects })
+}
+
+struct Watch<'a> {
+    stop: &'a AtomicBool,
+    progress: &'a mut dyn Progress,
+    done: u64,
+}
+
+impl Watch<'_> {
+    fn roll(&mut self, scene: &Scene) -> Result<Found, RunError> {
+        let loaded = LoadedScene::from_scene(scene, "effects")?;
+        let plan = Plan::of(&loaded);
+        plan.check(&loaded)?;
+        let mut run = Run::begin(&loaded, &plan, self.stop)?;
+        let begin = Instant::now();
+        while run.step()?.is_some() {
+            if run.next_step() % LOOK_EVERY == 0 {
+                self.progress.step(self.done + run.next_step());
+                if self.stop.load(Ordering::Relaxed) {
+                    return Err(RunError::Interrupted { kept: None });
+                }
+            }
+        }
+        let seconds = begin.elapsed().as_secs_f64();
+        self.done += plan.steps;
+        let results = run.finish();
+        Ok(Found {
+            levels: results.spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)),
+            mean_force: results.mean_force.unwrap_or_default(),
+            contact_length: results.mean_contact_length.unwrap_or_default(),
+            seconds,
+            memory: plan.amounts.memory_on(rayon::current_num_threads()),
+        })
+    }
+}

@@ -18,7 +18,7 @@ use crate::contact::slice_queue::SliceQueue;
 use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
 
@@ -106,8 +106,11 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         }
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
     };
+    // Slices that are flat across are the same by either coupling; the factors of equation 4 can be kept.
+    let flat = scene.contact.slices == Slices::None || lattice.columns == 1;
+    let coupling = if flat { SliceCoupling::Explicit } else { scene.contact.slice_coupling };
     Ok(Prepared {
-        march: March::new(geometry, kernel, history, numerics, plan.time_step),
+        march: March::new(geometry, kernel, coupling, history, numerics, plan.time_step),
         road,
         axle,
         at_rest,

@@ -27,6 +27,7 @@ struct Case {
     indentation: f64,
     ramp: f64,
     winkler: bool,
+    implicit: bool,
 }
 
 /// w_p(j) for lags 0..lags and j = 0..N, BDF2: row p, column j.
@@ -110,13 +111,16 @@ fn residuals(results: &Results, case: &Case, tyre: &Tyre, heights: &dyn Fn(i64) 
             let slice = heights(e);
             let peak = slice.iter().fold(f64::MIN, |a, &b| a.max(b));
             let penetration = indentation - (radius - (radius * radius - x * x).sqrt()) + peak - old;
-            let required = if penetration <= 0.0 || !case.winkler {
-                penetration
-            } else {
-                slice.iter().map(|z| (penetration - (peak - z)).max(0.0)).sum::<f64>() / slice.len() as f64
-            };
             let displacement = at(step);
             let force = patch[step * columns + column];
+            // What the other points displace in the same step is no penetration of the slice.
+            let others = if case.implicit { displacement - weights[0] * force } else { 0.0 };
+            let felt = penetration - others;
+            let required = if felt <= 0.0 || !case.winkler {
+                penetration
+            } else {
+                others + slice.iter().map(|z| (felt - (peak - z)).max(0.0)).sum::<f64>() / slice.len() as f64
+            };
             worst[0] = worst[0].max(-force);
             worst[1] = worst[1].max(required - displacement);
             worst[2] = worst[2].max((force * (displacement - required)).abs());
@@ -142,8 +146,15 @@ fn text(case: &Case, road: &str) -> String {
         case.start, case.indentation, case.ramp
     );
     let slices = if case.winkler { "winkler" } else { "none" };
+    let coupling = if case.implicit { "implicit" } else { "explicit" };
     let numerics = format!("substeps = {}\nmemory = 0.5", case.substeps);
-    scene_text(case.elements, road, &rolling, &numerics, &format!("[contact]\nslices = \"{slices}\""))
+    scene_text(
+        case.elements,
+        road,
+        &rolling,
+        &numerics,
+        &format!("[contact]\nslices = \"{slices}\"\nslice_coupling = \"{coupling}\""),
+    )
 }
 
 #[test]
@@ -154,21 +165,29 @@ fn conditions_hold_on_a_rough_grid() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let heights: Vec<f64> = (0..rows * columns).map(|_| random.random_range(-1.2e-3..1.2e-3)).collect();
     write_grid(&path, columns, &heights);
-    for (elements, substeps, winkler) in [(64, 1, true), (64, 3, true), (64, 1, false), (96, 1, true)] {
-        let case = Case { elements, substeps, start: 0.7, indentation: 0.012, ramp: 0.04, winkler };
+    for (elements, substeps, winkler, implicit) in [
+        (64, 1, true, false),
+        (64, 3, true, false),
+        (64, 1, false, false),
+        (96, 1, true, false),
+        (64, 1, true, true),
+        (64, 3, true, true),
+        (64, 1, false, true),
+    ] {
+        let case = Case { elements, substeps, start: 0.7, indentation: 0.012, ramp: 0.04, winkler, implicit };
         let text = text(&case, &grid_road(&path, elements, columns));
         let results = run(&text);
         results.assert_sound("grid");
         let slice = |e: i64| heights[e as usize * columns..(e as usize + 1) * columns].to_vec();
-        let name = format!("grid, N = {elements}, q = {substeps}, winkler {winkler}");
+        let name = format!("grid, N = {elements}, q = {substeps}, winkler {winkler}, implicit {implicit}");
         assert_met(&name, residuals(&results, &case, &scene(&text).scene.tyre, &slice));
     }
 }
 
 #[test]
 fn conditions_hold_on_a_made_road() {
-    for winkler in [true, false] {
-        let case = Case { elements: 64, substeps: 2, start: 0.0, indentation: 0.012, ramp: 0.04, winkler };
+    for (winkler, implicit) in [(true, false), (false, false), (true, true)] {
+        let case = Case { elements: 64, substeps: 2, start: 0.0, indentation: 0.012, ramp: 0.04, winkler, implicit };
         let text = text(&case, "kind = \"made\"\nseed = 4");
         let results = run(&text);
         results.assert_sound("made road");
@@ -184,14 +203,18 @@ fn conditions_hold_on_a_made_road() {
             let row = (e - first) as usize;
             heights[row * lattice.columns..(row + 1) * lattice.columns].to_vec()
         };
-        assert_met(&format!("made road, winkler {winkler}"), residuals(&results, &case, &loaded.scene.tyre, &slice));
+        assert_met(
+            &format!("made road, winkler {winkler}, implicit {implicit}"),
+            residuals(&results, &case, &loaded.scene.tyre, &slice),
+        );
     }
 }
 
 #[test]
 fn a_wrong_force_would_be_noticed() {
     // The check itself: a slightly wrong indentation breaks the conditions by a wide margin.
-    let case = Case { elements: 64, substeps: 1, start: 0.0, indentation: 0.012, ramp: 0.04, winkler: false };
+    let case =
+        Case { elements: 64, substeps: 1, start: 0.0, indentation: 0.012, ramp: 0.04, winkler: false, implicit: false };
     let text = text(&case, "kind = \"smooth\"");
     let results = run(&text);
     let tyre = scene(&text).scene.tyre;

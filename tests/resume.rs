@@ -172,6 +172,12 @@ fn killed_at_random_moments_the_direct_history_ends_in_the_same_bytes() {
 }
 
 #[test]
+fn the_implicit_coupling_goes_on_in_the_same_bytes() {
+    let scene = scene_of("modal", &road("refuse"), 10.0, 0.004) + "[contact]\nslice_coupling = \"implicit\"\n";
+    killed_at_random(&scene, 11.0 * SPEED, 2, 4);
+}
+
+#[test]
 fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
     let scene =
         scene_of("modal", &road("repeat"), 20.0, 0.004).replace("load = 3000.0", "indentation = 0.012, ramp = 0.05");

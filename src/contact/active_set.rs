@@ -12,18 +12,18 @@
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::factors::{FactorCache, FactorCounts, Singular};
+use super::sweeps::{OwnForce, Sweeps, displace, mirrored};
 use crate::meter::Work;
-use crate::numeric::windows::{add_row, add_windows};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
-const PATIENCE: u32 = 10;
+pub(super) const PATIENCE: u32 = 10;
 
 /// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of the patch.
-const SWEEPS: usize = 2;
+pub(super) const SWEEPS: usize = 2;
 
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
 pub const HISTOGRAM_BINS: usize = 12;
@@ -55,6 +55,19 @@ pub struct Residuals {
 }
 
 impl Residuals {
+    /// What the forces and u = G0 F leave open where d is required.
+    pub fn of(d: &[f64], forces: &[f64], displacement: &[f64]) -> Self {
+        let mut residuals = Self::default();
+        for ((&force, &d), &u) in forces.iter().zip(d).zip(displacement) {
+            residuals.tension = residuals.tension.max(-force);
+            residuals.penetration = residuals.penetration.max(d - u);
+            if force > 0.0 {
+                residuals.complementarity = residuals.complementarity.max((force * (u - d)).abs());
+            }
+        }
+        residuals
+    }
+
     /// The worse of two, condition by condition.
     pub fn worst(self, other: Self) -> Self {
         Self {
@@ -88,9 +101,8 @@ impl ActiveSet {
     /// A search over `columns` points; `influence[j]` is G0 of points j apart, springs included in `influence[0]`. `tolerance` is how far d may exceed G0 F off the set,
     /// relative to the largest d.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
-        let mirrored = influence[1..columns].iter().rev().chain(&influence[..columns]).copied();
         Self {
-            row: mirrored.collect(),
+            row: mirrored(&influence, columns),
             arch: Arch::new(),
             influence,
             tolerance,
@@ -121,7 +133,8 @@ impl ActiveSet {
         displace(self.arch, &mut self.displacement, &self.row, forces);
         let own = self.influence[0].recip();
         let Self { estimate, displacement, row, .. } = self;
-        let changes = self.arch.dispatch(Sweeps { own, d, estimate, displacement, row });
+        let law = Prescribed { own, d };
+        let changes = self.arch.dispatch(Sweeps { sweeps: SWEEPS, law, estimate, displacement, row });
         self.add_windows_work(started + changes);
         for (active, &force) in self.active.iter_mut().zip(&self.estimate) {
             *active = force > 0.0;
@@ -177,7 +190,7 @@ impl ActiveSet {
         self.counts.fallbacks += u64::from(fell_back);
         self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
         self.estimate.copy_from_slice(forces);
-        Ok(self.residuals(d, forces))
+        Ok(Residuals::of(d, forces, &self.displacement))
     }
 
     /// The set found by the last search, by column.
@@ -245,58 +258,20 @@ impl ActiveSet {
         let multiply_adds = (windows * self.displacement.len()) as u64;
         self.counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
     }
-
-    fn residuals(&self, d: &[f64], forces: &[f64]) -> Residuals {
-        let mut residuals = Residuals::default();
-        for ((&force, &d), &u) in forces.iter().zip(d).zip(&self.displacement) {
-            residuals.tension = residuals.tension.max(-force);
-            residuals.penetration = residuals.penetration.max(d - u);
-            if force > 0.0 {
-                residuals.complementarity = residuals.complementarity.max((force * (u - d)).abs());
-            }
-        }
-        residuals
-    }
 }
 
-/// u = G0 F, the forces given as (point, force); `row` is G0 by distance, from 1 - columns to columns - 1.
-fn displace(arch: Arch, displacement: &mut [f64], row: &[f64], forces: impl Iterator<Item = (usize, f64)> + Clone) {
-    let last = displacement.len() - 1;
-    displacement.fill(0.0);
-    add_windows(arch, displacement, row, forces.map(|(point, force)| (last - point, force)));
-}
-
-/// Sweeps of projected Gauss-Seidel.
-struct Sweeps<'a> {
+/// A point alone, its displacement d prescribed.
+#[derive(Clone, Copy)]
+struct Prescribed<'a> {
     /// 1/G0_ii.
     own: f64,
     d: &'a [f64],
-    estimate: &'a mut [f64],
-    /// G0 times the estimate, kept so.
-    displacement: &'a mut [f64],
-    row: &'a [f64],
 }
 
-impl WithSimd for Sweeps<'_> {
-    /// Forces changed.
-    type Output = usize;
-
+impl OwnForce for Prescribed<'_> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> usize {
-        let Self { own, d, estimate, displacement, row } = self;
-        let mut changes = 0;
-        for _ in 0..SWEEPS {
-            for (column, (estimate, d)) in estimate.iter_mut().zip(d).enumerate() {
-                let force = (*estimate + (d - displacement[column]) * own).max(0.0);
-                let change = force - *estimate;
-                *estimate = force;
-                if change != 0.0 {
-                    changes += 1;
-                    add_row(simd, displacement, &row[displacement.len() - 1 - column..], change);
-                }
-            }
-        }
-        changes
+    fn force(&self, column: usize, force: f64, displacement: f64) -> f64 {
+        (force + (self.d[column] - displacement) * self.own).max(0.0)
     }
 }
 

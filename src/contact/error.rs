@@ -13,6 +13,16 @@ pub enum ContactError {
         /// Time step.
         step: u64,
     },
+    /// Newton's method and its fallback have ended without the forces.
+    #[error(
+        "the search for the forces of {points} points in contact did not settle at step {step}: numerics.contact_tolerance is below what rounding allows here"
+    )]
+    Unsettled {
+        /// Points in contact.
+        points: usize,
+        /// Time step.
+        step: u64,
+    },
     /// The first weight G0 is not positive: the time rule does not suit this tyre and time step.
     #[error(
         "the instantaneous influence function is not positive definite (smallest eigenvalue {smallest:.3e}, largest {largest:.3e} m/N): \

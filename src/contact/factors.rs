@@ -12,11 +12,11 @@
 //! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed alignments, so a factor found and the same one
 //! made again solve to the same bits; which of the ways serves a set changes its forces by rounding.
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::linalg::cholesky::ldlt::{factor, solve};
-use faer::{MatMut, MatRef, Par};
+use faer::dyn_stack::MemBuffer;
+use faer::{MatMut, MatRef};
 
+pub use super::ldlt::Singular;
+use super::ldlt::{Aligned, LINE, factorised, finite, scratch_for, solve_with};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::meter::Work;
@@ -24,8 +24,6 @@ use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;
-/// Numbers to a cache line: columns of factors begin on one.
-const LINE: usize = 8;
 
 /// Exact counts of what the cache did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,24 +38,6 @@ pub struct FactorCounts {
     pub neighbours: u64,
     /// Factors dropped.
     pub evictions: u64,
-}
-
-/// Zeros that begin on a cache line; pages that are never written to take no memory.
-struct Aligned {
-    memory: Vec<f64>,
-    begin: usize,
-}
-
-impl Aligned {
-    fn new(length: usize) -> Self {
-        let memory = vec![0.0; length + LINE - 1];
-        let begin = memory.as_ptr().align_offset(8 * LINE).min(LINE - 1);
-        Self { memory, begin }
-    }
-
-    fn part(&mut self, first: usize, length: usize) -> &mut [f64] {
-        &mut self.memory[self.begin + first..self.begin + first + length]
-    }
 }
 
 /// Sizes of a cache.
@@ -106,16 +86,11 @@ pub struct FactorCache {
     work: Work,
 }
 
-/// A matrix turned out singular.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Singular;
-
 impl FactorCache {
     /// A cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of sets of at most `points` points.
     pub fn new(capacity: usize, points: usize) -> Self {
         let sizes = Sizes::new(capacity, points);
         let Sizes { points, stride, slots } = sizes;
-        let scratch = (1..=points.max(MOST_DIFFERENT)).map(scratch_of).fold(StackReq::EMPTY, StackReq::or);
         let words = points.div_ceil(64);
         Self {
             sizes,
@@ -128,7 +103,7 @@ impl FactorCache {
             values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
             small: Aligned::new(MOST_DIFFERENT * (MOST_DIFFERENT + 1)),
             neighbour: NeighbourSet::new(points),
-            scratch: MemBuffer::new(scratch),
+            scratch: scratch_for(points.max(MOST_DIFFERENT), 1 + MOST_DIFFERENT),
             counts: FactorCounts::default(),
             work: Work::default(),
         }
@@ -306,27 +281,6 @@ impl FactorCache {
         self.work = Work { multiply_adds, bytes };
         Ok(())
     }
-}
-
-/// L and D of L D L^T in place, from the lower triangle.
-fn factorised(matrix: MatMut<'_, f64>, scratch: &mut MemBuffer) -> Result<(), Singular> {
-    let (plain, stack) = (LdltRegularization::default(), MemStack::new(scratch));
-    factor::cholesky_in_place(matrix, plain, Par::Seq, stack, Default::default()).map(drop).map_err(|_| Singular)
-}
-
-/// Solves in place with such factors.
-fn solve_with(factor: MatRef<'_, f64>, right: MatMut<'_, f64>, scratch: &mut MemBuffer) {
-    solve::solve_in_place(factor, factor.diagonal(), right, Par::Seq, MemStack::new(scratch));
-}
-
-fn finite(values: &[f64]) -> Result<(), Singular> {
-    if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
-}
-
-/// Scratch of a factorisation and a solution with so many points.
-fn scratch_of(points: usize) -> StackReq {
-    let solution = solve::solve_in_place_scratch::<f64>(points, 1 + MOST_DIFFERENT, Par::Seq);
-    factor::cholesky_in_place_scratch::<f64>(points, Par::Seq, Default::default()).or(solution)
 }
 
 #[cfg(test)]

@@ -5,21 +5,23 @@
 //! the mean force is 2767.3 N by sum_i b_i F_i and 2504 N by the last stage of `sdirk2`, 2767.7 N converged). Everything is at rest at t = -dt; the axle waits until t = 0. At each time:
 //! 1. u_old of every element of the window from the history;
 //! 2. penetration y_i = indentation - rise(x_i) + peak_i - u_old_i and required displacement d_i = S_i(y_i), or the gap y_i itself where y_i <= 0;
-//! 3. forces: the active set (elastic, bedding), or F_i = max(0, d_i)/G0_ii (uncoupled);
+//! 3. forces: the active set (elastic, bedding), or F_i = max(0, d_i)/G0_ii (uncoupled); with the implicit coupling the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
 use std::time::{Duration, Instant};
 
-use super::active_set::{ActiveSet, Residuals, SearchCounts};
+use super::active_set::{Residuals, SearchCounts};
 use super::axle::AxleHeight;
 use super::error::ContactError;
 use super::geometry::Geometry;
 use super::history::{HistoryWork, PastForces};
+use super::implicit_set::SlicesUnder;
+use super::search::Search;
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
-use crate::scene::{Numerics, Tread};
+use crate::scene::{Numerics, SliceCoupling};
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +76,7 @@ pub struct March {
     geometry: Geometry,
     kernel: ContactKernel,
     history: Box<dyn PastForces>,
-    search: ActiveSet,
+    search: Search,
     old: Vec<f64>,
     required: Vec<f64>,
     forces: Vec<f64>,
@@ -92,16 +94,15 @@ impl March {
     pub fn new(
         geometry: Geometry,
         kernel: ContactKernel,
+        coupling: SliceCoupling,
         history: Box<dyn PastForces>,
         numerics: &Numerics,
         time_step: f64,
     ) -> Self {
         let columns = geometry.columns;
-        let mut influence = kernel.instant[..columns].to_vec();
-        influence[0] += kernel.spring;
         Self {
             history,
-            search: ActiveSet::new(influence, columns, numerics.contact_tolerance, numerics.cached_factors),
+            search: Search::new(&kernel, coupling, columns, numerics),
             old: vec![0.0; columns],
             required: vec![0.0; columns],
             forces: vec![0.0; columns],
@@ -193,12 +194,14 @@ impl March {
         let begin = Instant::now();
         self.totals.history += self.history.displacement(first_element, &mut self.old);
         let after_history = Instant::now();
+        let takes_penetrations = self.search.takes_penetrations();
         for (column, (required, &old)) in self.required.iter_mut().zip(&self.old).enumerate() {
             let element = first_element + column as i64;
             *required = match slices.get(element) {
                 Some(curve) => {
                     let rise = self.geometry.rise(self.geometry.position_between(element, steps));
-                    curve.displacement_at(indentation - rise + curve.peak - old)
+                    let penetration = indentation - rise + curve.peak - old;
+                    if takes_penetrations { penetration } else { curve.displacement_at(penetration) }
                 }
                 None => f64::NEG_INFINITY,
             };
@@ -207,21 +210,8 @@ impl March {
         // Rise, penetration and a piece of the curve: about 8 numbers and as many operations.
         self.totals.slices += Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns };
         let after_slices = Instant::now();
-        let residuals = match self.kernel.law {
-            Tread::Elastic | Tread::Bedding => {
-                self.search.search(&self.required, &mut self.forces).map_err(|_| ContactError::SingularMatrix {
-                    points: self.search.active().iter().filter(|&&active| active).count(),
-                    step,
-                })?
-            }
-            Tread::Uncoupled => {
-                let own = self.kernel.instant[0] + self.kernel.spring;
-                for (force, &required) in self.forces.iter_mut().zip(&self.required) {
-                    *force = required.max(0.0) / own;
-                }
-                Residuals::default()
-            }
-        };
+        let under = SlicesUnder { slices, first_element };
+        let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step)?;
         self.totals.search_time += after_slices.elapsed();
         self.totals.slices_time += after_slices - after_history;
         self.totals.history_time += after_history - begin;

@@ -4,6 +4,7 @@
 //! - [`tread`]: influence functions brought to the contact: first weights G0 and kernels of the history;
 //! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
 //! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
+//! - [`implicit_set`]: the same with the slices' springs in series; [`search`] chooses;
 //! - [`march`]: one time step after the other;
 //! - [`axle`]: axle height, static solution;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
@@ -14,11 +15,15 @@ pub mod error;
 pub mod factors;
 pub mod geometry;
 pub mod history;
+pub mod implicit_set;
+mod ldlt;
 pub mod march;
 mod neighbour_set;
 pub mod pattern_index;
+pub mod search;
 pub mod slice_queue;
 pub mod stability;
+mod sweeps;
 pub mod tread;
 
 pub use error::ContactError;

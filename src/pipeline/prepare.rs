@@ -108,7 +108,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
     };
     Ok(Prepared {
-        march: March::new(geometry, kernel, history, numerics, plan.time_step),
+        march: March::new(geometry, kernel, plan.decisions.slice_coupling, history, numerics, plan.time_step),
         road,
         axle,
         at_rest,

@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::run::Run;
 use crate::response::BandLevel;
-use crate::scene::{LoadedScene, Scene, SceneError, Switch, Tread};
+use crate::scene::{LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread};
 
 /// Steps between two looks at the flag and the progress bar.
 const LOOK_EVERY: u64 = 256;
@@ -26,6 +26,8 @@ const LOWEST_FREQUENCY: f64 = 20.0;
 pub enum Effect {
     /// Texture across the width.
     Texture,
+    /// Slices' springs in series with the coupled tread.
+    SliceCoupling,
     /// Coupling of the points in contact within a step.
     TreadCoupling,
     /// Belt tension raised by m'' V^2.
@@ -34,12 +36,13 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the data's way.
-    pub const ALL: [Self; 3] = [Self::CentrifugalTension, Self::Texture, Self::TreadCoupling];
+    pub const ALL: [Self; 4] = [Self::CentrifugalTension, Self::Texture, Self::SliceCoupling, Self::TreadCoupling];
 
     /// The effect in words.
     pub const fn title(self) -> &'static str {
         match self {
             Self::Texture => "texture across the width",
+            Self::SliceCoupling => "slice coupling",
             Self::TreadCoupling => "tread coupling",
             Self::CentrifugalTension => "centrifugal tension",
         }
@@ -54,6 +57,9 @@ impl Effect {
                 if !on {
                     scene.contact.lateral_points = None;
                 }
+            }
+            Self::SliceCoupling => {
+                scene.contact.slice_coupling = if on { SliceCoupling::Implicit } else { SliceCoupling::Explicit };
             }
             Self::TreadCoupling => {
                 let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };

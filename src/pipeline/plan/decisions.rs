@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use crate::scene::{Axle, Effects, History, Road, Scene, Slices, Switch, Tread, Tyre};
+use crate::scene::{Axle, Effects, History, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre};
 
 /// Share of the belt's tension from which a run without centrifugal tension says so.
 const WORTH_TELLING: f64 = 0.5;
@@ -18,6 +18,8 @@ pub struct Decisions {
     pub lateral_points: Option<usize>,
     /// The tread law.
     pub tread: Tread,
+    /// Which penetration the slices' curves are read at.
+    pub slice_coupling: SliceCoupling,
     /// The tyre as it rolls: with centrifugal tension where that is taken in.
     pub tyre: Tyre,
     /// All effects in words, in the order of the data's way.
@@ -45,9 +47,19 @@ impl Decisions {
         let mut notes = Vec::new();
         let (tyre, tension) = centrifugal_tension(scene, &mut notes);
         let (texture, slices, lateral_points) = texture(scene);
-        let rows =
-            vec![tension, texture, tread(scene), axle(scene), history(scene), later("radiation"), later("friction")];
-        Self { slices, lateral_points, tread: scene.contact.tread, tyre, rows, notes }
+        let (coupling, slice_coupling) = slice_coupling(scene, slices);
+        let tread = scene.contact.tread;
+        let rows = vec![
+            tension,
+            texture,
+            coupling,
+            tread_coupling(tread),
+            axle(scene),
+            history(scene),
+            later("radiation"),
+            later("friction"),
+        ];
+        Self { slices, lateral_points, tread, slice_coupling, tyre, rows, notes }
     }
 }
 
@@ -119,13 +131,39 @@ fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
     (row, scene.contact.slices, scene.contact.lateral_points)
 }
 
-fn tread(scene: &Scene) -> Decision {
-    let (on, form) = match scene.contact.tread {
+fn slice_coupling(scene: &Scene, slices: Slices) -> (Decision, SliceCoupling) {
+    let explicit = |form: &str, reason: &str| {
+        let row = Decision { effect: "slice coupling", on: false, form: form.to_owned(), reason: reason.to_owned() };
+        (row, SliceCoupling::Explicit)
+    };
+    match scene.contact.slice_coupling {
+        // The factors of the explicit form can be kept.
+        _ if slices == Slices::None => explicit("", "slices that are level across are the same by either form"),
+        SliceCoupling::Implicit if scene.contact.tread == Tread::Uncoupled => {
+            explicit("", "points of an uncoupled tread have no neighbours within a step")
+        }
+        SliceCoupling::Explicit => {
+            explicit("curves read without the neighbours' forces of the step", "contact.slice_coupling = \"explicit\"")
+        }
+        SliceCoupling::Implicit => {
+            let row = Decision {
+                effect: "slice coupling",
+                on: true,
+                form: "each slice's spring in series with the coupled tread".to_owned(),
+                reason: "contact.slice_coupling = \"implicit\"".to_owned(),
+            };
+            (row, SliceCoupling::Implicit)
+        }
+    }
+}
+
+fn tread_coupling(tread: Tread) -> Decision {
+    let (on, form) = match tread {
         Tread::Elastic => (true, "elastic layer"),
         Tread::Uncoupled => (false, "points in contact feel each other from the next step on"),
         Tread::Bedding => (false, "independent springs on the carcass"),
     };
-    let name = match scene.contact.tread {
+    let name = match tread {
         Tread::Elastic => "elastic",
         Tread::Uncoupled => "uncoupled",
         Tread::Bedding => "bedding",

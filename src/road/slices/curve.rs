@@ -15,6 +15,19 @@ pub struct StiffnessCurve {
     pub final_slope: f64,
 }
 
+/// A linear piece of a curve: S(y) = `slope` y + `intercept` for `from` <= y <= `to`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// The normalised stiffness s, in \[0, 1\].
+    pub slope: f64,
+    /// The line's value at y = 0, not positive but for rounding \[m\].
+    pub intercept: f64,
+    /// First y \[m\].
+    pub from: f64,
+    /// Last y \[m\]; infinite for the last piece.
+    pub to: f64,
+}
+
 impl StiffnessCurve {
     /// A slice that is flat across: S(y) = y.
     pub fn flat(peak: f64) -> Self {
@@ -65,8 +78,15 @@ impl StiffnessCurve {
         if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }
     }
 
+    /// A linear piece by its number, see [`Self::segment_index`].
+    pub fn piece(&self, number: usize) -> Piece {
+        let (start, from, slope) = self.segment(number);
+        let to = self.penetration.get(number).copied().unwrap_or(f64::INFINITY);
+        Piece { slope, intercept: start - slope * from, from, to }
+    }
+
     /// Number of the linear piece that holds `y`: the number of breakpoints at or below it.
-    fn segment_index(&self, y: f64) -> usize {
+    pub fn segment_index(&self, y: f64) -> usize {
         self.penetration.partition_point(|&breakpoint| breakpoint <= y)
     }
 
@@ -100,6 +120,21 @@ mod tests {
         assert!((curve.stiffness_at(5e-4) - 0.5).abs() < 1e-14);
         assert!((curve.stiffness_at(1e-3) - 0.75).abs() < 1e-12, "right-hand slope at a breakpoint");
         assert!((curve.displacement_at(-2e-3) + 2e-3).abs() <= 0.0);
+    }
+
+    #[test]
+    fn pieces_are_the_curve() {
+        let events = [(0.0, 0.25), (1e-3, 0.25), (3e-3, 0.5)];
+        let curve = StiffnessCurve::from_events(0.0, events.into_iter());
+        for y in [1e-4, 1e-3, 2.5e-3, 3e-3, 0.1] {
+            let piece = curve.piece(curve.segment_index(y));
+            assert!((piece.from..=piece.to).contains(&y), "{piece:?}");
+            assert!((piece.slope * y + piece.intercept - curve.displacement_at(y)).abs() < 1e-17, "S({y})");
+        }
+        assert_eq!(
+            StiffnessCurve::flat(0.0).piece(0),
+            Piece { slope: 1.0, intercept: 0.0, from: 0.0, to: f64::INFINITY }
+        );
     }
 
     #[test]

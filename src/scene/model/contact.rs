@@ -9,6 +9,8 @@ pub struct Contact {
     pub tread: Tread,
     /// How a road slice deforms the tread across the width.
     pub slices: Slices,
+    /// Which penetration a slice's stiffness curve is read at.
+    pub slice_coupling: SliceCoupling,
     /// Cells across the contact width; default: about 2 mm each (a grid that fits exactly keeps its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_points: Option<usize>,
@@ -43,4 +45,15 @@ pub enum Slices {
     Winkler,
     /// An elastic half-space across the width.
     HalfSpace,
+}
+
+/// Which penetration a slice's stiffness curve is read at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SliceCoupling {
+    /// The one that the forces of the step leave out: the paper's equation 4.
+    #[default]
+    Explicit,
+    /// The one that is left after what the neighbours do in the same step: each slice's spring in series with the coupled tread.
+    Implicit,
 }

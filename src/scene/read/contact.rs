@@ -2,13 +2,14 @@
 
 use super::super::kind::{Bounds, Count, OneOf};
 use super::super::table::{Nested, Table};
-use super::super::{Contact, Slices, Tread};
+use super::super::{Contact, Problem, SliceCoupling, Slices, Tread};
 
 pub(super) const CONTACT: Nested<Contact> = Nested { title: "[contact]", wanted: "the table [contact]", read: contact };
 
 fn contact(table: &mut Table<'_>) -> Option<Contact> {
     let tread = table.or("tread", &OneOf::<Tread>::new(), Tread::default());
     let slices = table.or("slices", &OneOf::<Slices>::new(), Slices::default());
+    let slice_coupling = table.or("slice_coupling", &OneOf::<SliceCoupling>::new(), SliceCoupling::default());
     let lateral_points = table.optional("lateral_points", &Count(1));
     let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), 0.0);
     let bedding_stiffness = match tread {
@@ -16,9 +17,16 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         Some(Tread::Uncoupled) => refuse_stiffness(table, "tread = \"uncoupled\""),
         Some(Tread::Bedding) | None => table.optional("bedding_stiffness", &Bounds::positive("N/m^3")),
     };
+    let (tread, slice_coupling) = (tread?, slice_coupling?);
+    if tread == Tread::Uncoupled && slice_coupling == SliceCoupling::Implicit {
+        let owner = "tread = \"uncoupled\"".to_owned();
+        let right = "remove it: no point feels the others within a step, both couplings are the same";
+        return table.complain("slice_coupling", Problem::DoesNotBelong { owner, right });
+    }
     Some(Contact {
-        tread: tread?,
+        tread,
         slices: slices?,
+        slice_coupling,
         lateral_points: lateral_points?,
         slice_tolerance: slice_tolerance?,
         bedding_stiffness: bedding_stiffness?,

@@ -135,10 +135,16 @@ fn contact() -> impl Strategy<Value = Contact> {
         prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
     let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
-    (tread, slices, prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
-        |((tread, bedding_stiffness), slices, lateral_points, slice_tolerance)| Contact {
+    (tread, slices, any::<bool>(), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
+        |((tread, bedding_stiffness), slices, implicit, lateral_points, slice_tolerance)| Contact {
             tread,
             slices,
+            // Means nothing to points by themselves.
+            slice_coupling: if implicit && tread != Tread::Uncoupled {
+                SliceCoupling::Implicit
+            } else {
+                SliceCoupling::Explicit
+            },
             lateral_points,
             slice_tolerance,
             bedding_stiffness,

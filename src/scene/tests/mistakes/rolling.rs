@@ -85,6 +85,23 @@ fn contact_laws() {
         "above 0 N/m^3",
     );
     accepted("tread = \"elastic\"", "tread = \"bedding\"\nbedding_stiffness = 1e9");
+    refused(
+        "tread = \"elastic\"",
+        "slice_coupling = \"implizit\"",
+        23,
+        "contact.slice_coupling",
+        "\"implizit\"",
+        "did you mean \"implicit\"?",
+    );
+    refused(
+        "tread = \"elastic\"",
+        "tread = \"uncoupled\"\nslice_coupling = \"implicit\"",
+        24,
+        "contact.slice_coupling",
+        "tread = \"uncoupled\"",
+        "both couplings are the same",
+    );
+    accepted("tread = \"elastic\"", "tread = \"bedding\"\nslice_coupling = \"implicit\"");
 }
 
 #[test]

@@ -1,0 +1,359 @@
+//! Forces where each slice's own spring is in series with the coupled tread: the implicit coupling of the slice law.
+//!
+//! The paper's equation 4 reads the slice's curve S_i at the penetration y_i that today's forces leave out: G0 F = S(y) on the set. A slice that takes up force f presses its stones
+//! into the tread by S_i^-1(G0_ii f), of which the element as a whole yields G0_ii f; what its neighbours do to it in the same step moves stones and rubber alike and is no penetration. So the
+//! spring of the slice feels v_i = y_i - sum over j != i of G0_ij F_j:
+//!
+//! ```text
+//! G0_ii F_i = S_i(v_i),    v = y - (G0 - G0_ii I) F,    or with p_i(f) = S_i^-1(G0_ii f) - G0_ii f >= 0:    G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it.
+//! ```
+//!
+//! p_i grows with f because the slope of S_i is at most 1, and G0 is positive definite: the conditions are those of the minimum of 1/2 F.G0 F - y.F + sum of the integrals of p_i, which is strictly
+//! convex, so there is exactly one F. With S(y) = y, p = 0 and this is equation 4. Written for v alone it is the piecewise linear H(v) = v + (G0/G0_ii - I) S+(v) - y = 0, S+ = max(S, 0).
+//!
+//! 1. guess v by two sweeps of non-linear Gauss-Seidel from the previous step's forces moved with the road, F_i = S_i+(v_i)/G0_ii: each is the minimum along its own coordinate;
+//! 2. on the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58, 353) is the linear system, on the points with s_i > 0,
+//!    ```text
+//!    (sqrt(s_i s_j) G0_ij + G0_ii (1 - s_i) delta_ij) x_j = sqrt(s_i) y_i + o_i/sqrt(s_i),    F_i = sqrt(s_i) x_i,
+//!    ```
+//!    symmetric and positive definite, its diagonal G0_ii however soft a slice is; a piece with s_i = 0 carries nothing;
+//! 3. points whose v has left their piece take the one that holds it, all at once, while their number falls or for ten rounds in which it does not;
+//! 4. otherwise 4, 8, 16, ... sweeps of step 1 go before every Newton step. The sweeps converge from anywhere (Luo & Tseng 1992, *SIAM J. Control Optim.* 30, 408), and next to the solution, where
+//!    every piece at hand holds it, one Newton step is exact: the search ends. Uses are counted.
+//!
+//! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution (m^2) and m x columns.
+
+use faer::dyn_stack::MemBuffer;
+use faer::{MatMut, MatRef};
+use pulp::Arch;
+
+use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
+use super::ldlt::{Aligned, LINE, Singular, factorised, finite, scratch_for, solve_with};
+use super::slice_queue::SliceQueue;
+use super::sweeps::{OwnForce, Sweeps, displace, mirrored};
+use crate::meter::Work;
+use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::road::slices::StiffnessCurve;
+
+/// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
+const NO_SLOPE: f64 = f64::EPSILON;
+/// Doublings of the fallback's sweeps: 4 to 2^17.
+const MOST_ROUNDS: u32 = 16;
+
+/// Slices under the columns of a window.
+#[derive(Clone, Copy)]
+pub struct SlicesUnder<'a> {
+    /// The slices.
+    pub slices: &'a SliceQueue,
+    /// Element number of the first column.
+    pub first_element: i64,
+}
+
+impl<'a> SlicesUnder<'a> {
+    fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
+        self.slices.get(self.first_element + column as i64)
+    }
+
+    /// Number of the piece that holds `v`, counted from 1; 0 where it carries nothing.
+    fn piece(&self, column: usize, v: f64) -> u32 {
+        if !(v > 0.0) {
+            return 0;
+        }
+        let Some(curve) = self.get(column) else { return 0 };
+        let number = curve.segment_index(v);
+        if curve.piece(number).slope > NO_SLOPE { number as u32 + 1 } else { 0 }
+    }
+
+    /// S(v); `v` itself where there is no slice.
+    fn displacement(&self, column: usize, v: f64) -> f64 {
+        self.get(column).map_or(v, |curve| curve.displacement_at(v))
+    }
+}
+
+/// Why there are no forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unsolved {
+    /// A matrix turned out singular.
+    Singular,
+    /// The fallback has used up its rounds: the tolerance is below what rounding allows.
+    Unsettled,
+}
+
+impl From<Singular> for Unsolved {
+    fn from(_: Singular) -> Self {
+        Self::Singular
+    }
+}
+
+/// The search with its scratch.
+pub struct ImplicitSet {
+    /// G0 by distance.
+    influence: Vec<f64>,
+    /// The same from distance 1 - columns to columns - 1.
+    row: Vec<f64>,
+    arch: Arch,
+    tolerance: f64,
+    /// Rounds of plain exchange that may fail; `None`: sweeps go before every round but the first.
+    patience: Option<u32>,
+    /// Piece of every column, see [`SlicesUnder::piece`].
+    pieces: Vec<u32>,
+    points: Vec<usize>,
+    /// sqrt(s_i) of the points.
+    roots: Vec<f64>,
+    stride: usize,
+    matrix: Aligned,
+    right: Aligned,
+    scratch: MemBuffer,
+    displacement: Vec<f64>,
+    /// Forces of the last step, moved with the road, then of the sweeps.
+    estimate: Vec<f64>,
+    counts: SearchCounts,
+}
+
+impl ImplicitSet {
+    /// A search over `columns` points; as [`super::active_set::ActiveSet::new`].
+    pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64) -> Self {
+        let stride = columns.next_multiple_of(LINE);
+        Self {
+            row: mirrored(&influence, columns),
+            arch: Arch::new(),
+            influence,
+            tolerance,
+            patience: Some(PATIENCE),
+            pieces: vec![0; columns],
+            points: Vec::with_capacity(columns),
+            roots: Vec::with_capacity(columns),
+            stride,
+            matrix: Aligned::new(stride * columns),
+            right: Aligned::new(stride),
+            scratch: scratch_for(columns, 1),
+            displacement: vec![0.0; columns],
+            estimate: vec![0.0; columns],
+            counts: SearchCounts::default(),
+        }
+    }
+
+    /// Moves on by a number of elements: what was column i is column i - `by`.
+    pub fn advance(&mut self, by: usize) {
+        let columns = self.estimate.len();
+        let by = by.min(columns);
+        self.estimate.copy_within(by.., 0);
+        self.estimate[columns - by..].fill(0.0);
+    }
+
+    /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what they make of them:
+    /// d_i = S_i(v_i) + sum over j != i of G0_ij F_j, the displacement that equation 4 would have to require for the same forces.
+    ///
+    /// # Errors
+    /// [`Unsolved`].
+    pub fn search(
+        &mut self,
+        slices: SlicesUnder<'_>,
+        required: &mut [f64],
+        forces: &mut [f64],
+    ) -> Result<Residuals, Unsolved> {
+        forces.fill(0.0);
+        let pressed = required.iter().enumerate().map(|(column, &y)| slices.displacement(column, y));
+        let largest = pressed.fold(0.0_f64, f64::max);
+        let tolerance = self.tolerance * largest;
+        if largest <= 0.0 {
+            self.pieces.fill(0);
+            self.estimate.fill(0.0);
+            self.displacement.fill(0.0);
+            self.counts.histogram[0] += 1;
+        } else {
+            self.settle(slices, required, tolerance, forces)?;
+        }
+        for (column, required) in required.iter_mut().enumerate() {
+            let v = self.felt(column, *required, forces[column]);
+            // No v < 0 is finite where there is no road.
+            if v > 0.0 {
+                *required += slices.displacement(column, v) - v;
+            }
+        }
+        Ok(Residuals::of(required, forces, &self.displacement))
+    }
+
+    fn settle(
+        &mut self,
+        slices: SlicesUnder<'_>,
+        y: &[f64],
+        tolerance: f64,
+        forces: &mut [f64],
+    ) -> Result<(), Unsolved> {
+        self.sweep(slices, y, SWEEPS);
+        let (mut lowest, mut patience, mut solves, mut rounds) = (usize::MAX, self.patience, 0, 0);
+        loop {
+            self.solve(slices, y, forces)?;
+            solves += 1;
+            let wrong = self.exchange(slices, y, tolerance, forces);
+            if wrong == 0 {
+                break;
+            }
+            if patience.is_some() && wrong < lowest {
+                lowest = wrong;
+                patience = self.patience;
+            } else if let Some(left) = patience.and_then(|patience| patience.checked_sub(1)) {
+                patience = Some(left);
+            } else if rounds < MOST_ROUNDS {
+                self.sweep(slices, y, 4 << rounds);
+                rounds += 1;
+            } else {
+                return Err(Unsolved::Unsettled);
+            }
+        }
+        self.counts.solves += solves as u64;
+        self.counts.fallbacks += u64::from(rounds > 0);
+        self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
+        self.estimate.copy_from_slice(forces);
+        Ok(())
+    }
+
+    /// v = y - sum over j != i of G0_ij F_j.
+    fn felt(&self, column: usize, y: f64, force: f64) -> f64 {
+        y - (self.displacement[column] - self.influence[0] * force)
+    }
+
+    /// Sweeps from the estimate, and the pieces that hold what they find.
+    fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize) {
+        let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
+        let started = forces.clone().count();
+        displace(self.arch, &mut self.displacement, &self.row, forces);
+        let law = SliceSpring { own: self.influence[0], stiffness: self.influence[0].recip(), y, slices };
+        let Self { estimate, displacement, row, .. } = self;
+        let changes = self.arch.dispatch(Sweeps { sweeps, law, estimate, displacement, row });
+        self.add_windows_work(started + changes);
+        for (column, &y) in y.iter().enumerate() {
+            self.pieces[column] = slices.piece(column, self.felt(column, y, self.estimate[column]));
+        }
+    }
+
+    /// Gives every point whose v has left its piece by more than the tolerance the one that holds it; returns their number.
+    fn exchange(&mut self, slices: SlicesUnder<'_>, y: &[f64], tolerance: f64, forces: &mut [f64]) -> usize {
+        let mut wrong = 0;
+        for (column, &y) in y.iter().enumerate() {
+            let v = self.felt(column, y, forces[column]);
+            let (piece, held) = (slices.piece(column, v), self.pieces[column]);
+            if piece == held {
+                continue;
+            }
+            let left = match (held.checked_sub(1), slices.get(column)) {
+                (Some(held), Some(curve)) => {
+                    let held = curve.piece(held as usize);
+                    forces[column] < 0.0 || v < held.from - tolerance || v > held.to + tolerance
+                }
+                _ => slices.displacement(column, v) > tolerance,
+            };
+            if left {
+                wrong += 1;
+                self.pieces[column] = piece;
+            }
+        }
+        wrong
+    }
+
+    /// F on the pieces, then u everywhere.
+    fn solve(&mut self, slices: SlicesUnder<'_>, y: &[f64], forces: &mut [f64]) -> Result<(), Singular> {
+        self.points.clear();
+        self.roots.clear();
+        let right = self.right.part(0, self.stride);
+        for (column, &piece) in self.pieces.iter().enumerate() {
+            if let (Some(piece), Some(curve)) = (piece.checked_sub(1), slices.get(column)) {
+                let piece = curve.piece(piece as usize);
+                let root = piece.slope.sqrt();
+                right[self.points.len()] = root * y[column] + piece.intercept / root;
+                self.points.push(column);
+                self.roots.push(root);
+            }
+        }
+        let (rows, own) = (self.points.len(), self.influence[0]);
+        forces.fill(0.0);
+        if rows > 0 {
+            let memory = self.matrix.part(0, self.stride * rows);
+            for (row, (column, &j)) in memory.chunks_exact_mut(self.stride).zip(&self.points).enumerate() {
+                let root = self.roots[row];
+                let below = self.points[row..].iter().zip(&self.roots[row..]);
+                for (value, (&i, other)) in column[row..rows].iter_mut().zip(below) {
+                    *value = root * other * self.influence[i - j];
+                }
+                column[row] = own;
+            }
+            let matrix = MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, self.stride);
+            factorised(matrix, &mut self.scratch)?;
+            let factor = MatRef::from_column_major_slice_with_stride(memory, rows, rows, self.stride);
+            let right = &mut right[..rows];
+            solve_with(factor, MatMut::from_column_major_slice_mut(&mut *right, rows, 1), &mut self.scratch);
+            finite(right)?;
+            for ((&point, &root), &x) in self.points.iter().zip(&self.roots).zip(&*right) {
+                forces[point] = root * x;
+            }
+        }
+        let pressed = self.points.iter().map(|&point| (point, forces[point]));
+        displace(self.arch, &mut self.displacement, &self.row, pressed);
+        self.add_windows_work(rows);
+        self.counts.factors.factorisations += 1;
+        let entries = (rows * rows) as u64;
+        self.counts.work += Work { multiply_adds: entries * rows as u64 / 6 + 2 * entries, bytes: 16 * entries };
+        Ok(())
+    }
+
+    /// Takes note of the sums of so many windows.
+    fn add_windows_work(&mut self, windows: usize) {
+        let multiply_adds = (windows * self.displacement.len()) as u64;
+        self.counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
+    }
+
+    /// What was done so far.
+    pub fn counts(&self) -> SearchCounts {
+        self.counts.clone()
+    }
+
+    /// Number of points of the last linear system.
+    pub fn points(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Takes the state down: what the next search starts from, what was done so far.
+    pub fn save(&self, state: &mut StateWriter) {
+        state.numbers(&self.estimate);
+        let SearchCounts { solves, fallbacks, factors, work: Work { multiply_adds, bytes }, .. } = &self.counts;
+        state.counts(&[*solves, *fallbacks, factors.factorisations, *multiply_adds, *bytes]);
+        state.counts(&self.counts.histogram);
+    }
+
+    /// Goes on from the state of an equal search.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        state.numbers_into(&mut self.estimate)?;
+        let mut counts = [0; 5];
+        state.counts_into(&mut counts)?;
+        let SearchCounts { solves, fallbacks, factors, work, .. } = &mut self.counts;
+        [*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes] = counts;
+        state.counts_into(&mut self.counts.histogram)
+    }
+}
+
+/// A point alone: its slice's spring.
+#[derive(Clone, Copy)]
+struct SliceSpring<'a> {
+    /// G0_ii.
+    own: f64,
+    /// 1/G0_ii.
+    stiffness: f64,
+    y: &'a [f64],
+    slices: SlicesUnder<'a>,
+}
+
+impl OwnForce for SliceSpring<'_> {
+    #[inline(always)]
+    fn force(&self, column: usize, force: f64, displacement: f64) -> f64 {
+        let v = self.y[column] - (displacement - self.own * force);
+        if v > 0.0 { self.slices.displacement(column, v) * self.stiffness } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+#[path = "implicit_tests.rs"]
+mod tests;

@@ -1,0 +1,244 @@
+//! Tests of the implicit coupling.
+
+use proptest::prelude::*;
+
+use super::super::active_set::ActiveSet;
+use super::*;
+
+/// A curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`.
+fn curve(first: f64, steps: &[(f64, f64)]) -> StiffnessCurve {
+    let total: f64 = steps.iter().map(|step| step.1).sum();
+    let mut y = first;
+    let events: Vec<(f64, f64)> = steps
+        .iter()
+        .map(|&(step, weight)| {
+            let event = (y, weight / total);
+            y += step;
+            event
+        })
+        .collect();
+    StiffnessCurve::from_events(0.0, events.into_iter())
+}
+
+fn queue(curves: &[StiffnessCurve]) -> SliceQueue {
+    let mut queue = SliceQueue::starting_at(0);
+    queue.extend(curves.iter().cloned());
+    queue
+}
+
+fn under(slices: &SliceQueue) -> SlicesUnder<'_> {
+    SlicesUnder { slices, first_element: 0 }
+}
+
+/// S+(v).
+fn pressed(curve: &StiffnessCurve, v: f64) -> f64 {
+    if v > 0.0 { curve.displacement_at(v) } else { 0.0 }
+}
+
+/// The oracle: non-linear Gauss-Seidel with plain sums until nothing changes.
+fn gauss_seidel(influence: &[f64], curves: &[StiffnessCurve], y: &[f64]) -> Vec<f64> {
+    let mut forces = vec![0.0_f64; y.len()];
+    for _ in 0..1_000_000 {
+        let mut change = 0.0_f64;
+        for i in 0..y.len() {
+            let others: f64 =
+                forces.iter().enumerate().filter(|(j, _)| *j != i).map(|(j, f)| influence[i.abs_diff(j)] * f).sum();
+            let next = pressed(&curves[i], y[i] - others) / influence[0];
+            change = change.max((next - forces[i]).abs());
+            forces[i] = next;
+        }
+        if change < 1e-16 {
+            break;
+        }
+    }
+    forces
+}
+
+/// Largest violation of G0_ii F = S+(v), relative to the largest S+(y), by plain sums.
+fn violation(influence: &[f64], curves: &[StiffnessCurve], y: &[f64], forces: &[f64]) -> f64 {
+    let largest = curves.iter().zip(y).map(|(curve, &y)| pressed(curve, y)).fold(0.0, f64::max);
+    let of = |i: usize| {
+        let u: f64 = forces.iter().enumerate().map(|(j, f)| influence[i.abs_diff(j)] * f).sum();
+        let own = influence[0] * forces[i];
+        (own - pressed(&curves[i], y[i] - (u - own))).abs()
+    };
+    (0..y.len()).map(of).fold(0.0, f64::max) / largest
+}
+
+fn decaying(columns: usize, reach: f64) -> Vec<f64> {
+    (0..columns).map(|j| (-(j as f64) / reach).exp() + if j == 0 { 0.3 } else { 0.0 }).collect()
+}
+
+/// Twelve slices with up to five pieces, some of them with a first one that carries nothing.
+fn slices() -> impl Strategy<Value = Vec<StiffnessCurve>> {
+    let steps = prop::collection::vec((0.0..0.5_f64, 0.01..1.0_f64), 1..6);
+    let first = prop_oneof![3 => Just(0.0), 1 => 0.0..0.3_f64];
+    prop::collection::vec((first, steps).prop_map(|(first, steps)| curve(first, &steps)), 12)
+}
+
+proptest! {
+    #[test]
+    fn finds_the_one_solution_from_any_start(
+        curves in slices(),
+        y in prop::collection::vec(-1.0..1.5_f64, 12),
+        start in prop::collection::vec(0.0..2.0_f64, 12),
+        reach in 0.3..4.0_f64,
+        patience in prop_oneof![Just(None), Just(Some(0)), Just(Some(PATIENCE))],
+    ) {
+        let influence = decaying(12, reach);
+        let mut search = ImplicitSet::new(influence.clone(), 12, 1e-13);
+        search.patience = patience;
+        search.estimate.copy_from_slice(&start);
+        let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
+        let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
+        prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
+        for (force, exact) in forces.iter().zip(gauss_seidel(&influence, &curves, &y)) {
+            prop_assert!((force - exact).abs() < 1e-9, "{force} {exact}");
+        }
+        // What is left in `required` makes equation 4 give the same forces.
+        let mut prescribed = vec![0.0; 12];
+        ActiveSet::new(influence, 12, 1e-13, 4).search(&required, &mut prescribed).unwrap();
+        for (force, same) in forces.iter().zip(&prescribed) {
+            prop_assert!((force - same).abs() < 1e-10, "{force} {same}");
+        }
+    }
+
+    #[test]
+    fn flat_slices_are_equation_4(y in prop::collection::vec(-1.0..1.0_f64, 12), reach in 0.3..4.0_f64) {
+        let influence = decaying(12, reach);
+        let slices = queue(&vec![StiffnessCurve::flat(0.0); 12]);
+        let (mut forces, mut prescribed, mut required) = (vec![0.0; 12], vec![0.0; 12], y.clone());
+        ImplicitSet::new(influence.clone(), 12, 1e-13).search(under(&slices), &mut required, &mut forces).unwrap();
+        ActiveSet::new(influence, 12, 1e-13, 4).search(&y, &mut prescribed).unwrap();
+        prop_assert_eq!(&required, &y);
+        for (force, same) in forces.iter().zip(&prescribed) {
+            prop_assert!((force - same).abs() < 1e-13, "{force} {same}");
+        }
+    }
+
+    #[test]
+    fn more_force_than_by_equation_4_and_more_by_deeper_penetration(
+        curves in slices(),
+        y in prop::collection::vec(-0.5..1.5_f64, 12),
+        deeper in 0.0..0.5_f64,
+        reach in 0.3..4.0_f64,
+    ) {
+        let influence = decaying(12, reach);
+        let slices = queue(&curves);
+        let total = |y: &[f64]| {
+            let (mut forces, mut required) = (vec![0.0; 12], y.to_vec());
+            ImplicitSet::new(influence.clone(), 12, 1e-13).search(under(&slices), &mut required, &mut forces).unwrap();
+            (forces, required)
+        };
+        let (forces, required) = total(&y);
+        // d = y - v + S(v) with v <= y, and y - S(y) grows with y.
+        for ((d, curve), &y) in required.iter().zip(&curves).zip(&y) {
+            prop_assert!(*d >= curve.displacement_at(y) - 1e-12);
+        }
+        let lower: Vec<f64> = y.iter().map(|y| y + deeper).collect();
+        let (pushed, _) = total(&lower);
+        // (F' - F).(y' - y) >= 0: the law is monotone.
+        let work: f64 = pushed.iter().zip(&forces).map(|(a, b)| (a - b) * deeper).sum();
+        prop_assert!(work >= -1e-12);
+    }
+}
+
+#[test]
+fn nothing_touches_when_nothing_is_required() {
+    let curves = [curve(0.0, &[(0.1, 1.0)]), curve(0.4, &[(0.1, 1.0), (0.1, 1.0)]), StiffnessCurve::flat(0.0)];
+    let slices = queue(&curves);
+    let mut search = ImplicitSet::new(decaying(4, 1.0), 4, 1e-12);
+    // The second slice carries nothing up to 0.4; there is no road under the fourth column.
+    let (mut forces, mut required) = (vec![1.0; 4], vec![-1.0, 0.3, 0.0, f64::NEG_INFINITY]);
+    let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
+    assert_eq!((forces, residuals), (vec![0.0; 4], Residuals::default()));
+    assert_eq!(required, [-1.0, 0.0, 0.0, f64::NEG_INFINITY]);
+    assert_eq!(search.counts().histogram[0], 1);
+}
+
+#[test]
+fn one_point_alone_follows_its_own_curve() {
+    let influence = decaying(8, 1.0);
+    let curves: Vec<_> = (0..8).map(|_| curve(0.0, &[(0.1, 1.0), (0.2, 2.0), (0.0, 5.0)])).collect();
+    let slices = queue(&curves);
+    let mut required = vec![-5.0; 8];
+    required[3] = 0.25;
+    let mut forces = vec![0.0; 8];
+    ImplicitSet::new(influence.clone(), 8, 1e-13).search(under(&slices), &mut required, &mut forces).unwrap();
+    assert!((influence[0] * forces[3] - curves[3].displacement_at(0.25)).abs() < 1e-16);
+    assert!((required[3] - curves[3].displacement_at(0.25)).abs() < 1e-16, "nobody else acts: equation 4");
+}
+
+#[test]
+fn ties_soft_beginnings_and_nearly_identical_neighbours_end() {
+    // Hard case: a nearly singular G0, breakpoints met exactly, slices that are all but free of stiffness at first.
+    let influence: Vec<f64> =
+        (0..40).map(|j| 1.0 / (1.0 + (j as f64 / 12.0).powi(2)) + if j == 0 { 1e-9 } else { 0.0 }).collect();
+    let mut search = ImplicitSet::new(influence.clone(), 40, 1e-12);
+    for round in 0..50 {
+        let curves: Vec<_> = (0..40)
+            .map(|i| match (i + round) % 4 {
+                0 => StiffnessCurve::flat(0.0),
+                1 => curve(0.0, &[(0.5, 1e-13), (0.5, 1.0), (0.0, 1.0)]),
+                2 => curve(0.5, &[(0.5, 1.0), (0.0, 1e-9)]),
+                _ => curve(0.0, &[(1.0, 1.0), (0.0, 1.0)]),
+            })
+            .collect();
+        let slices = queue(&curves);
+        let y: Vec<f64> =
+            (0..40).map(|i| if (i + round) % 7 < 3 { 1.0 } else { 1.0 - 1e-14 * (i % 3) as f64 }).collect();
+        let (mut required, mut forces) = (y.clone(), vec![0.0; 40]);
+        let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
+        assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-9, "{residuals:?}");
+        let violation = violation(&influence, &curves, &y, &forces);
+        assert!(violation < 1e-9, "round {round}: {violation:e}");
+    }
+}
+
+#[test]
+fn the_fallback_alone_finds_the_solution_too() {
+    let influence = decaying(10, 6.0);
+    let curves: Vec<_> = (0..10).map(|i| curve(0.0, &[(0.2, 1.0 + i as f64), (0.4, 1.0), (0.0, 3.0)])).collect();
+    let slices = queue(&curves);
+    let mut search = ImplicitSet::new(influence.clone(), 10, 1e-13);
+    search.patience = None;
+    let mut fallbacks = 0;
+    for round in 0..40 {
+        let y: Vec<f64> = (0..10).map(|i| if (i * 7 + round) % 3 == 0 { 1.0 } else { -0.2 + 0.1 * i as f64 }).collect();
+        // Far from it: two sweeps do not find the pieces.
+        search.estimate.iter_mut().enumerate().for_each(|(i, force)| *force = ((i + round) % 2) as f64 * 50.0);
+        let (mut required, mut forces) = (y.clone(), vec![0.0; 10]);
+        search.search(under(&slices), &mut required, &mut forces).unwrap();
+        assert!(violation(&influence, &curves, &y, &forces) < 1e-12);
+        fallbacks = search.counts().fallbacks;
+    }
+    println!("{fallbacks} fallbacks");
+    assert!(fallbacks > 10, "the fallback was hardly ever needed");
+}
+
+#[test]
+fn a_restored_search_goes_on_in_the_same_bits() {
+    let influence = decaying(16, 2.0);
+    let curves: Vec<_> = (0..16).map(|i| curve(0.0, &[(0.1 + 0.02 * i as f64, 1.0), (0.0, 3.0)])).collect();
+    let slices = queue(&curves);
+    let step = |search: &mut ImplicitSet, round: usize| {
+        search.advance(round % 2);
+        let mut required: Vec<f64> = (0..16).map(|i| ((i * 5 + round * 3) as f64).sin()).collect();
+        let mut forces = vec![0.0; 16];
+        search.search(under(&slices), &mut required, &mut forces).unwrap();
+        forces.iter().chain(&required).map(|value| value.to_bits()).collect::<Vec<_>>()
+    };
+    let mut whole = ImplicitSet::new(influence.clone(), 16, 1e-13);
+    (0..20).for_each(|round| drop(step(&mut whole, round)));
+    let mut state = StateWriter::default();
+    whole.save(&mut state);
+    let bytes = state.into_bytes();
+    let mut restored = ImplicitSet::new(influence, 16, 1e-13);
+    let mut reader = StateReader::new(&bytes);
+    restored.restore(&mut reader).unwrap();
+    reader.end().unwrap();
+    for round in 20..40 {
+        assert_eq!(step(&mut whole, round), step(&mut restored, round));
+    }
+    assert_eq!(whole.counts(), restored.counts());
+}

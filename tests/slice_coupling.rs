@@ -1,0 +1,161 @@
+//! The two couplings of the slice law: the paper's equation 4, and each slice's own spring in series with the coupled tread.
+//!
+//! `cargo test --release --test slice_coupling -- --ignored --nocapture`
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::fs;
+
+use common::{CIRCUMFERENCE, Results, grid_road, run, scene_text, write_grid};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use tempfile::TempDir;
+use tyrewave::meter::{Counter, Stage};
+use tyrewave::response::BandLevel;
+use tyrewave::results::spectra::read_force_levels;
+use tyrewave::scene::DEFAULT;
+
+const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
+
+fn contact(coupling: &str, more: &str) -> String {
+    format!("[contact]\nslice_coupling = \"{coupling}\"\n{more}")
+}
+
+/// A road of six cells across, rough by up to `roughness` \[m\] on a level of each row \[m\].
+fn rough_road(elements: usize, roughness: f64, level: impl Fn(usize) -> f64) -> (TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("road.npy");
+    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let heights: Vec<f64> =
+        (0..elements * 5 * 6).map(|cell| level(cell / 6) + random.random_range(0.0..roughness)).collect();
+    write_grid(&path, 6, &heights);
+    let road = grid_road(&path, elements, 6);
+    (folder, road)
+}
+
+fn fallbacks(results: &Results) -> u64 {
+    results.report.meter.counted(Counter::Fallbacks)
+}
+
+#[test]
+fn hard_cases_are_met_with_the_implicit_coupling() {
+    let n = 96;
+    let place = n * 3 / 2;
+    let pit = |row: usize| if (place..place + n / 2).contains(&row) { -0.04 } else { 0.0 };
+    let spike = |row: usize| if row == place { 0.02 } else { 0.0 };
+    let step = |row: usize| if row < place { 0.0 } else { 0.01 };
+    let level = |_: usize| 0.0;
+    let roads: [(&str, f64, &dyn Fn(usize) -> f64); 6] = [
+        ("rough", 3e-3, &level),
+        ("all but level", 1e-12, &level),
+        ("very rough", 2e-2, &level),
+        ("pit", 1e-3, &pit),
+        ("spike", 1e-3, &spike),
+        ("step", 1e-3, &step),
+    ];
+    for (name, roughness, level) in roads {
+        let (_folder, road) = rough_road(n, roughness, level);
+        let rolling = format!("start = 1.0\n{ROLLING}");
+        let results = run(&scene_text(n, &road, &rolling, "memory = 0.2", &contact("implicit", "")));
+        results.assert_sound(name);
+        println!("{name}: {} fallbacks, {:?}", fallbacks(&results), results.report.summary.contact.solves_per_step);
+        if name == "pit" {
+            let force = results.array("total_force.npy");
+            assert!(force[60..].iter().any(|&force| force < f64::MIN_POSITIVE), "never in the air");
+        }
+    }
+    let (_folder, road) = rough_road(n, 3e-3, level);
+    let rolling = format!("start = 1.0\n{ROLLING}");
+    for (name, modulus, numerics, more) in [
+        ("stiff", "8.0e9", "memory = 0.2", ""),
+        ("soft", "8.0e3", "memory = 0.2", ""),
+        ("bedding", "8.0e6", "memory = 0.2", "tread = \"bedding\""),
+        ("two stages", "8.0e6", "history = \"modal\"\ntime_rule = \"sdirk2\"", ""),
+        ("half-space", "8.0e6", "history = \"modal\"\nsubsteps = 3", "slices = \"half-space\""),
+    ] {
+        let text = scene_text(n, &road, &rolling, numerics, &contact("implicit", more))
+            .replace("modulus = 8.0e6", &format!("modulus = {modulus}"));
+        let results = run(&text);
+        results.assert_sound(name);
+        println!("{name}: {} fallbacks, {:?}", fallbacks(&results), results.report.summary.contact.solves_per_step);
+    }
+}
+
+#[test]
+fn flat_slices_are_the_same_bytes_by_both_couplings_and_rough_ones_carry_more_by_the_implicit() {
+    let n = 64;
+    let (_folder, road) = rough_road(n, 2e-3, |_| 0.0);
+    let rolling = format!("start = 1.0\n{ROLLING}");
+    let with =
+        |coupling: &str, more: &str| run(&scene_text(n, &road, &rolling, "memory = 0.2", &contact(coupling, more)));
+    let bytes = |results: &Results| fs::read(results.path("patch_force.npy")).unwrap();
+    let flat = "slices = \"none\"";
+    assert!(bytes(&with("explicit", flat)) == bytes(&with("implicit", flat)));
+    let [explicit, implicit] =
+        ["explicit", "implicit"].map(|coupling| with(coupling, "").report.summary.outcome.mean_force.unwrap());
+    println!("mean force at 12 mm: {explicit:.0} N explicit, {implicit:.0} N implicit");
+    assert!(implicit > 1.001 * explicit, "what the neighbours do is no penetration: {explicit} {implicit}");
+}
+
+fn levels(results: &Results) -> Vec<BandLevel> {
+    read_force_levels(&fs::read_to_string(results.path("spectra.csv")).unwrap()).unwrap()
+}
+
+#[test]
+#[ignore = "eight runs of seconds rolled: a minute or two"]
+fn both_couplings_at_equal_load_with_their_cost() {
+    let shared = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads/captif_aylesbury_station_10.dat");
+    let chip_seal = format!("kind = \"profile\"\nfile = \"{shared}\"\nlateral = \"isotropic\"\nseed = 1");
+    let roads = [("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()), ("chip seal", chip_seal)];
+    for (name, road) in roads {
+        if name == "chip seal" && !fs::exists(shared).unwrap() {
+            println!("skipped {name}: no {shared}");
+            continue;
+        }
+        for elements in [512, 1024] {
+            let of = |coupling: &str| {
+                let begin = DEFAULT.find("[road]").unwrap();
+                let end = DEFAULT.find("[rolling]").unwrap();
+                let text = format!("{}[road]\n{road}\n{}", &DEFAULT[..begin], &DEFAULT[end..])
+                    .replace("elements = 512", &format!("elements = {elements}"))
+                    .replace("duration = 18.0", "duration = 8.0")
+                    .replace("warm_up = 0.5", "warm_up = 1.0")
+                    .replace("tread = \"elastic\"", &format!("tread = \"elastic\"\nslice_coupling = \"{coupling}\""));
+                run(&text)
+            };
+            let both = ["explicit", "implicit"].map(of);
+            println!("{name}, N = {elements}, {:.2} mm an element", 1e3 * CIRCUMFERENCE / f64::from(elements));
+            for (coupling, results) in ["explicit", "implicit"].into_iter().zip(&both) {
+                let (summary, meter) = (&results.report.summary, &results.report.meter);
+                let outcome = &summary.outcome;
+                let steps = outcome.steps as f64;
+                println!(
+                    "   {coupling}: mean force {:.0} N, rms {:.0} N, contact {:.1} mm, indentation {:.3} mm; search {:.1} us a step, {:.2} solves, {:.2} factorisations, {} fallbacks; \
+                     solves by step {:?}; residuals {:.0e} {:.0e} {:.0e}",
+                    outcome.mean_force.unwrap(),
+                    outcome.rms_force_variation.unwrap(),
+                    1e3 * outcome.mean_contact_length.unwrap(),
+                    1e3 * outcome.indentation.unwrap(),
+                    1e6 * meter.cost(Stage::ActiveSet).wall.as_secs_f64() / steps,
+                    meter.counted(Counter::Solves) as f64 / steps,
+                    meter.counted(Counter::Factorisations) as f64 / steps,
+                    meter.counted(Counter::Fallbacks),
+                    summary.contact.solves_per_step,
+                    summary.contact.tension,
+                    summary.contact.penetration,
+                    summary.contact.complementarity,
+                );
+                results.assert_sound(coupling);
+                assert!((outcome.mean_force.unwrap() / 3400.0 - 1.0).abs() < 0.03);
+            }
+            println!("   band [Hz]   explicit   implicit   difference [dB]");
+            let [explicit, implicit] = both.each_ref().map(levels);
+            for (a, b) in explicit.iter().zip(&implicit) {
+                let difference = b.level - a.level;
+                println!("   {:>9}   {:8.1}   {:8.1}           {difference:+5.1}", a.band.label(), a.level, b.level);
+                assert!(difference.is_finite());
+            }
+        }
+    }
+}

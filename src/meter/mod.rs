@@ -129,6 +129,13 @@ impl Counter {
     ];
 }
 
+impl Counter {
+    /// Whether none of it is worth telling.
+    pub const fn counts_trouble(self) -> bool {
+        matches!(self, Self::Fallbacks | Self::WindowEdgeContacts)
+    }
+}
+
 /// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches make of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {

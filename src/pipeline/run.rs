@@ -19,6 +19,7 @@
 //! ```
 
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use rayon::Scope;
 
@@ -150,8 +151,11 @@ impl Run {
             (Stage::Penetration, totals.slices_time, totals.slices),
             (Stage::ActiveSet, totals.search_time, counts.work),
         ] {
-            meter.add_time(stage, time);
-            meter.add_work(stage, work);
+            // A stage that this run does not have leaves no trace.
+            if time > Duration::ZERO || work != Work::default() {
+                meter.add_time(stage, time);
+                meter.add_work(stage, work);
+            }
         }
         let bytes = meter.counted(Counter::BytesWritten);
         meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });

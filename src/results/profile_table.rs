@@ -1,4 +1,4 @@
-//! What a run cost, as tables for the terminal: stages first, counters below.
+//! What a run cost, as tables for the terminal: stages first, counters below. What a run did not do has no line.
 
 use std::time::Duration;
 
@@ -34,7 +34,8 @@ fn step(meter: &Meter, steps: u64) -> String {
             rate(work.bytes),
         ]
     };
-    aligned(&["a time step", "time", "flop", "bytes", "Gflop/s", "GB/s"], &Stage::OF_A_STEP.map(row))
+    let stages = Stage::OF_A_STEP.into_iter().filter(|&stage| meter.cost(stage).calls > 0);
+    aligned(&["a time step", "time", "flop", "bytes", "Gflop/s", "GB/s"], &stages.map(row).collect::<Vec<_>>())
 }
 
 fn stages(meter: &Meter, wall: Duration) -> String {
@@ -46,6 +47,9 @@ fn stages(meter: &Meter, wall: Duration) -> String {
     let mut rows: Vec<[String; 5]> = Vec::new();
     for stage in Stage::ALL {
         let cost = meter.cost(stage);
+        if cost.calls == 0 {
+            continue;
+        }
         staged += cost.wall;
         let background = if cost.background.is_zero() { String::new() } else { seconds(cost.background) };
         rows.push([stage.title().to_owned(), grouped(cost.calls), seconds(cost.wall), share(cost.wall), background]);
@@ -59,7 +63,8 @@ fn stages(meter: &Meter, wall: Duration) -> String {
 
 fn counters(meter: &Meter) -> String {
     let row = |counter: Counter| [counter_title(counter).to_owned(), grouped(meter.counted(counter))];
-    aligned(&["counter", "amount"], &Counter::ALL.map(row))
+    let told = |&counter: &Counter| meter.counted(counter) > 0 || counter.counts_trouble();
+    aligned(&["counter", "amount"], &Counter::ALL.into_iter().filter(told).map(row).collect::<Vec<_>>())
 }
 
 /// The counter named as people read it in a table.
@@ -87,11 +92,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_stage_and_counter_is_listed_and_shares_add_up() {
+    fn every_stage_and_counter_in_use_is_listed_and_shares_add_up() {
         let mut meter = Meter::default();
+        let idle = profile_table(&meter, Duration::from_secs(4));
+        for stage in Stage::ALL {
+            assert!(!idle.contains(stage.title()), "{idle}");
+            meter.add_time(stage, Duration::ZERO);
+        }
+        for counter in Counter::ALL {
+            assert_eq!(idle.contains(counter_title(counter)), counter.counts_trouble(), "{idle}");
+            meter.count(counter, 1);
+        }
         meter.add_time(Stage::History, Duration::from_millis(1500));
         meter.add_time(Stage::History, Duration::from_millis(500));
-        meter.count(Counter::HistoryMultiplyAdds, 21_233_664);
+        meter.count(Counter::HistoryMultiplyAdds, 21_233_663);
         let text = profile_table(&meter, Duration::from_secs(4));
         println!("{text}");
         for stage in Stage::ALL {

@@ -12,6 +12,8 @@ const PERIOD_IN_WAVELENGTHS: f64 = 8.0;
 const SMALLEST_PERIOD: f64 = 1.0;
 /// Largest share of the lattice's sampling wavenumber that the spectrum may reach.
 const LARGEST_SHARE: f64 = 0.45;
+/// Averages of the two-dimensional density over a cell, in multiply-adds for a sample.
+const DENSITY: f64 = 600.0;
 /// Streams whose samples are held at a time.
 pub const STREAMS: usize = 64;
 
@@ -28,7 +30,8 @@ pub struct Sizes {
     pub chunk_rows: usize,
     /// From the lattice to the elements.
     pub interpolation: WindowedSinc,
-    /// Streams; at most so many.
+    /// Lateral components, and streams of noise: as many, or one that is all of them where there is one column only.
+    lines: f64,
     streams: f64,
     columns: f64,
 }
@@ -56,6 +59,7 @@ impl Sizes {
         let margin = 2.0 * (reach + interpolation.half_width() + 2.0);
         let length = (2.0 * margin).max(margin + 16.0 * lattice.dx / spacing).max(1024.0);
         let highest = if lattice.columns > 1 { (0.5 / lattice.dy).min(1.0 / shortest) } else { 1.0 / shortest };
+        let lines = (highest * period).ceil() + 1.0;
         let streams = (period / shortest).ceil() + 1.0;
         let chunk = ((length - margin) * spacing / lattice.dx).floor().max(1.0);
         // The length is yet to be rounded up to a power of two.
@@ -71,7 +75,8 @@ impl Sizes {
             length,
             chunk_rows: (((length as f64 - margin) * spacing / lattice.dx) as usize).max(1),
             interpolation,
-            streams: (highest * period).ceil() + 1.0,
+            lines,
+            streams: if lattice.columns > 1 { lines } else { 1.0 },
             columns: across,
         })
     }
@@ -83,7 +88,7 @@ impl Sizes {
 
     /// What making the filters takes: two transforms and a spectrum for each stream.
     pub fn opening(&self) -> Work {
-        let multiply_adds = self.streams * (2.0 * self.transform() + 20.0 * self.length as f64);
+        let multiply_adds = self.lines * self.length as f64 * DENSITY + self.streams * 2.0 * self.transform();
         Work { multiply_adds: multiply_adds as u64, bytes: (4.0 * self.streams * self.length as f64) as u64 }
     }
 

@@ -7,7 +7,7 @@
 //!
 //! 1. White noise on a lattice of `spacing` h along x, a stream of its own for every m, addressable by sample: sample n of
 //!    stream m is the same number whenever and by whomever it is asked for, also for negative n.
-//! 2. The filter of stream m, sqrt(2 G_m/h) times the low-pass of the run's elements, is made once in the frequency domain,
+//! 2. The filter of stream m (of a single column: of all streams together, which are then one process: another draw of the same spectrum at a fraction of the cost), sqrt(2 G_m/h) times the low-pass of the run's elements, is made once in the frequency domain,
 //!    its impulse response cut softly to a reach of several longest wavelengths, its energy restored.
 //! 3. A chunk of elements: noise around it, transform, multiply, transform back (overlap-save); a_m and b_m ride as real and imaginary part.
 //! 4. Columns: the series is summed at the columns' y, components beyond the lateral Nyquist wavenumber left out, still on the lattice along x: a product of matrices.
@@ -19,6 +19,7 @@
 //! multiply-adds; memory 4 M m_max bytes for filters, 48 M per thread, M (1024 + 8 columns) for what a chunk is made from.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use faer::linalg::matmul::matmul;
@@ -79,15 +80,21 @@ impl Texture {
         let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
         let spectrum = RingSpectrum::fit(target);
         let lateral_nyquist = if lattice.columns > 1 { 0.5 / lattice.dy } else { f64::INFINITY };
-        let streams = (0..)
+        let components = (0..)
             .take_while(|&m| (f64::from(m) - 0.5) / period < spectrum.highest().min(lateral_nyquist))
-            .collect::<Vec<u32>>();
+            .count() as u32;
+        // In one column alone all components are one process along x.
+        let streams: Vec<Range<u32>> =
+            if lattice.columns > 1 { (0..components).map(|m| m..m + 1).collect() } else { vec![0..components] };
         let filters = streams
             .par_iter()
-            .map(|&m| filter(&spectrum, m, period, spacing, lattice.dx, reach, &forward, &backward))
+            .map(|stream| filter(&spectrum, stream.clone(), period, spacing, lattice.dx, reach, &forward, &backward))
             .collect();
-        let shape = |&m: &u32| -> Vec<f64> {
-            let wavenumber = f64::from(m) / period;
+        let shape = |stream: &Range<u32>| -> Vec<f64> {
+            if lattice.columns == 1 {
+                return vec![1.0, 0.0];
+            }
+            let wavenumber = f64::from(stream.start) / period;
             let gain = low_pass(wavenumber, lateral_nyquist);
             let phases = (0..lattice.columns).map(move |column| 2.0 * PI * wavenumber * lattice.y(column));
             phases.clone().map(|phase| gain * phase.cos()).chain(phases.map(|phase| gain * phase.sin())).collect()
@@ -237,7 +244,7 @@ fn low_pass(wavenumber: f64, nyquist: f64) -> f64 {
 #[expect(clippy::too_many_arguments, reason = "the quantities of one formula, called once")]
 fn filter(
     spectrum: &RingSpectrum,
-    m: u32,
+    components: Range<u32>,
     period: f64,
     spacing: f64,
     dx: f64,
@@ -247,14 +254,15 @@ fn filter(
 ) -> Vec<f64> {
     let length = forward.len();
     let cell = 1.0 / period;
-    let sides = if m == 0 { 1.0 } else { 2.0 };
-    let density = |kx: f64| {
+    let density_of = |m: u32, kx: f64| {
+        let sides = if m == 0 { 1.0 } else { 2.0 };
         let sum: f64 = (0..SUBCELLS)
             .map(|sub| (f64::from(m) - 0.5 + (sub as f64 + 0.5) / SUBCELLS as f64) * cell)
             .map(|ky| spectrum.density(kx * kx + ky * ky))
             .sum();
         sides * cell * sum / SUBCELLS as f64
     };
+    let density = |kx: f64| components.clone().map(|m| density_of(m, kx)).sum::<f64>();
     let line = 1.0 / (length as f64 * spacing);
     let gain = |index: usize| {
         let kx = index.min(length - index) as f64 * line;

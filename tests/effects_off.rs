@@ -1,0 +1,88 @@
+//! An effect that is off costs nothing: work counters and allocations of a run are those of the scene that does not name it.
+//!
+//! One test only in this file: whatever else ran beside it would be counted, too.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::alloc::System;
+use std::sync::atomic::AtomicBool;
+
+use common::{scene, scene_text};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use tyrewave::meter::{Counter, Stage, Work};
+use tyrewave::pipeline::{Plan, Run};
+use tyrewave::results::profile_table::profile_table;
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// All that a run counts.
+#[derive(Debug, PartialEq)]
+struct Count {
+    counters: Vec<(Counter, u64)>,
+    work: Vec<Work>,
+    calls: Vec<u64>,
+    allocations: usize,
+    bytes: usize,
+    /// Stages and counters with a line in the profile.
+    lines: usize,
+}
+
+fn count(road: &str, more: &str) -> Count {
+    let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { load = 3400 }";
+    let loaded = scene(&scene_text(64, road, rolling, "history = \"modal\"\npole_tolerance = 1e-3", more));
+    // The plan says in words what is off; what follows it does not know of it.
+    let plan = Plan::new(&loaded.scene);
+    let region = Region::new(ALLOCATOR);
+    let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+    while run.step().unwrap().is_some() {}
+    let results = run.finish();
+    let change = region.change();
+    let meter = &results.meter;
+    Count {
+        counters: Counter::ALL.iter().map(|&counter| (counter, meter.counted(counter))).collect(),
+        work: Stage::ALL.iter().map(|&stage| meter.cost(stage).work).collect(),
+        calls: Stage::ALL.iter().map(|&stage| meter.cost(stage).calls).collect(),
+        allocations: change.allocations + change.reallocations,
+        bytes: change.bytes_allocated,
+        lines: profile_table(meter, std::time::Duration::from_secs(1)).lines().count(),
+    }
+}
+
+const SMOOTH: &str = "kind = \"smooth\"";
+const MADE: &str = "kind = \"made\"\nseed = 3";
+
+#[test]
+fn an_effect_that_is_off_does_and_allocates_what_the_scene_without_it_does() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let count = |road, more: &str| {
+        // The first time a model is fitted, a cache of this test's own may be written.
+        pool.install(|| count(road, more));
+        pool.install(|| count(road, more))
+    };
+    // Scene, effect off, effect on (where the scene can have it): off is nothing, and on is something.
+    let cases = [
+        (SMOOTH, "[effects]\ntexture = \"off\"", None),
+        (SMOOTH, "[effects]\ntexture = \"auto\"", None),
+        (MADE, "[effects]\ncentrifugal_tension = \"off\"", Some("[effects]\ncentrifugal_tension = \"on\"")),
+        (MADE, "[effects]\nradiation = \"off\"", None),
+        (MADE, "[effects]\nfriction = \"off\"", None),
+        (MADE, "[contact]\nslice_coupling = \"explicit\"", Some("[contact]\nslice_coupling = \"implicit\"")),
+        (MADE, "[effects]\ntread_vibration = \"off\"", None),
+        (MADE, "[effects]\nbelt_vibration = \"off\"", None),
+        (MADE, "[effects]\ntangential_motion = \"off\"", None),
+    ];
+    for (road, off, on) in cases {
+        let (without, off_count) = (count(road, ""), count(road, off));
+        assert_eq!(without, off_count, "{off}");
+        if let Some(on) = on {
+            assert_ne!(count(road, on).work, without.work, "{on} makes no difference: the comparison says nothing");
+        }
+    }
+    // Without texture across, a rough road is as cheap as one column of it: no slice law, fewer allocations.
+    let (level, rough) = (count(MADE, "[effects]\ntexture = \"off\""), count(MADE, ""));
+    assert!(level.bytes < rough.bytes, "{} bytes, {} with texture", level.bytes, rough.bytes);
+    // A smooth road has no slices' work; its profile has fewer lines.
+    assert!(count(SMOOTH, "").lines <= rough.lines);
+}

@@ -21,7 +21,7 @@ use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
 use crate::results::unfinished::unfinished;
-use crate::scene::{Axle, LoadedScene};
+use crate::scene::LoadedScene;
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
 const LOWEST_FREQUENCY: f64 = 20.0;
@@ -138,7 +138,7 @@ impl PlannedRun<'_> {
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
         let rows = checkpoint.map(|checkpoint| checkpoint.steps);
-        let mut record = Record::new(&folder, &loaded.scene.outputs, plan, columns, shown, rows)?;
+        let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
         let mut moving = Moving { prepared: &mut prepared, record: &mut record, meter: &mut meter };
         let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut moving))?;
         let interval = loaded.scene.outputs.checkpoint_interval;
@@ -228,6 +228,7 @@ fn roll(
         let Moving { prepared: Prepared { march, road, axle, .. }, record, meter } = moving;
         let first = march.geometry().first_element(step);
         road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
+        let indentation = axle.indentation(step);
         let result = march.step(axle, road.slices())?;
         axle.observe(step, result.total_force);
         record.push(
@@ -238,6 +239,7 @@ fn roll(
                 first_element: result.first_element,
                 forces: march.forces(),
                 contact_length: result.extent as f64 * plan.element,
+                indentation,
             },
             meter,
         )?;
@@ -328,13 +330,10 @@ impl Context<'_> {
         let (totals, counts) = (march.totals(), march.search_counts());
         let steps = march.next_step();
         let mean_force = self.record.mean_force();
-        let load = match (&self.loaded.scene.rolling.axle, mean_force) {
-            (&Axle::Load { load, tolerance }, Some(mean)) => {
-                let relative_error = (mean - load) / load;
-                Some(LoadResult { wanted: load, relative_error, tolerance, met: relative_error.abs() <= tolerance })
-            }
-            _ => None,
-        };
+        let load = self.loaded.scene.rolling.axle.load().zip(mean_force).map(|((wanted, tolerance), mean)| {
+            let relative_error = (mean - wanted) / wanted;
+            LoadResult { wanted, relative_error, tolerance, met: relative_error.abs() <= tolerance }
+        });
         let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
         summary.outcome = Outcome {
             steps,
@@ -345,6 +344,7 @@ impl Context<'_> {
             mean_contact_length: self.record.mean_contact_length(),
             indentation: Some(self.prepared.axle.indentation(steps)),
             load,
+            axle: self.record.axle_motion(),
         };
         let residuals = totals.relative_residuals();
         summary.contact = ContactQuality {

@@ -178,6 +178,13 @@ fn the_implicit_coupling_goes_on_in_the_same_bytes() {
 }
 
 #[test]
+fn an_axle_with_a_mass_goes_on_in_the_same_bytes() {
+    let scene = scene_of("modal", &road("refuse"), 10.0, 0.004)
+        .replace("load = 3000.0", "load = 3000.0, mass = 30.0, stiffness = 2e4, damping = 800.0");
+    killed_at_random(&scene, 11.0 * SPEED, 2, 5);
+}
+
+#[test]
 fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
     let scene =
         scene_of("modal", &road("repeat"), 20.0, 0.004).replace("load = 3000.0", "indentation = 0.012, ramp = 0.05");

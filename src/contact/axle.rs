@@ -1,11 +1,12 @@
 //! Axle height: fixed, or found so that the mean force is the load.
 //!
 //! The static solution (s -> 0, smooth road) gives the start value; the height rises to it along a ramp. With a load, the height is then corrected three times within the
-//! warm-up by (load - mean force)/stiffness and stays fixed afterwards: what is left is reported as found, not hidden.
+//! warm-up by (load - mean force)/stiffness and stays fixed afterwards: what is left is reported as found, not hidden. An axle that has a mass moves on: [`super::moving_axle`].
 
 use super::active_set::ActiveSet;
 use super::error::ContactError;
 use super::geometry::Geometry;
+use super::moving_axle::MovingAxle;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Static contact on a smooth road.
@@ -122,6 +123,8 @@ pub enum AxleHeight {
     },
     /// Corrected over the warm-up towards a load.
     Loaded(LoadControl),
+    /// A mass that the forces move.
+    Moving(Box<MovingAxle>),
 }
 
 impl AxleHeight {
@@ -142,20 +145,25 @@ impl AxleHeight {
                 }
             }
             Self::Loaded(control) => control.indentation(steps),
+            Self::Moving(axle) => axle.between(steps),
         }
     }
 
     /// Takes note of the force at a step.
     pub fn observe(&mut self, step: u64, force: f64) {
-        if let Self::Loaded(control) = self {
-            control.observe(step, force);
+        match self {
+            Self::Fixed { .. } => {}
+            Self::Loaded(control) => control.observe(step, force),
+            Self::Moving(axle) => axle.observe(step, force),
         }
     }
 
     /// Takes the state down.
     pub fn save(&self, state: &mut StateWriter) {
-        if let Self::Loaded(control) = self {
-            control.save(state);
+        match self {
+            Self::Fixed { .. } => {}
+            Self::Loaded(control) => control.save(state),
+            Self::Moving(axle) => axle.save(state),
         }
     }
 
@@ -167,6 +175,7 @@ impl AxleHeight {
         match self {
             Self::Fixed { .. } => Ok(()),
             Self::Loaded(control) => control.restore(state),
+            Self::Moving(axle) => axle.restore(state),
         }
     }
 }
@@ -210,13 +219,23 @@ impl LoadControl {
         }
     }
 
-    fn save(&self, state: &mut StateWriter) {
+    /// Steps of the first ramp.
+    pub(super) fn ramp(&self) -> u64 {
+        self.ramp
+    }
+
+    /// Where the present ramp ends \[m\].
+    pub(super) fn target(&self) -> f64 {
+        self.to
+    }
+
+    pub(super) fn save(&self, state: &mut StateWriter) {
         state.numbers(&[self.stiffness, self.from, self.to, self.sum]);
         state.counts(&[self.turn.0, self.turn.1, self.count]);
         state.numbers(&self.previous.map_or(Vec::new(), |(height, force)| vec![height, force]));
     }
 
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+    pub(super) fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         let (mut numbers, mut counts) = ([0.0; 4], [0; 3]);
         state.numbers_into(&mut numbers)?;
         state.counts_into(&mut counts)?;
@@ -230,7 +249,7 @@ impl LoadControl {
         Ok(())
     }
 
-    fn indentation(&self, steps: f64) -> f64 {
+    pub(super) fn indentation(&self, steps: f64) -> f64 {
         let (begin, length) = self.turn;
         if steps >= (begin + length) as f64 {
             return self.to;
@@ -239,7 +258,7 @@ impl LoadControl {
         self.from + (self.to - self.from) * (steps - begin as f64).max(0.0) / length as f64
     }
 
-    fn observe(&mut self, step: u64, force: f64) {
+    pub(super) fn observe(&mut self, step: u64, force: f64) {
         if self.window == 0 || step < self.ramp {
             return;
         }

@@ -6,7 +6,7 @@
 //! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
 //! - [`implicit_set`]: the same with the slices' springs in series; [`search`] chooses;
 //! - [`march`]: one time step after the other;
-//! - [`axle`]: axle height, static solution;
+//! - [`axle`]: axle height, static solution; [`moving_axle`]: an axle with a mass;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
 pub mod active_set;
@@ -18,6 +18,7 @@ pub mod history;
 pub mod implicit_set;
 mod ldlt;
 pub mod march;
+pub mod moving_axle;
 mod neighbour_set;
 pub mod pattern_index;
 pub mod search;

@@ -14,11 +14,13 @@ use super::road_ahead::RoadAhead;
 use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, matching_spring};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
+use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
 use crate::contact::slice_queue::SliceQueue;
+use crate::contact::tread::ContactKernel;
 use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
 
@@ -66,6 +68,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         Axle::Indentation { indentation, .. } => indentation,
         // Room for the corrections on a rough road.
         Axle::Load { .. } => 1.25 * at_rest.indentation,
+        // A mass that lands comes down further.
+        Axle::Mass { .. } => 2.0 * at_rest.indentation,
     };
     let reach = 1.05 * Geometry::half_chord(radius, deepest + surface.highest()) + 2.0 * plan.element;
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
@@ -106,6 +110,10 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
             AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
         }
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
+        Axle::Mass { load, mass, stiffness, damping, .. } => {
+            let sprung = SprungMass { load, mass, stiffness, damping };
+            AxleHeight::Moving(Box::new(moving_axle(loaded, plan, sprung, &kernel, at_rest)?))
+        }
     };
     Ok(Prepared {
         march: March::new(geometry, kernel, plan.decisions.slice_coupling, history, numerics, plan.time_step),
@@ -150,7 +158,7 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
     let row = sum.static_row(Field::Surface);
     let elastic = StaticTyre { influence: &row, circumference };
     let on = |tyre: &StaticTyre<'_>| match scene.rolling.axle {
-        Axle::Load { load, .. } => tyre.under_load(load),
+        Axle::Load { load, .. } | Axle::Mass { load, .. } => tyre.under_load(load),
         Axle::Indentation { indentation, .. } => tyre.at(indentation),
     };
     if field != Field::UnderTread {
@@ -163,6 +171,40 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
     };
     carcass[0] += spring;
     Ok((on(&StaticTyre { influence: &carcass, circumference })?, spring))
+}
+
+/// A mass on the axle, refused where the time step is too long for it.
+fn moving_axle(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    sprung: SprungMass,
+    kernel: &ContactKernel,
+    at_rest: StaticContact,
+) -> Result<MovingAxle, RunError> {
+    let numerics = &loaded.scene.numerics;
+    // What the contact is within a step: the points at rest by the first weights.
+    let mut influence = kernel.instant.clone();
+    influence[0] += kernel.spring;
+    if kernel.law == Tread::Uncoupled {
+        influence[1..].fill(0.0);
+    }
+    let within_a_step = StaticTyre { influence: &influence, circumference: loaded.scene.tyre.circumference };
+    let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
+    let rate = sprung.rate(stiffness, plan.time_step);
+    if rate > LARGEST_RATE {
+        let wrong = format!(
+            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m of the contact within a step, {LARGEST_RATE} can be stepped",
+            sprung.mass, plan.time_step
+        );
+        let least = sprung.least_mass(stiffness, plan.time_step);
+        let right = format!("at least {least:.3} kg, more substeps, or an axle without a mass");
+        return Err(SceneError::from(loaded.complain("rolling.axle.mass", wrong, right)).into());
+    }
+    let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };
+    let control = LoadControl::new(sprung.load, rest, plan.warm_up_steps);
+    // The mean force of a Runge-Kutta step acts in its middle.
+    let lead = if numerics.time_rule.nodes().len() > 1 { 0.5 } else { 0.0 };
+    Ok(MovingAxle::new(sprung, control, plan.time_step, lead))
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.

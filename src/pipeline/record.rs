@@ -10,19 +10,22 @@ use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyNumber, NpyWriter, Row};
-use crate::scene::Outputs;
+use crate::results::summary::AxleMotion;
+use crate::scene::{Axle, Scene};
 
-/// The four arrays of a run.
+/// The arrays of a run.
 struct Arrays {
     time: NpyWriter<f64>,
     total_force: NpyWriter<f64>,
     patch_force: NpyWriter<f64>,
     patch_element: NpyWriter<i64>,
+    /// Of an axle that moves.
+    axle: Option<NpyWriter<f64>>,
 }
 
 impl Arrays {
     /// Begins the arrays, or goes on with them after that many rows.
-    fn open(folder: &ResultsFolder, columns: usize, rows: Option<u64>) -> Result<Self, ResultsError> {
+    fn open(folder: &ResultsFolder, columns: usize, moves: bool, rows: Option<u64>) -> Result<Self, ResultsError> {
         fn array<T: NpyNumber>(
             folder: &ResultsFolder,
             name: &str,
@@ -40,6 +43,7 @@ impl Arrays {
             total_force: array(folder, "total_force.npy", Row::Scalar, rows)?,
             patch_force: array(folder, "patch_force.npy", Row::Columns(columns), rows)?,
             patch_element: array(folder, "patch_element.npy", Row::Scalar, rows)?,
+            axle: if moves { Some(array(folder, "axle.npy", Row::Scalar, rows)?) } else { None },
         })
     }
 }
@@ -59,6 +63,13 @@ pub struct StepRecord<'a> {
     pub forces: &'a [f64],
     /// Length of the contact \[m\].
     pub contact_length: f64,
+    /// Indentation of the rigid tyre \[m\].
+    pub indentation: f64,
+}
+
+/// Whether the axle's motion is a result.
+fn moves(scene: &Scene) -> bool {
+    matches!(scene.rolling.axle, Axle::Mass { .. })
 }
 
 /// The recorder.
@@ -70,6 +81,8 @@ pub struct Record {
     pub drawn: Drawn,
     /// Total force after the warm-up \[N\].
     force: RunningMoments,
+    /// Indentation after the warm-up \[m\], of an axle that moves.
+    indentation: Option<RunningMoments>,
     /// Where spectra or plots want it and the run is long enough.
     spectrum: Option<SpectrumAccumulator>,
     sum_of_lengths: f64,
@@ -93,12 +106,14 @@ impl Record {
     /// Of the arrays.
     pub fn new(
         folder: &ResultsFolder,
-        outputs: &Outputs,
+        scene: &Scene,
         plan: &Plan,
         columns: usize,
         shown: Range<u64>,
         rows: Option<u64>,
     ) -> Result<Self, RunError> {
+        let outputs = &scene.outputs;
+        let moves = moves(scene);
         let shown = if outputs.plots { shown.start..shown.end.min(plan.steps) } else { 0..0 };
         let rows_shown = shown.end.saturating_sub(shown.start) as usize;
         let counted = (plan.steps - plan.warm_up_steps) as usize;
@@ -106,7 +121,7 @@ impl Record {
             .then(|| SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok())
             .flatten();
         Ok(Self {
-            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, rows)?) } else { None },
+            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, moves, rows)?) } else { None },
             warm_up: plan.warm_up_steps,
             shown,
             drawn: Drawn {
@@ -115,13 +130,14 @@ impl Record {
                 force: Vec::with_capacity(rows_shown * columns),
             },
             force: RunningMoments::default(),
+            indentation: moves.then(RunningMoments::default),
             spectrum,
             sum_of_lengths: 0.0,
         })
     }
 
     /// A recorder that writes and draws nothing.
-    pub fn in_memory(plan: &Plan) -> Self {
+    pub fn in_memory(scene: &Scene, plan: &Plan) -> Self {
         let counted = (plan.steps - plan.warm_up_steps) as usize;
         Self {
             arrays: None,
@@ -129,6 +145,7 @@ impl Record {
             shown: 0..0,
             drawn: Drawn::default(),
             force: RunningMoments::default(),
+            indentation: moves(scene).then(RunningMoments::default),
             spectrum: SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok(),
             sum_of_lengths: 0.0,
         }
@@ -144,7 +161,8 @@ impl Record {
                 arrays.time.push(&[step.time])?;
                 arrays.total_force.push(&[step.total_force])?;
                 arrays.patch_force.push(step.forces)?;
-                arrays.patch_element.push(&[step.first_element])
+                arrays.patch_element.push(&[step.first_element])?;
+                arrays.axle.as_mut().map_or(Ok(()), |axle| axle.push(&[step.indentation]))
             })?;
         }
         if self.shown.contains(&step.step) {
@@ -154,6 +172,9 @@ impl Record {
         }
         if step.step >= self.warm_up {
             self.force.push(step.total_force);
+            if let Some(indentation) = &mut self.indentation {
+                indentation.push(step.indentation);
+            }
             self.sum_of_lengths += step.contact_length;
             if let Some(spectrum) = &mut self.spectrum {
                 spectrum.push(step.total_force);
@@ -172,7 +193,8 @@ impl Record {
             arrays.time.sync()?;
             arrays.total_force.sync()?;
             arrays.patch_force.sync()?;
-            arrays.patch_element.sync()
+            arrays.patch_element.sync()?;
+            arrays.axle.as_mut().map_or(Ok(()), NpyWriter::sync)
         })
     }
 
@@ -185,12 +207,14 @@ impl Record {
         let written = arrays.time.bytes()
             + arrays.total_force.bytes()
             + arrays.patch_force.bytes()
-            + arrays.patch_element.bytes();
+            + arrays.patch_element.bytes()
+            + arrays.axle.as_ref().map_or(0, NpyWriter::bytes);
         meter.time(Stage::Output, || {
             arrays.time.finish()?;
             arrays.total_force.finish()?;
             arrays.patch_force.finish()?;
-            arrays.patch_element.finish()
+            arrays.patch_element.finish()?;
+            arrays.axle.map_or(Ok(0), NpyWriter::finish)
         })?;
         meter.count(Counter::BytesWritten, written);
         Ok(())
@@ -199,6 +223,9 @@ impl Record {
     /// Takes the state down, the arrays' rows excepted.
     pub fn save(&self, state: &mut StateWriter) {
         self.force.save(state);
+        if let Some(indentation) = &self.indentation {
+            indentation.save(state);
+        }
         state.number(self.sum_of_lengths);
         state.numbers(&self.drawn.time);
         state.wholes(&self.drawn.first_element);
@@ -214,6 +241,9 @@ impl Record {
     /// [`StateError`].
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.force.restore(state)?;
+        if let Some(indentation) = &mut self.indentation {
+            indentation.restore(state)?;
+        }
         self.sum_of_lengths = state.number()?;
         self.drawn.time.extend(state.numbers()?);
         self.drawn.first_element.extend(state.wholes()?);
@@ -237,6 +267,13 @@ impl Record {
     /// Mean force \[N\] after the warm-up, if there was any step.
     pub fn mean_force(&self) -> Option<f64> {
         self.force.mean()
+    }
+
+    /// Motion of an axle that moves, after the warm-up.
+    pub fn axle_motion(&self) -> Option<AxleMotion> {
+        let indentation = self.indentation.as_ref()?;
+        let (mean, variance) = indentation.mean().zip(indentation.variance())?;
+        Some(AxleMotion { mean, rms_variation: variance.sqrt() })
     }
 
     /// Root mean square of the force less its mean \[N\].

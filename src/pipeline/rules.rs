@@ -95,7 +95,7 @@ pub fn work_precision(
     loaded.scene.numerics.history = History::Modal;
     loaded.scene.rolling.warm_up = SETTLING;
     loaded.scene.rolling.duration = duration;
-    if let Axle::Load { .. } = loaded.scene.rolling.axle {
+    if loaded.scene.rolling.axle.load().is_some() {
         // The same height for every rule.
         let at_rest = prepare(&loaded, &Plan::new(&loaded.scene), stop, &mut Meter::default())?.at_rest;
         loaded.scene.rolling.axle = Axle::Indentation { indentation: at_rest.indentation, ramp: 0.5 * SETTLING };

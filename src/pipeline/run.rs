@@ -76,7 +76,7 @@ impl Run {
         loaded.check_time_domain()?;
         let mut meter = Meter::default();
         let prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let record = Record::in_memory(plan);
+        let record = Record::in_memory(&loaded.scene, plan);
         Ok(Self::new(plan, prepared, record, meter))
     }
 
@@ -124,6 +124,7 @@ impl Run {
         let step = march.next_step();
         let first = march.geometry().first_element(step);
         road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
+        let indentation = axle.indentation(step);
         let result = march.step(axle, road.slices())?;
         axle.observe(step, result.total_force);
         record.push(
@@ -134,6 +135,7 @@ impl Run {
                 first_element: result.first_element,
                 forces: march.forces(),
                 contact_length: result.extent as f64 * *element,
+                indentation,
             },
             meter,
         )?;

@@ -22,7 +22,7 @@ use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Planned, Summary};
 use crate::results::unfinished::unfinished;
-use crate::scene::{Axle, LoadedScene};
+use crate::scene::LoadedScene;
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
 const LOWEST_FREQUENCY: f64 = 20.0;
@@ -148,7 +148,7 @@ impl PlannedRun<'_> {
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
         let rows = checkpoint.map(|checkpoint| checkpoint.steps);
-        let record = Record::new(&folder, &loaded.scene.outputs, plan, columns, shown, rows)?;
+        let record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
         let mut run = Run::new(plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut run))?;
         let interval = loaded.scene.outputs.checkpoint_interval;
@@ -294,13 +294,10 @@ impl Context<'_> {
         let (totals, counts) = (march.totals(), march.search_counts());
         let steps = march.next_step();
         let mean_force = self.record.mean_force();
-        let load = match (&self.loaded.scene.rolling.axle, mean_force) {
-            (&Axle::Load { load, tolerance }, Some(mean)) => {
-                let relative_error = (mean - load) / load;
-                Some(LoadResult { wanted: load, relative_error, tolerance, met: relative_error.abs() <= tolerance })
-            }
-            _ => None,
-        };
+        let load = self.loaded.scene.rolling.axle.load().zip(mean_force).map(|((wanted, tolerance), mean)| {
+            let relative_error = (mean - wanted) / wanted;
+            LoadResult { wanted, relative_error, tolerance, met: relative_error.abs() <= tolerance }
+        });
         let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
         summary.outcome = Outcome {
             steps,
@@ -311,6 +308,7 @@ impl Context<'_> {
             mean_contact_length: self.record.mean_contact_length(),
             indentation: Some(self.prepared.axle.indentation(steps)),
             load,
+            axle: self.record.axle_motion(),
         };
         let residuals = totals.relative_residuals();
         summary.contact = ContactQuality {

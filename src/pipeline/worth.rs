@@ -14,12 +14,15 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::run::Run;
 use crate::response::BandLevel;
-use crate::scene::{LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread};
+use crate::scene::{Axle, LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread};
 
 /// Steps between two looks at the flag and the progress bar.
 const LOOK_EVERY: u64 = 256;
 /// Lowest band that is compared \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
+
+/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is given.
+pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
 /// An effect that can be taken away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +31,8 @@ pub enum Effect {
     Texture,
     /// Slices' springs in series with the coupled tread.
     SliceCoupling,
+    /// A mass on the axle; its values are the scene's, or [`TYPICAL_AXLE`].
+    AxleMotion,
     /// Coupling of the points in contact within a step.
     TreadCoupling,
     /// Belt tension raised by m'' V^2.
@@ -36,7 +41,8 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the data's way.
-    pub const ALL: [Self; 4] = [Self::CentrifugalTension, Self::Texture, Self::SliceCoupling, Self::TreadCoupling];
+    pub const ALL: [Self; 5] =
+        [Self::CentrifugalTension, Self::Texture, Self::SliceCoupling, Self::TreadCoupling, Self::AxleMotion];
 
     /// The effect in words.
     pub const fn title(self) -> &'static str {
@@ -44,6 +50,7 @@ impl Effect {
             Self::Texture => "texture across the width",
             Self::SliceCoupling => "slice coupling",
             Self::TreadCoupling => "tread coupling",
+            Self::AxleMotion => "axle motion",
             Self::CentrifugalTension => "centrifugal tension",
         }
     }
@@ -67,6 +74,17 @@ impl Effect {
                 if on {
                     scene.contact.bedding_stiffness = None;
                 }
+            }
+            Self::AxleMotion => {
+                let axle = &mut scene.rolling.axle;
+                *axle = match (&*axle, on) {
+                    (&Axle::Load { load, tolerance }, true) => {
+                        let (mass, stiffness, damping) = TYPICAL_AXLE;
+                        Axle::Mass { load, mass, stiffness, damping, tolerance }
+                    }
+                    (&Axle::Mass { load, tolerance, .. }, false) => Axle::Load { load, tolerance },
+                    (other, _) => other.clone(),
+                };
             }
             Self::CentrifugalTension => scene.effects.centrifugal_tension = switch,
         }

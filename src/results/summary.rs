@@ -66,6 +66,17 @@ pub struct Outcome {
     pub indentation: Option<f64>,
     /// The load asked for and how well it was met.
     pub load: Option<LoadResult>,
+    /// Motion of an axle that has a mass.
+    pub axle: Option<AxleMotion>,
+}
+
+/// Height of an axle that moves, after the warm-up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AxleMotion {
+    /// Mean indentation of the rigid tyre into z = 0 \[m\].
+    pub mean: f64,
+    /// Root mean square of the indentation less its mean \[m\].
+    pub rms_variation: f64,
 }
 
 /// An axle load and the mean force that it led to.

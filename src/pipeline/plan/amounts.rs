@@ -21,7 +21,7 @@ use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
 /// Elements of the static solution that patch and window are expected from.
-const COARSE: usize = 128;
+const COARSE: usize = 384;
 /// Its tolerance.
 const COARSE_TOLERANCE: f64 = 1e-3;
 /// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
@@ -337,7 +337,7 @@ fn expected(scene: &Scene, tyre: &Tyre, element: f64) -> Expected {
     let row = sum.static_row(Field::Surface);
     let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
     let found = match scene.rolling.axle {
-        Axle::Load { load, .. } => at_rest.under_load(load),
+        Axle::Load { load, .. } | Axle::Mass { load, .. } => at_rest.under_load(load),
         Axle::Indentation { indentation, .. } => at_rest.at(indentation),
     };
     let elements = scene.numerics.elements as f64;
@@ -346,6 +346,7 @@ fn expected(scene: &Scene, tyre: &Tyre, element: f64) -> Expected {
     let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
     let depth = match scene.rolling.axle {
         Axle::Load { .. } => 1.25 * depth,
+        Axle::Mass { .. } => 2.0 * depth,
         Axle::Indentation { .. } => depth,
     };
     let reach = 1.05 * Geometry::half_chord(tyre.radius(), depth + peaks) + 2.0 * element;

@@ -172,13 +172,16 @@ fn tread_coupling(tread: Tread) -> Decision {
 }
 
 fn axle(scene: &Scene) -> Decision {
-    let (form, reason) = match scene.rolling.axle {
-        Axle::Load { load, .. } => (format!("height held, mean force {load} N"), "rolling.axle.load"),
+    let (on, form, reason) = match scene.rolling.axle {
+        Axle::Load { load, .. } => (false, format!("height held, mean force {load} N"), "rolling.axle.load"),
+        Axle::Mass { load, mass, .. } => {
+            (true, format!("{mass} kg under {load} N move with the contact force"), "rolling.axle.mass")
+        }
         Axle::Indentation { indentation, .. } => {
-            (format!("height held, {} mm into the road", 1e3 * indentation), "rolling.axle.indentation")
+            (false, format!("height held, {} mm into the road", 1e3 * indentation), "rolling.axle.indentation")
         }
     };
-    Decision { effect: "axle motion", on: false, form, reason: reason.to_owned() }
+    Decision { effect: "axle motion", on, form, reason: reason.to_owned() }
 }
 
 fn history(scene: &Scene) -> Decision {

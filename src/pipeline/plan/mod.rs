@@ -150,7 +150,7 @@ impl Plan {
     pub fn ramp_steps(&self, axle: &Axle) -> f64 {
         match axle {
             Axle::Indentation { ramp, .. } => ramp / self.time_step,
-            Axle::Load { .. } => 0.0,
+            Axle::Load { .. } | Axle::Mass { .. } => 0.0,
         }
     }
 

@@ -98,7 +98,10 @@ pub fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepEr
                 }
                 set(&mut scene, "rolling", "speed_kmh", Value::Float(speed));
                 if let Some(load) = load {
-                    let axle = Table::from_iter([("load".to_owned(), Value::Float(*load))]);
+                    let given = scene.get("rolling").and_then(|rolling| rolling.get("axle")?.as_table());
+                    // A height gives way to the load; what goes with a load stays.
+                    let mut axle = given.filter(|axle| axle.contains_key("load")).cloned().unwrap_or_default();
+                    axle.insert("load".to_owned(), Value::Float(*load));
                     set(&mut scene, "rolling", "axle", Value::Table(axle));
                 }
                 set(&mut scene, "outputs", "spectra", Value::Boolean(true));

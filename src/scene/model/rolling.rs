@@ -18,7 +18,7 @@ pub struct Rolling {
     pub axle: Axle,
 }
 
-/// What holds the axle: a load or a height.
+/// What holds the axle: a load, a height, or a mass under a load that moves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Axle {
@@ -26,6 +26,19 @@ pub enum Axle {
     Load {
         /// Vertical load \[N\].
         load: f64,
+        /// Relative tolerance of the mean force.
+        tolerance: f64,
+    },
+    /// A mass under the load, with a spring and a damper: it moves with the contact force, the mean of which is the load.
+    Mass {
+        /// Vertical load \[N\].
+        load: f64,
+        /// Mass that moves with the axle \[kg\].
+        mass: f64,
+        /// Stiffness of the spring above it \[N/m\].
+        stiffness: f64,
+        /// Damping of the damper above it \[N s/m\].
+        damping: f64,
         /// Relative tolerance of the mean force.
         tolerance: f64,
     },
@@ -49,6 +62,14 @@ impl Rolling {
 }
 
 impl Axle {
+    /// The load \[N\] and the relative tolerance of the mean force, where a load is given.
+    pub fn load(&self) -> Option<(f64, f64)> {
+        match *self {
+            Self::Load { load, tolerance } | Self::Mass { load, tolerance, .. } => Some((load, tolerance)),
+            Self::Indentation { .. } => None,
+        }
+    }
+
     /// Default relative tolerance of the mean vertical force.
     pub const LOAD_TOLERANCE: f64 = 0.01;
 }

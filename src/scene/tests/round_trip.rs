@@ -121,10 +121,13 @@ fn tyre() -> impl Strategy<Value = Tyre> {
 
 fn rolling() -> impl Strategy<Value = Rolling> {
     let load = (positive(), 1e-6..0.9_f64).prop_map(|(load, tolerance)| Axle::Load { load, tolerance });
+    let mass = (positive(), positive(), 0.0..1e6_f64, 0.0..1e4_f64, 1e-6..0.9_f64).prop_map(
+        |(load, mass, stiffness, damping, tolerance)| Axle::Mass { load, mass, stiffness, damping, tolerance },
+    );
     // 1e-10 m is less than the radius of the smallest tyre drawn.
     let indentation =
         (0.0..1e-10_f64, 0.0..1.0_f64).prop_map(|(indentation, ramp)| Axle::Indentation { indentation, ramp });
-    (positive(), positive(), 0.0..1.0_f64, prop::option::of(-9.0..9.0_f64), prop_oneof![load, indentation])
+    (positive(), positive(), 0.0..1.0_f64, prop::option::of(-9.0..9.0_f64), prop_oneof![load, mass, indentation])
         .prop_map(|(speed_kmh, duration, warm_up, start, axle)| Rolling { speed_kmh, duration, warm_up, start, axle })
 }
 

@@ -1,5 +1,6 @@
 //! Mistakes in rolling, contact and numerics.
 
+use super::super::super::Axle;
 use super::{accepted, axle_refused, refused};
 
 #[test]
@@ -47,6 +48,25 @@ fn axles() {
     axle_refused("{ indentation = 0.01, ramp = -1 }", "rolling.axle.ramp", "-1", "at least 0 s");
     axle_refused("{ indentation = 0.01, tolerance = 0.1 }", "rolling.axle.tolerance", "an indentation", "give a load");
     accepted("axle = { load = 3400 }", "axle = { indentation = 0 }");
+}
+
+#[test]
+fn axles_with_a_mass() {
+    axle_refused("{ mass = 40 }", "rolling.axle.load", "missing", "above 0 N");
+    axle_refused("{ load = 3400, mass = 0 }", "rolling.axle.mass", "0 is out of range", "above 0 kg");
+    axle_refused("{ load = 3400, mass = -1 }", "rolling.axle.mass", "-1", "above 0 kg");
+    axle_refused("{ load = 3400, mass = 40, stiffness = -1 }", "rolling.axle.stiffness", "-1", "at least 0 N/m");
+    axle_refused("{ load = 3400, mass = 40, damping = -1 }", "rolling.axle.damping", "-1", "at least 0 N s/m");
+    axle_refused("{ load = 3400, stiffness = 1e4 }", "rolling.axle.stiffness", "without a mass", "give its mass");
+    axle_refused("{ load = 3400, damping = 1e3 }", "rolling.axle.damping", "without a mass", "give its mass");
+    axle_refused("{ load = 3400, mass = 40, ramp = 1 }", "rolling.axle.ramp", "means nothing with a load", "remove");
+    axle_refused("{ load = 3400, mas = 40 }", "rolling.axle.mas", "not a key of the axle", "did you mean `mass`?");
+    axle_refused("{ indentation = 0.01, mass = 40 }", "rolling.axle.mass", "an indentation", "give a load");
+    axle_refused("{ indentation = 0.01, damping = 4 }", "rolling.axle.damping", "an indentation", "give a load");
+    let scene = accepted("axle = { load = 3400 }", "axle = { load = 3400, mass = 40 }");
+    let expected =
+        Axle::Mass { load: 3400.0, mass: 40.0, stiffness: 0.0, damping: 0.0, tolerance: Axle::LOAD_TOLERANCE };
+    assert_eq!(scene.rolling.axle, expected);
 }
 
 #[test]

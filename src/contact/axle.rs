@@ -89,14 +89,23 @@ impl StaticTyre<'_> {
     }
 }
 
-/// Spring compliance \[m/N\] that gives the carcass row the static force `wanted` at an indentation: bisection on its logarithm.
-pub fn matching_spring(carcass: &[f64], circumference: f64, wanted: StaticContact) -> Result<f64, ContactError> {
-    let force = |spring: f64| -> Result<f64, ContactError> {
-        let mut influence = carcass.to_vec();
-        influence[0] += spring;
-        Ok(StaticTyre { influence: &influence, circumference }.at(wanted.indentation)?.force)
+/// The parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on its logarithm, for a row that softens as the parameter grows.
+///
+/// # Errors
+/// [`ContactError::NoEqualStiffness`] if no parameter between the limits has that force.
+pub fn matched(
+    (mut stiff, mut soft): (f64, f64),
+    circumference: f64,
+    wanted: StaticContact,
+    row: impl Fn(f64) -> Vec<f64>,
+) -> Result<f64, ContactError> {
+    let force = |parameter: f64| -> Result<f64, ContactError> {
+        Ok(StaticTyre { influence: &row(parameter), circumference }.at(wanted.indentation)?.force)
     };
-    let (mut stiff, mut soft) = (carcass[0] * 1e-6, carcass[0] * 1e6);
+    let (highest, lowest) = (force(stiff)?, force(soft)?);
+    if !(lowest..=highest).contains(&wanted.force) {
+        return Err(ContactError::NoEqualStiffness { force: wanted.force, lowest, highest });
+    }
     for _ in 0..100 {
         let middle = (stiff * soft).sqrt();
         if force(middle)? > wanted.force {
@@ -305,6 +314,23 @@ mod tests {
         assert!((found.force - exact).abs() < 1e-9 * exact);
         let back = tyre.under_load(exact).unwrap();
         assert!((back.indentation - 5e-3).abs() < 1e-10);
+    }
+
+    #[test]
+    fn a_spring_is_found_again_and_one_that_cannot_be_is_said() {
+        let circumference = 1.95;
+        let row = |spring: f64| {
+            let mut row: Vec<f64> = (0..256).map(|j| 4e-6 * (-(f64::from(j.min(256 - j)) / 9.0)).exp()).collect();
+            row[0] += spring;
+            row
+        };
+        let at = |row: &[f64]| StaticTyre { influence: row, circumference }.at(0.012).unwrap();
+        let wanted = at(&row(1e-6));
+        let found = matched((1e-9, 1e-3), circumference, wanted, row).unwrap();
+        assert!((found / 1e-6 - 1.0).abs() < 1e-9, "{found:e}");
+        let stiffer = StaticContact { force: 1.1 * at(&row(0.0)).force, ..wanted };
+        let refused = matched((1e-9, 1e-3), circumference, stiffer, row).unwrap_err();
+        assert!(matches!(refused, ContactError::NoEqualStiffness { .. }), "{refused}");
     }
 
     #[test]

@@ -60,6 +60,18 @@ pub enum ContactError {
         /// Radius of the tyre \[m\].
         radius: f64,
     },
+    /// No scaling makes the static contact as stiff as the elastic tread's.
+    #[error(
+        "no scaling gives the tread law the static stiffness of the elastic tread: {force:.1} N are wanted, from {lowest:.1} to {highest:.1} N can be had"
+    )]
+    NoEqualStiffness {
+        /// Static force of the elastic tread \[N\].
+        force: f64,
+        /// With the softest scaling \[N\].
+        lowest: f64,
+        /// With the stiffest one \[N\].
+        highest: f64,
+    },
     /// No axle height gives the load.
     #[error("no axle height carries {load} N: even {indentation:.4} m of indentation gives {force:.1} N")]
     LoadNotReached {

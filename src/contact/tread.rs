@@ -4,9 +4,11 @@
 //!
 //! Tread laws:
 //! - `elastic`: influence functions of the tread surface;
-//! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0);
-//! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element in series.
+//! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0, scaled for an equal static stiffness if that is wanted);
+//! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element in series. Without its shear stiffness the tread leaves the carcass softer than
+//!   the whole tyre is (default tyre, 12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: [`equal_bedding`] scales the influence functions, too.
 
+use super::axle::{StaticContact, matched};
 use super::error::ContactError;
 use crate::numeric::Ring;
 use crate::scene::Tread;
@@ -36,6 +38,57 @@ impl ContactKernel {
         }
         Ok(Self { law, instant: Ring::new(elements).elements_of(|n| first_weights[n]).to_vec(), spring })
     }
+}
+
+impl ContactKernel {
+    /// What has to be added to G0_ii \[m/N\] for points that do not feel each other within a step to have the static force `wanted` at its indentation, from the
+    /// static influence: at rest all steps but the last are history, so the influence is the static one less G0, and G0_ii and the addition on its diagonal.
+    ///
+    /// # Errors
+    /// As [`matched`].
+    pub fn uncoupled_spring(
+        &self,
+        static_row: &[f64],
+        circumference: f64,
+        wanted: StaticContact,
+    ) -> Result<f64, ContactError> {
+        let past: Vec<f64> = static_row.iter().zip(&self.instant).map(|(all, now)| all - now).collect();
+        let own = matched((1e-6 * static_row[0], 1e6 * static_row[0]), circumference, wanted, |spring| {
+            let mut row = past.clone();
+            row[0] += spring;
+            row
+        })?;
+        Ok(own - self.instant[0])
+    }
+}
+
+/// A bedding as stiff as the elastic tread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EqualBedding {
+    /// Factor of the carcass's influence functions.
+    pub scale: f64,
+    /// Spring compliance per element \[m/N\].
+    pub spring: f64,
+}
+
+/// The bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone, scale carcass_0 + spring = surface_0, and that of the smooth contact, the force
+/// `wanted` at its indentation. `carcass` and `surface` are static influence rows.
+///
+/// # Errors
+/// As [`matched`].
+pub fn equal_bedding(
+    carcass: &[f64],
+    surface: &[f64],
+    circumference: f64,
+    wanted: StaticContact,
+) -> Result<EqualBedding, ContactError> {
+    let most = surface[0] / carcass[0];
+    let scale = matched((1e-3 * most, most), circumference, wanted, |scale| {
+        let mut row: Vec<f64> = carcass.iter().map(|influence| scale * influence).collect();
+        row[0] = surface[0];
+        row
+    })?;
+    Ok(EqualBedding { scale, spring: surface[0] - scale * carcass[0] })
 }
 
 /// Kernels of the direct history: influence in the contact frame, lag by lag.

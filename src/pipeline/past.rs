@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use super::error::RunError;
 use super::plan::Plan;
 use crate::contact::ContactError;
-use crate::contact::history::{DirectHistory, ModalHistory, PastForces};
+use crate::contact::history::{DirectHistory, ModalHistory, PastForces, ScaledHistory};
 use crate::contact::stability::Stability;
-use crate::contact::tread::{ContactKernel, LagKernel};
+use crate::contact::tread::{ContactKernel, EqualBedding, LagKernel};
 use crate::meter::{Counter, Meter, Stage};
 use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
 use crate::tyre::convolution_quadrature::Weights;
@@ -27,8 +27,8 @@ pub struct Past<'a> {
     pub field: Field,
     /// Columns of the contact window.
     pub columns: usize,
-    /// Spring compliance per element \[m/N\].
-    pub spring: f64,
+    /// Factor of the influence functions, and the springs in series.
+    pub bedding: EqualBedding,
     /// Ends the work on the influence functions once it is set.
     pub stop: &'a AtomicBool,
 }
@@ -116,7 +116,7 @@ impl Past<'_> {
             let first: Vec<f64> = (0..=numerics.elements / 2).map(|n| weights.of(n)[0]).collect();
             let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
             let history = DirectHistory::new(lags, self.columns, numerics.substeps);
-            Ok((self.kernel(&first)?, Box::new(history) as Box<dyn PastForces>))
+            Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale)))
         })
     }
 
@@ -140,14 +140,15 @@ impl Past<'_> {
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
             .zip(ModalHistory::new(&model, self.field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;
-        Ok((self.kernel(&first)?, Box::new(history)))
+        Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale)))
     }
 
     /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
     fn check_rule(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
         let (rule, time_step) = (self.loaded.scene.numerics.time_rule, self.plan.time_step);
-        let stability =
-            Stability::of(model, self.field, rule, time_step, self.spring).ok_or(ContactError::NoSuchField)?;
+        // The zeros of scale w + spring are those of w + spring/scale.
+        let spring = self.bedding.spring / self.bedding.scale;
+        let stability = Stability::of(model, self.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
         if let Some(zero) = stability.unstable {
             let wrong = format!(
                 "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at wavenumber {} (and {} others) a force at {:.0} Hz grows \
@@ -169,6 +170,8 @@ impl Past<'_> {
 
     fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {
         let scene = &self.loaded.scene;
-        ContactKernel::new(self.plan.decisions.tread, first_weights, scene.numerics.elements, self.spring)
+        let EqualBedding { scale, spring } = self.bedding;
+        let first_weights: Vec<f64> = first_weights.iter().map(|weight| scale * weight).collect();
+        ContactKernel::new(self.plan.decisions.tread, &first_weights, scene.numerics.elements, spring)
     }
 }

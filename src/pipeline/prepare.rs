@@ -11,12 +11,12 @@ use super::error::RunError;
 use super::past::{Past, contact_field};
 use super::plan::{Decisions, Plan};
 use super::road_ahead::RoadAhead;
-use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, matching_spring};
+use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
 use crate::contact::slice_queue::SliceQueue;
-use crate::contact::tread::ContactKernel;
+use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
 use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
@@ -51,7 +51,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
     });
     let field = contact_field(*tread);
-    let (at_rest, spring) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
+    let (at_rest, bedding) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
 
     let lattice = road_lattice(scene, &plan.decisions).map_err(|error| in_scene(loaded, error))?;
     let surface = meter
@@ -100,11 +100,15 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
     let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
-    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring, stop };
-    let (kernel, history) = match numerics.history {
+    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, bedding, stop };
+    let (mut kernel, history) = match numerics.history {
         History::Direct => past.direct(meter, &mut warnings)?,
         History::Modal => past.modal(meter, &mut warnings)?,
     };
+    if scene.contact.equal_stiffness {
+        kernel.spring =
+            meter.time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(field), tyre.circumference, at_rest))?;
+    }
     let axle = match scene.rolling.axle {
         Axle::Indentation { indentation, .. } => {
             AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
@@ -152,8 +156,8 @@ pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, Slic
     }
 }
 
-/// Static contact under the scene's axle, and the spring compliance per element \[m/N\] of a bedding.
-fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, f64), RunError> {
+/// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other laws.
+fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, EqualBedding), RunError> {
     let circumference = scene.tyre.circumference;
     let row = sum.static_row(Field::Surface);
     let elastic = StaticTyre { influence: &row, circumference };
@@ -162,15 +166,19 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
         Axle::Indentation { indentation, .. } => tyre.at(indentation),
     };
     if field != Field::UnderTread {
-        return Ok((on(&elastic)?, 0.0));
+        return Ok((on(&elastic)?, EqualBedding { scale: 1.0, spring: 0.0 }));
     }
     let mut carcass = sum.static_row(field);
-    let spring = match scene.contact.bedding_stiffness {
-        Some(stiffness) => 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width),
-        None => matching_spring(&carcass, circumference, on(&elastic)?)?,
+    let bedding = match scene.contact.bedding_stiffness {
+        Some(stiffness) => {
+            let spring = 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width);
+            EqualBedding { scale: 1.0, spring }
+        }
+        None => equal_bedding(&carcass, &row, circumference, on(&elastic)?)?,
     };
-    carcass[0] += spring;
-    Ok((on(&StaticTyre { influence: &carcass, circumference })?, spring))
+    carcass.iter_mut().for_each(|influence| *influence *= bedding.scale);
+    carcass[0] += bedding.spring;
+    Ok((on(&StaticTyre { influence: &carcass, circumference })?, bedding))
 }
 
 /// A mass on the axle, refused where the time step is too long for it.

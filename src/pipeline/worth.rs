@@ -72,7 +72,10 @@ impl Effect {
                 let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };
                 scene.contact.tread = if on { Tread::Elastic } else { without };
                 if on {
-                    scene.contact.bedding_stiffness = None;
+                    (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
+                } else if without == Tread::Uncoupled {
+                    // Points that have no neighbours within a step have one coupling only.
+                    scene.contact.slice_coupling = SliceCoupling::Explicit;
                 }
             }
             Self::AxleMotion => {

@@ -3,6 +3,7 @@
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - [`recursion`]: that recursion for one pole and each time rule;
+//! - [`scaled`]: another history with its influence functions scaled;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 //!
@@ -23,11 +24,13 @@
 pub mod direct;
 pub mod modes;
 pub mod recursion;
+pub mod scaled;
 pub mod transfer;
 mod wavenumber_group;
 
 pub use direct::DirectHistory;
 pub use modes::ModalHistory;
+pub use scaled::ScaledHistory;
 
 use std::ops::AddAssign;
 use std::time::Duration;

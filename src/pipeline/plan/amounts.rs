@@ -16,7 +16,7 @@ use crate::meter::{Counter, Stage};
 use crate::pipeline::road_ahead::CHUNK_ROWS;
 use crate::road::Lattice;
 use crate::road::made::{Sizes, TargetSpectrum};
-use crate::scene::{Axle, History, Road, Scene, Slices, Tread, Tyre};
+use crate::scene::{Axle, History, Road, Scene, SliceCoupling, Slices, Tread, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
@@ -60,6 +60,8 @@ const TEXTURE_RESERVE: f64 = 1.6;
 const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Share of steps whose set is factorised, on a rough road.
 const FACTORISED: f64 = 0.15;
+/// Rounds of the implicit coupling's search for a solution.
+const ROUNDS: f64 = 1.9;
 /// Solves of a step, on a rough road.
 const SOLVES: f64 = 1.1;
 
@@ -257,9 +259,15 @@ impl Amounts {
             (Unit::RoughPoint, WINDOWS[1], SOLVES, FACTORISED)
         };
         self.add(Stage::ActiveSet, point, solutions * points, Place::March);
-        self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * windows * points * columns, Place::March);
+        let mut search = windows * points * columns;
+        let mut factorisations = solutions * factorised;
+        if plan.decisions.slice_coupling == SliceCoupling::Implicit {
+            search += ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
+            factorisations = solutions * ROUNDS;
+        }
+        self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search, Place::March);
         self.counters.push((Counter::Solves, solutions * solves));
-        self.counters.push((Counter::Factorisations, solutions * factorised));
+        self.counters.push((Counter::Factorisations, factorisations));
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 

@@ -16,9 +16,13 @@ pub struct Contact {
     pub lateral_points: Option<usize>,
     /// Largest error of a slice's displacement curve that dropping breakpoints may make \[m\]; 0 keeps it exact.
     pub slice_tolerance: f64,
-    /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: the one that gives the smooth static contact the stiffness of the elastic tread.
+    /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
+    /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bedding_stiffness: Option<f64>,
+    /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic tread.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub equal_stiffness: bool,
 }
 
 /// Tread law.

@@ -1,6 +1,6 @@
 //! `[contact]`.
 
-use super::super::kind::{Bounds, Count, OneOf};
+use super::super::kind::{Bounds, Count, Flag, OneOf};
 use super::super::table::{Nested, Table};
 use super::super::{Contact, Problem, SliceCoupling, Slices, Tread};
 
@@ -17,6 +17,18 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         Some(Tread::Uncoupled) => refuse_stiffness(table, "tread = \"uncoupled\""),
         Some(Tread::Bedding) | None => table.optional("bedding_stiffness", &Bounds::positive("N/m^3")),
     };
+    let equal_stiffness = match tread {
+        Some(Tread::Elastic) => {
+            table.refuse(&["equal_stiffness"], "tread = \"elastic\"", "remove it: the others are scaled to this one");
+            Some(false)
+        }
+        Some(Tread::Bedding) => {
+            let right = "remove it: the springs have that stiffness unless bedding_stiffness is given";
+            table.refuse(&["equal_stiffness"], "tread = \"bedding\"", right);
+            Some(false)
+        }
+        Some(Tread::Uncoupled) | None => table.or("equal_stiffness", &Flag, false),
+    };
     let (tread, slice_coupling) = (tread?, slice_coupling?);
     if tread == Tread::Uncoupled && slice_coupling == SliceCoupling::Implicit {
         let owner = "tread = \"uncoupled\"".to_owned();
@@ -30,6 +42,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         lateral_points: lateral_points?,
         slice_tolerance: slice_tolerance?,
         bedding_stiffness: bedding_stiffness?,
+        equal_stiffness: equal_stiffness?,
     })
 }
 

@@ -138,8 +138,8 @@ fn contact() -> impl Strategy<Value = Contact> {
         prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
     let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
-    (tread, slices, any::<bool>(), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
-        |((tread, bedding_stiffness), slices, implicit, lateral_points, slice_tolerance)| Contact {
+    (tread, slices, any::<[bool; 2]>(), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
+        |((tread, bedding_stiffness), slices, [implicit, equal], lateral_points, slice_tolerance)| Contact {
             tread,
             slices,
             // Means nothing to points by themselves.
@@ -151,6 +151,7 @@ fn contact() -> impl Strategy<Value = Contact> {
             lateral_points,
             slice_tolerance,
             bedding_stiffness,
+            equal_stiffness: equal && tread == Tread::Uncoupled,
         },
     )
 }

@@ -121,6 +121,17 @@ fn contact_laws() {
         "tread = \"uncoupled\"",
         "both couplings are the same",
     );
+    for (tread, right) in [("elastic", "are scaled to this one"), ("bedding", "unless bedding_stiffness")] {
+        refused(
+            "tread = \"elastic\"",
+            &format!("tread = \"{tread}\"\nequal_stiffness = true"),
+            24,
+            "contact.equal_stiffness",
+            &format!("tread = \"{tread}\""),
+            right,
+        );
+    }
+    accepted("tread = \"elastic\"", "tread = \"uncoupled\"\nequal_stiffness = true");
     accepted("tread = \"elastic\"", "tread = \"bedding\"\nslice_coupling = \"implicit\"");
 }
 

@@ -1,0 +1,144 @@
+//! The paper's figure 6: the tread laws at equal static contact stiffness on a rough road at 80 km/h, as levels of the contact force.
+//!
+//! `cargo test --release --test tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the default tread is drawn there.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::fs;
+
+use common::{Results, run, scene_text};
+use tyrewave::response::BandLevel;
+use tyrewave::results::plots::ThirdOctavePlot;
+use tyrewave::results::spectra::read_force_levels;
+use tyrewave::scene::DEFAULT;
+
+/// The laws as the scene has them, the reference first.
+const LAWS: [(&str, &str); 3] = [
+    ("elastic", "tread = \"elastic\""),
+    ("bedding", "tread = \"bedding\""),
+    ("uncoupled", "tread = \"uncoupled\"\nequal_stiffness = true"),
+];
+
+/// The default tread's material.
+const STANDARD: &str = "law = \"power-law\", modulus = 8.0e6, loss_factor = 0.25";
+
+fn levels(results: &Results) -> Vec<BandLevel> {
+    read_force_levels(&fs::read_to_string(results.path("spectra.csv")).unwrap()).unwrap()
+}
+
+/// Differences of levels from the first law's \[dB\], by band.
+fn differences(levels: &[Vec<BandLevel>], law: usize) -> Vec<f64> {
+    levels[law].iter().zip(&levels[0]).map(|(a, b)| a.level - b.level).collect()
+}
+
+#[test]
+fn all_laws_carry_alike_where_nothing_but_the_static_stiffness_counts() {
+    // 1 m/h: a step takes 37 s, the material's slowest motion (1 Hz) has long ended.
+    for modulus in ["8.0e6", "2.0e6"] {
+        let mean = |contact: &str| {
+            let rolling =
+                "speed_kmh = 0.001\nwarm_up = 1200.0\nduration = 1200.0\naxle = { indentation = 0.012, ramp = 600.0 }";
+            let numerics = "substeps = 2\nmemory = 1200.0";
+            let text = scene_text(256, "kind = \"smooth\"", rolling, numerics, &format!("[contact]\n{contact}"))
+                .replace("modulus = 8.0e6", &format!("modulus = {modulus}"));
+            let results = run(&text);
+            results.assert_sound(contact);
+            results.report.summary.outcome.mean_force.unwrap()
+        };
+        let forces = LAWS.map(|(_, contact)| mean(contact));
+        let plain = mean("tread = \"uncoupled\"");
+        println!("E = {modulus}: {forces:.0?} N; uncoupled without scaling {plain:.0} N");
+        for force in forces {
+            assert!((force / forces[0] - 1.0).abs() < 0.01, "{forces:?}");
+        }
+        assert!((plain / forces[0] - 1.0).abs() > 0.1, "the scaling made no difference: {plain} {}", forces[0]);
+    }
+}
+
+#[test]
+fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
+    let of = |contact: &str| {
+        let text = DEFAULT
+            .replace("elements = 512", "elements = 256")
+            .replace("duration = 18.0", "duration = 4.0")
+            .replace("history = \"modal\"", "history = \"direct\"")
+            .replace("tread = \"elastic\"", contact);
+        let results = run(&text);
+        results.assert_sound(contact);
+        levels(&results)
+    };
+    let levels: Vec<_> = LAWS.iter().map(|(_, contact)| of(contact)).collect();
+    let bedding = differences(&levels, 1);
+    let at = |frequency: f64| {
+        levels[0].iter().position(|level| (level.band.nominal_frequency() - frequency).abs() < 1.0).unwrap()
+    };
+    println!("bedding less elastic: {bedding:.1?} dB");
+    println!("uncoupled less elastic: {:.1?} dB", differences(&levels, 2));
+    // Filled in from what is found, see the table of the long test.
+    assert!(bedding[at(800.0)].is_finite());
+}
+
+#[test]
+#[ignore = "nine runs of 9 s rolled: minutes"]
+fn tread_laws_at_equal_contact_stiffness() {
+    // The last one does not stiffen with frequency: at equal static stiffness it is as stiff at 800 Hz.
+    for (name, material) in [
+        ("soft, E/4", "law = \"power-law\", modulus = 2.0e6, loss_factor = 0.25"),
+        ("standard, E", STANDARD),
+        ("stiff, 4 E", "law = \"power-law\", modulus = 3.2e7, loss_factor = 0.25"),
+        ("without losses, E", "law = \"elastic\", modulus = 8.0e6"),
+    ] {
+        let of = |contact: &str| {
+            let text = DEFAULT
+                .replace(STANDARD, material)
+                .replace("duration = 18.0", "duration = 8.0")
+                .replace("history = \"modal\"", "history = \"direct\"")
+                .replace("warm_up = 0.5 ", "warm_up = 1.0 ")
+                .replace("tread = \"elastic\"", contact);
+            run(&text)
+        };
+        let all: Vec<Results> = LAWS.iter().map(|(_, contact)| of(contact)).collect();
+        println!("{name}:");
+        for ((law, _), results) in LAWS.iter().zip(&all) {
+            results.assert_sound(law);
+            let outcome = &results.report.summary.outcome;
+            println!(
+                "   {law}: mean force {:.0} N, rms {:.0} N, contact {:.1} mm, indentation {:.2} mm, {:?}",
+                outcome.mean_force.unwrap(),
+                outcome.rms_force_variation.unwrap(),
+                1e3 * outcome.mean_contact_length.unwrap(),
+                1e3 * outcome.indentation.unwrap(),
+                results.report.summary.warnings
+            );
+        }
+        let levels: Vec<_> = all.iter().map(levels).collect();
+        println!("   band [Hz]   elastic   bedding   uncoupled   bedding - elastic   uncoupled - elastic [dB]");
+        let (bedding, uncoupled) = (differences(&levels, 1), differences(&levels, 2));
+        for (index, level) in levels[0].iter().enumerate() {
+            println!(
+                "   {:>9}   {:7.1}   {:7.1}   {:9.1}   {:+17.1}   {:+19.1}",
+                level.band.label(),
+                level.level,
+                levels[1][index].level,
+                levels[2][index].level,
+                bedding[index],
+                uncoupled[index]
+            );
+            assert!(bedding[index].is_finite() && uncoupled[index].is_finite());
+        }
+        for (law, found) in [("bedding", &bedding), ("uncoupled", &uncoupled)] {
+            let most = (0..found.len()).max_by(|&a, &b| found[a].total_cmp(&found[b])).unwrap();
+            println!("   {law} most above elastic at {} Hz: {:+.1} dB", levels[0][most].band.label(), found[most]);
+        }
+        if let Some(file) = std::env::var_os("TYREWAVE_PICTURE").filter(|_| material == STANDARD) {
+            let spectra = LAWS.iter().zip(&levels).map(|((law, _), levels)| (*law, levels.as_slice())).collect();
+            let plot = ThirdOctavePlot {
+                title: "Tread laws at equal static stiffness, dense asphalt, 80 km/h",
+                quantity: "Contact force level [dB re 1 N]",
+                spectra,
+            };
+            fs::write(file, plot.to_svg().unwrap()).unwrap();
+        }
+    }
+}

@@ -136,6 +136,22 @@ impl March {
         &self.required
     }
 
+    /// Displacements at the end of the last step by column \[m\], u = G0 F + u_old with the springs' own.
+    pub fn displacements(&self, out: &mut [f64]) {
+        out.copy_from_slice(&self.old);
+        let ContactKernel { law, instant, spring } = &self.kernel;
+        for (source, &force) in self.forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+            out[source] += spring * force;
+            if *law == Tread::Uncoupled {
+                out[source] += instant[0] * force;
+                continue;
+            }
+            for (column, value) in out.iter_mut().enumerate() {
+                *value += instant[column.abs_diff(source)] * force;
+            }
+        }
+    }
+
     /// Totals so far.
     pub fn totals(&self) -> &MarchTotals {
         &self.totals

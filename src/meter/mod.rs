@@ -29,6 +29,8 @@ pub enum Stage {
     Penetration,
     /// Active-set search, its factorisations included.
     ActiveSet,
+    /// Spectra of the vibration from the patch forces.
+    Vibration,
     /// Writing arrays.
     Output,
     /// Spectra and plots.
@@ -37,7 +39,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Influence,
         Self::Road,
         Self::Slices,
@@ -47,13 +49,22 @@ impl Stage {
         Self::Transforms,
         Self::Penetration,
         Self::ActiveSet,
+        Self::Vibration,
         Self::Output,
         Self::Response,
     ];
 
     /// The stages that every time step goes through, in order.
-    pub const OF_A_STEP: [Self; 7] =
-        [Self::Road, Self::Slices, Self::History, Self::Transforms, Self::Penetration, Self::ActiveSet, Self::Output];
+    pub const OF_A_STEP: [Self; 8] = [
+        Self::Road,
+        Self::Slices,
+        Self::History,
+        Self::Transforms,
+        Self::Penetration,
+        Self::ActiveSet,
+        Self::Vibration,
+        Self::Output,
+    ];
 
     /// The stage named as people read it in a table.
     pub const fn title(self) -> &'static str {
@@ -67,6 +78,7 @@ impl Stage {
             Self::Transforms => "transform the force history",
             Self::Penetration => "press into the road slices",
             Self::ActiveSet => "search the active set",
+            Self::Vibration => "transform to vibration",
             Self::Output => "write arrays",
             Self::Response => "compute spectra and plots",
         }
@@ -103,13 +115,17 @@ pub enum Counter {
     Fallbacks,
     /// Steps in which an outermost candidate of the window carried force.
     WindowEdgeContacts,
+    /// Transforms of the vibration, over time and over the elements.
+    VibrationTransforms,
+    /// Velocities for unit force evaluated, by wavenumber and frequency.
+    VibrationEvaluations,
     /// Bytes written to result arrays.
     BytesWritten,
 }
 
 impl Counter {
     /// All counters in order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::ComplianceEvaluations,
         Self::Poles,
         Self::HistoryMultiplyAdds,
@@ -123,6 +139,8 @@ impl Counter {
         Self::CacheEvictions,
         Self::Fallbacks,
         Self::WindowEdgeContacts,
+        Self::VibrationTransforms,
+        Self::VibrationEvaluations,
         Self::BytesWritten,
     ];
 }

@@ -5,7 +5,7 @@
 //! 3. [`mod@run`]: steps, arrays, spectra, plots, summary; [`checkpoint`] lets it go on where it was stopped;
 //! 4. [`sweep`]: the same at many speeds, loads and roads.
 //!
-//! [`rules`] does the first two for several time rules and compares them.
+//! [`vibration`] follows the tyre's motion from the forces of a run that wants it. [`rules`] does the first two for several time rules and compares them.
 
 pub mod checkpoint;
 pub mod error;
@@ -19,6 +19,7 @@ mod road_maker;
 pub mod rules;
 pub mod run;
 pub mod sweep;
+pub mod vibration;
 
 pub use error::RunError;
 pub use plan::Plan;

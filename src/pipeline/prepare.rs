@@ -21,6 +21,7 @@ use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
+use crate::tyre::rational::RationalModel;
 
 /// A run about to begin.
 pub struct Prepared {
@@ -32,6 +33,8 @@ pub struct Prepared {
     pub axle: AxleHeight,
     /// Static contact on a smooth road.
     pub at_rest: StaticContact,
+    /// The tyre's poles, where the past is carried by them and something else wants them.
+    pub model: Option<RationalModel>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -96,7 +99,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, spring, stop };
-    let (kernel, history) = match numerics.history {
+    let (kernel, history, model) = match numerics.history {
         History::Direct => past.direct(meter, &mut warnings)?,
         History::Modal => past.modal(meter, &mut warnings)?,
     };
@@ -111,6 +114,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         road,
         axle,
         at_rest,
+        model: model.filter(|_| scene.outputs.vibration.is_some()),
         warnings,
     })
 }

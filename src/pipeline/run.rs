@@ -14,6 +14,7 @@ use super::plan::Plan;
 use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::{Record, StepRecord};
+use super::vibration::VibrationRecorder;
 use crate::contact::history::HistoryWork;
 use crate::meter::{Counter, Meter, Stage, Work};
 use crate::results::folder::ResultsFolder;
@@ -24,7 +25,7 @@ use crate::results::unfinished::unfinished;
 use crate::scene::{Axle, LoadedScene};
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
-const LOWEST_FREQUENCY: f64 = 20.0;
+pub(super) const LOWEST_FREQUENCY: f64 = 20.0;
 /// Part of the run that the force map shows, in contact lengths rolled.
 const LENGTHS_DRAWN: f64 = 6.0;
 /// Steps between two looks at the interrupt flag and the progress bar.
@@ -125,6 +126,7 @@ impl PlannedRun<'_> {
         let mut meter = Meter::default();
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         for warning in &prepared.warnings {
             progress.note(warning);
         }
@@ -139,6 +141,7 @@ impl PlannedRun<'_> {
         let columns = prepared.march.geometry().columns;
         let rows = checkpoint.map(|checkpoint| checkpoint.steps);
         let mut record = Record::new(&folder, &loaded.scene.outputs, plan, columns, shown, rows)?;
+        record.vibration = vibration;
         let mut moving = Moving { prepared: &mut prepared, record: &mut record, meter: &mut meter };
         let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut moving))?;
         let interval = loaded.scene.outputs.checkpoint_interval;
@@ -189,13 +192,18 @@ impl PlannedRun<'_> {
         record.finish(meter)?;
         progress.stage(Stage::Response);
         let context = Context { loaded: self.loaded, plan: self.plan, prepared, record };
+        let mut vibration = None;
         if !interrupted {
             let drawn = Instant::now();
             context.spectra_and_plots(folder)?;
+            if let Some(recorder) = &record.vibration {
+                vibration = recorder.write(self.loaded, record.mean_force(), folder, meter)?;
+            }
             meter.add_time(Stage::Response, drawn.elapsed());
         }
         let wall = checkpoints.wall();
-        let summary = context.summary(Cost::new(meter, wall.as_secs_f64(), self.threads))?;
+        let mut summary = context.summary(Cost::new(meter, wall.as_secs_f64(), self.threads))?;
+        summary.vibration = vibration;
         for warning in &summary.warnings[prepared.warnings.len()..] {
             progress.note(warning);
         }
@@ -241,6 +249,9 @@ fn roll(
             },
             meter,
         )?;
+        if let Some(vibration) = &mut record.vibration {
+            vibration.push(step, march, meter);
+        }
     }
     let Moving { prepared: Prepared { march, .. }, meter, .. } = moving;
     let (totals, counts) = (march.totals(), march.search_counts());

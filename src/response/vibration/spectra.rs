@@ -39,6 +39,8 @@ pub struct FieldSpectra {
     pub field: VibrationField,
     /// In the material frame, the mean pattern's lines included.
     pub material: PowerSpectrum,
+    /// In the material frame without the mean pattern.
+    pub material_varying: PowerSpectrum,
     /// In the non-rotating frame, at frequencies above 0: without the mean pattern.
     pub non_rotating: PowerSpectrum,
     /// Mean square velocity of the mean pattern \[m^2/s^2\].
@@ -116,6 +118,7 @@ pub fn field_spectra(
 /// Sums of one field.
 struct Sums {
     material: Vec<f64>,
+    material_varying: Vec<f64>,
     non_rotating: Vec<f64>,
     mean_pattern: f64,
     dissipation: Dissipation,
@@ -131,6 +134,7 @@ impl Sums {
         let map = || vec![0.0; bins.div_ceil(bins_of_row) * wavenumbers];
         Self {
             material: vec![0.0; bins],
+            material_varying: vec![0.0; bins],
             non_rotating: vec![0.0; bins],
             mean_pattern: 0.0,
             dissipation: Dissipation::default(),
@@ -157,6 +161,7 @@ impl Sums {
                         self.dissipation.mean_pattern += transfer[place].re * power;
                         continue;
                     }
+                    self.material_varying[place] += velocity;
                     self.non_rotating[bin] += velocity;
                     self.dissipation.vibration += transfer[place].re * power;
                     if let Some([of_material, of_road]) = &mut self.maps {
@@ -187,6 +192,7 @@ impl Sums {
         FieldSpectra {
             field,
             material: spectrum(patch, self.material),
+            material_varying: spectrum(patch, self.material_varying),
             non_rotating: spectrum(patch, self.non_rotating),
             mean_pattern: self.mean_pattern,
             maps: self.maps.map(|maps| maps.map(map)),

@@ -29,7 +29,7 @@ fn model() -> &'static RationalModel {
 }
 
 fn response() -> TyreResponse<'static> {
-    TyreResponse { model: model(), spring: 0.0, tangential: &[] }
+    TyreResponse { model: model(), spring: 0.0, tangential: None }
 }
 
 fn layout(elements: usize, substeps: usize, revolutions: usize, phase: usize) -> SegmentLayout {
@@ -290,6 +290,8 @@ fn both_frames_have_the_same_power_and_maps_and_bands_hold_it() {
     let (spectra, dissipation) = field_spectra(&patch, &response(), &request).unwrap();
     assert!(dissipation.mean_pattern > 0.0 && dissipation.vibration > 0.0, "a passive tyre dissipates");
     for field in &spectra {
+        let varying = field.material_varying.mean_square();
+        assert!((field.material.mean_square() / (varying + field.mean_pattern) - 1.0).abs() < 1e-12);
         let [material, road] = [&field.material, &field.non_rotating].map(PowerSpectrum::mean_square);
         assert!((material / (road + field.mean_pattern) - 1.0).abs() < 1e-12, "{:?}", field.field);
         let nyquist = field.material.nyquist;
@@ -298,6 +300,33 @@ fn both_frames_have_the_same_power_and_maps_and_bands_hold_it() {
             let sum = map.density.iter().sum::<f64>() * map.row_width;
             assert!((sum / road - 1.0).abs() < 1e-12, "{:?}: maps hold the vibration", field.field);
         }
+    }
+}
+
+#[test]
+fn points_all_round_have_the_mean_over_the_circumference() {
+    let layout = layout(ELEMENTS, 2, 2, 0);
+    let kind = TransferKind::Exact;
+    let mut accumulator = VibrationAccumulator::new(layout);
+    let table = VelocityTable::new(&layout, &response(), kind, VibrationField::Belt).unwrap();
+    // More points than waves: no two waves look alike on them.
+    let count = 2 * ELEMENTS;
+    let positions: Vec<f64> = (0..count).map(|point| point as f64 * 1.95 / count as f64 - 0.9).collect();
+    table.add_points(&mut accumulator, &positions);
+    for row in noise(&layout, 4 * layout.hop(), 2.0, 8).chunks_exact(COLUMNS) {
+        accumulator.push(row, 0.0);
+    }
+    let patch = accumulator.finish().unwrap();
+    for bin in 0..layout.bins() {
+        // By wave: the two halves of the shortest one are a quarter of its power each here, half everywhere (where its elements are).
+        let wave = |index: usize| {
+            let n = layout.wavenumber(index);
+            let share = layout.share(index).powi(2);
+            share * layout.sides(bin) * patch.row(bin)[index] * table.at(n, layout.material_bin(bin, n)).norm_sqr()
+        };
+        let expected: f64 = (0..layout.wavenumbers()).map(wave).sum();
+        let mean = (0..count).map(|point| point_spectrum(&patch, point).power[bin]).sum::<f64>() / count as f64;
+        assert!((mean / expected - 1.0).abs() < 1e-9, "bin {bin}: {mean} {expected}");
     }
 }
 

@@ -11,6 +11,7 @@ use super::layout::SegmentLayout;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::{Modes, RationalModel};
+use crate::tyre::tangential::TangentialModel;
 
 /// Which velocity is observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,8 +65,8 @@ pub struct TyreResponse<'a> {
     pub model: &'a RationalModel,
     /// Compliance of an element's own spring \[m/N\]; 0 without a bedding.
     pub spring: f64,
-    /// Residues of the tangential displacement, by pole of the model; empty where it is not wanted.
-    pub tangential: &'a [Vec<Complex64>],
+    /// Residues of the tangential displacement over the same poles, where it is wanted.
+    pub tangential: Option<&'a TangentialModel>,
 }
 
 impl TyreResponse<'_> {
@@ -75,9 +76,9 @@ impl TyreResponse<'_> {
             VibrationField::Tread => self.model.modes(n, self.model.driven),
             VibrationField::Belt => self.model.modes(n, Field::Bottom),
             VibrationField::Tangential => {
-                let residues = self.tangential.get(n)?;
+                let tangential = self.tangential?;
                 let modes = self.model.modes(n, self.model.driven)?;
-                Some(Modes { residues, constant: 0.0, ..modes })
+                Some(Modes { residues: &tangential.residues[n], constant: tangential.constants[n], ..modes })
             }
         }
     }
@@ -94,11 +95,6 @@ impl TyreResponse<'_> {
             *value *= symbol;
         }
         true
-    }
-
-    /// Sign with which -n takes part in the value at n: the tangential displacement turns round.
-    pub fn parity(field: VibrationField) -> f64 {
-        if field == VibrationField::Tangential { -1.0 } else { 1.0 }
     }
 }
 

@@ -8,6 +8,7 @@ mod numerics;
 mod road;
 mod rolling;
 mod tyre;
+mod vibration;
 
 use super::kind::Text;
 use super::table::Table;
@@ -33,6 +34,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
         contact: contact?,
         outputs: outputs?,
     };
+    vibration::check(&scene, table)?;
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
     let radius = scene.tyre.radius();
     match scene.rolling.axle {

@@ -16,25 +16,28 @@ use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::meter::Meter;
 use tyrewave::pipeline::Plan;
 use tyrewave::pipeline::prepare::prepare;
+use tyrewave::pipeline::vibration::VibrationRecorder;
 use tyrewave::road::slices::StiffnessCurve;
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Steps whose allocations are counted.
-const COUNTED: u64 = 400;
+const COUNTED: u64 = 600;
 /// Steps before.
 const BEFORE: u64 = 100;
 
 /// Rolls over rough slices made beforehand; returns allocations and reallocations of the counted steps, and the factorisations and cache hits among them.
-fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize) -> (usize, u64, u64) {
+fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize, outputs: &str) -> (usize, u64, u64) {
     let (tread, coupling) = tread.split_once(' ').unwrap_or((tread, "explicit"));
-    let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.4\naxle = { indentation = 0.014, ramp = 0.01 }";
+    let rolling = "speed_kmh = 80.0\nwarm_up = 0.0\nduration = 0.4\naxle = { indentation = 0.014, ramp = 0.01 }";
     let numerics = format!("history = \"{history}\"\nmemory = 0.02\ntime_rule = \"{rule}\"\ncached_factors = {cached}");
-    let contact = format!("[contact]\ntread = \"{tread}\"\nslice_coupling = \"{coupling}\"");
+    let contact = format!("[contact]\ntread = \"{tread}\"\nslice_coupling = \"{coupling}\"\n{outputs}");
     let loaded = scene(&scene_text(elements, "kind = \"made\"", rolling, &numerics, &contact));
     let plan = Plan::new(&loaded.scene);
-    let mut prepared = prepare(&loaded, &plan, &AtomicBool::new(false), &mut Meter::default()).unwrap();
+    let (stop, mut meter) = (AtomicBool::new(false), Meter::default());
+    let mut prepared = prepare(&loaded, &plan, &stop, &mut meter).unwrap();
+    let mut vibration = VibrationRecorder::prepare(&loaded, &plan, &mut prepared, &stop, &mut meter).unwrap();
     let march = &mut prepared.march;
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let first = march.geometry().first_element(0);
@@ -50,10 +53,14 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize)
     for _ in 0..BEFORE {
         march.step(&prepared.axle, &slices).unwrap();
     }
+    let begun = march.next_step();
     let before = march.search_counts().factors;
     let region = Region::new(ALLOCATOR);
-    for _ in 0..COUNTED {
+    for step in begun..begun + COUNTED {
         march.step(&prepared.axle, &slices).unwrap();
+        if let Some(vibration) = &mut vibration {
+            vibration.push(step, march, &mut meter);
+        }
     }
     let change = region.change();
     let after = march.search_counts().factors;
@@ -77,10 +84,15 @@ fn no_step_allocates_whether_its_factor_is_found_or_made() {
         // Enough poles for the wavenumbers to be shared out among threads.
         ("modal", "elastic", "bdf2", 512, 4096),
     ];
+    // Segments of one revolution: some are completed among the counted steps.
+    let vibration = "[outputs.vibration]\nsegment = 0.05\npoints = [0.1]\n";
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        for (history, tread, rule, elements, cached) in cases {
-            let (allocations, made, found) = pool.install(|| count(history, tread, rule, elements, cached));
+        let with_vibration = cases.iter().filter(|case| case.0 == "modal").map(|&case| (case, vibration));
+        for ((history, tread, rule, elements, cached), outputs) in
+            cases.iter().map(|&case| (case, "")).chain(with_vibration)
+        {
+            let (allocations, made, found) = pool.install(|| count(history, tread, rule, elements, cached, outputs));
             println!(
                 "{history}, {tread}, {rule}, N = {elements}, {cached} factors, {threads} threads: {allocations} allocations, {made} factors made, {found} found"
             );

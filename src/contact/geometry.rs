@@ -54,6 +54,11 @@ impl Geometry {
         self.origin.0 + (self.origin.1 + step as i64).div_euclid(self.substeps as i64) - self.half
     }
 
+    /// Steps since the window last moved on by an element, 0..q.
+    pub fn substep(&self, step: u64) -> usize {
+        (self.origin.1 + step as i64).rem_euclid(self.substeps as i64) as usize
+    }
+
     /// x of element e in the patch at a step \[m\].
     pub fn position(&self, e: i64, step: u64) -> f64 {
         self.position_between(e, step as f64)
@@ -92,6 +97,8 @@ mod tests {
             for step in 0..100 {
                 let first = geometry.first_element(step);
                 assert_eq!(geometry.first_element(step + substeps as u64), first + 1);
+                let moved = first > geometry.first_element(step.saturating_sub(1));
+                assert!(step == 0 || moved == (geometry.substep(step) == 0));
                 assert!(geometry.position(first, step) <= -0.05 + geometry.element);
                 assert!(geometry.position(first + geometry.columns as i64 - 1, step) >= 0.05 - geometry.element);
             }

@@ -21,7 +21,7 @@ use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
-use crate::scene::{Numerics, SliceCoupling};
+use crate::scene::{Numerics, SliceCoupling, Tread};
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]
@@ -135,6 +135,22 @@ impl March {
     /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
     pub fn required(&self) -> &[f64] {
         &self.required
+    }
+
+    /// Displacements at the end of the last step by column \[m\], u = G0 F + u_old with the springs' own.
+    pub fn displacements(&self, out: &mut [f64]) {
+        out.copy_from_slice(&self.old);
+        let ContactKernel { law, instant, spring } = &self.kernel;
+        for (source, &force) in self.forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+            out[source] += spring * force;
+            if *law == Tread::Uncoupled {
+                out[source] += instant[0] * force;
+                continue;
+            }
+            for (column, value) in out.iter_mut().enumerate() {
+                *value += instant[column.abs_diff(source)] * force;
+            }
+        }
     }
 
     /// Totals so far.

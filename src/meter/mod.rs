@@ -31,6 +31,8 @@ pub enum Stage {
     Penetration,
     /// Active-set search, its factorisations included.
     ActiveSet,
+    /// Spectra of the vibration from the patch forces.
+    Vibration,
     /// Writing arrays.
     Output,
     /// Spectra and plots.
@@ -39,7 +41,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Influence,
         Self::Road,
         Self::Slices,
@@ -49,13 +51,22 @@ impl Stage {
         Self::Transforms,
         Self::Penetration,
         Self::ActiveSet,
+        Self::Vibration,
         Self::Output,
         Self::Response,
     ];
 
     /// The stages that every time step goes through, in order.
-    pub const OF_A_STEP: [Self; 7] =
-        [Self::Road, Self::Slices, Self::History, Self::Transforms, Self::Penetration, Self::ActiveSet, Self::Output];
+    pub const OF_A_STEP: [Self; 8] = [
+        Self::Road,
+        Self::Slices,
+        Self::History,
+        Self::Transforms,
+        Self::Penetration,
+        Self::ActiveSet,
+        Self::Vibration,
+        Self::Output,
+    ];
 
     /// The stage named as people read it in a table.
     pub const fn title(self) -> &'static str {
@@ -69,6 +80,7 @@ impl Stage {
             Self::Transforms => "transform the force history",
             Self::Penetration => "press into the road slices",
             Self::ActiveSet => "search the active set",
+            Self::Vibration => "transform to vibration",
             Self::Output => "write arrays",
             Self::Response => "compute spectra and plots",
         }
@@ -105,13 +117,17 @@ pub enum Counter {
     Fallbacks,
     /// Steps in which an outermost candidate of the window carried force.
     WindowEdgeContacts,
+    /// Transforms of the vibration, over time and over the elements.
+    VibrationTransforms,
+    /// Velocities for unit force evaluated, by wavenumber and frequency.
+    VibrationEvaluations,
     /// Bytes written to result arrays.
     BytesWritten,
 }
 
 impl Counter {
     /// All counters in order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::ComplianceEvaluations,
         Self::Poles,
         Self::HistoryMultiplyAdds,
@@ -125,6 +141,8 @@ impl Counter {
         Self::CacheEvictions,
         Self::Fallbacks,
         Self::WindowEdgeContacts,
+        Self::VibrationTransforms,
+        Self::VibrationEvaluations,
         Self::BytesWritten,
     ];
 }

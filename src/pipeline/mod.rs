@@ -5,7 +5,7 @@
 //! 3. [`mod@run`]: step by step, in memory; [`to_folder`]: with arrays, spectra, plots and summary in a folder; [`checkpoint`] lets it go on where it was stopped;
 //! 4. [`sweep`]: the same at many speeds, loads and roads.
 //!
-//! [`rules`] does the first two for several time rules and compares them.
+//! [`vibration`] follows the tyre's motion from the forces of a run that wants it. [`rules`] does the first two for several time rules and compares them.
 
 pub mod checkpoint;
 pub mod error;
@@ -20,6 +20,7 @@ pub mod rules;
 pub mod run;
 pub mod sweep;
 pub mod to_folder;
+pub mod vibration;
 pub mod worth;
 
 pub use error::RunError;

@@ -85,8 +85,8 @@ fn ringing(rule: TimeRule, time_step: f64) -> String {
     )
 }
 
-/// What the points in contact feel of each other at once, and of the past.
-pub type Kernels = (ContactKernel, Box<dyn PastForces>);
+/// What the points in contact feel of each other at once, and of the past; and the model that both were made from, if there is one.
+pub type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 
 impl Past<'_> {
     /// Weights summed on the contour of the quadrature, for the lags of the scene's memory.
@@ -116,7 +116,7 @@ impl Past<'_> {
             let first: Vec<f64> = (0..=numerics.elements / 2).map(|n| weights.of(n)[0]).collect();
             let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
             let history = DirectHistory::new(lags, self.columns, numerics.substeps);
-            Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale)))
+            Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale), None))
         })
     }
 
@@ -140,7 +140,7 @@ impl Past<'_> {
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
             .zip(ModalHistory::new(&model, self.field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;
-        Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale)))
+        Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale), Some(model)))
     }
 
     /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.

@@ -23,6 +23,7 @@ use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
+use crate::tyre::rational::RationalModel;
 
 /// A run about to begin.
 pub struct Prepared {
@@ -34,6 +35,10 @@ pub struct Prepared {
     pub axle: AxleHeight,
     /// Static contact on a smooth road.
     pub at_rest: StaticContact,
+    /// Factor of the influence functions; 1 unless a bedding's carcass is scaled.
+    pub scale: f64,
+    /// The tyre's poles, where the past is carried by them and something else wants them.
+    pub model: Option<RationalModel>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -101,7 +106,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, bedding, stop };
-    let (mut kernel, history) = match numerics.history {
+    let (mut kernel, history, model) = match numerics.history {
         History::Direct => past.direct(meter, &mut warnings)?,
         History::Modal => past.modal(meter, &mut warnings)?,
     };
@@ -124,6 +129,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         road,
         axle,
         at_rest,
+        scale: bedding.scale,
+        model: model.filter(|_| plan.decisions.vibration.is_some()),
         warnings,
     })
 }

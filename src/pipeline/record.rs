@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::error::RunError;
 use super::plan::{Plan, SEGMENT};
+use super::vibration::VibrationRecorder;
 use crate::meter::{Counter, Meter, Stage};
 use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
 use crate::response::{PowerSpectrum, SpectrumAccumulator};
@@ -85,6 +86,8 @@ pub struct Record {
     indentation: Option<RunningMoments>,
     /// Where spectra or plots want it and the run is long enough.
     spectrum: Option<SpectrumAccumulator>,
+    /// Where vibration is wanted.
+    pub vibration: Option<VibrationRecorder>,
     sum_of_lengths: f64,
 }
 
@@ -132,6 +135,7 @@ impl Record {
             force: RunningMoments::default(),
             indentation: moves.then(RunningMoments::default),
             spectrum,
+            vibration: None,
             sum_of_lengths: 0.0,
         })
     }
@@ -148,6 +152,7 @@ impl Record {
             indentation: moves(scene).then(RunningMoments::default),
             spectrum: SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok(),
             sum_of_lengths: 0.0,
+            vibration: None,
         }
     }
 
@@ -233,6 +238,9 @@ impl Record {
         if let Some(spectrum) = &self.spectrum {
             spectrum.save(state);
         }
+        if let Some(vibration) = &self.vibration {
+            vibration.save(state);
+        }
     }
 
     /// Goes on from the state of a recorder of the same run.
@@ -250,6 +258,9 @@ impl Record {
         self.drawn.force.extend(state.numbers()?);
         if let Some(spectrum) = &mut self.spectrum {
             spectrum.restore(state)?;
+        }
+        if let Some(vibration) = &mut self.vibration {
+            vibration.restore(state)?;
         }
         Ok(())
     }

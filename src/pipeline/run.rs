@@ -27,6 +27,7 @@ use super::error::RunError;
 use super::plan::Plan;
 use super::prepare::{Prepared, prepare};
 use super::record::{Record, StepRecord};
+use super::vibration::VibrationRecorder;
 use crate::contact::history::HistoryWork;
 use crate::contact::march::StepResult;
 use crate::meter::{Counter, Meter, Stage, Work};
@@ -75,8 +76,9 @@ impl Run {
     pub fn begin(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool) -> Result<Self, RunError> {
         loaded.check_time_domain()?;
         let mut meter = Meter::default();
-        let prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let record = Record::in_memory(&loaded.scene, plan);
+        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let mut record = Record::in_memory(&loaded.scene, plan);
+        record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         Ok(Self::new(plan, prepared, record, meter))
     }
 
@@ -139,6 +141,9 @@ impl Run {
             },
             meter,
         )?;
+        if let Some(vibration) = &mut record.vibration {
+            vibration.push(step, march, meter);
+        }
         Ok(result)
     }
 

@@ -15,6 +15,7 @@ use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::Record;
 use super::run::Run;
+use super::vibration::VibrationRecorder;
 use crate::meter::process::resident_memory;
 use crate::meter::{Meter, Stage};
 use crate::results::folder::ResultsFolder;
@@ -25,7 +26,7 @@ use crate::results::unfinished::unfinished;
 use crate::scene::LoadedScene;
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
-const LOWEST_FREQUENCY: f64 = 20.0;
+pub(super) const LOWEST_FREQUENCY: f64 = 20.0;
 /// Part of the run that the force map shows, in contact lengths rolled.
 pub(super) const LENGTHS_DRAWN: f64 = 6.0;
 /// Steps between two looks at the interrupt flag and the progress bar.
@@ -134,7 +135,8 @@ impl PlannedRun<'_> {
         let Self { loaded, plan, begin, .. } = *self;
         let mut meter = Meter::default();
         progress.stage(Stage::Influence);
-        let prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         for warning in &prepared.warnings {
             progress.note(warning);
         }
@@ -148,7 +150,8 @@ impl PlannedRun<'_> {
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
         let rows = checkpoint.map(|checkpoint| checkpoint.steps);
-        let record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
+        let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
+        record.vibration = vibration;
         let mut run = Run::new(plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut run))?;
         let interval = loaded.scene.outputs.checkpoint_interval;
@@ -196,14 +199,19 @@ impl PlannedRun<'_> {
         record.finish(meter)?;
         progress.stage(Stage::Response);
         let context = Context { loaded: self.loaded, plan: self.plan, prepared, record };
+        let mut vibration = None;
         if !interrupted {
             let drawn = Instant::now();
             context.spectra_and_plots(folder)?;
+            if let Some(recorder) = &record.vibration {
+                vibration = recorder.write(self.loaded, record.mean_force(), folder, meter)?;
+            }
             meter.add_time(Stage::Response, drawn.elapsed());
         }
         let wall = checkpoints.wall();
         let cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_plan(self.planned);
-        let summary = context.summary(cost)?;
+        let mut summary = context.summary(cost)?;
+        summary.vibration = vibration;
         for warning in &summary.warnings[prepared.warnings.len()..] {
             progress.note(warning);
         }

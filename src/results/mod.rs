@@ -1,7 +1,7 @@
 //! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
 //!
 //! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run goes on; [`summary`],
-//! [`spectra`] and [`plots`] are written at its end; [`profile_table`] is for the terminal.
+//! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal.
 
 pub mod checkpoint;
 pub mod error;
@@ -13,6 +13,7 @@ pub mod spectra;
 pub mod summary;
 pub mod table;
 pub mod unfinished;
+pub mod vibration;
 
 pub use checkpoint::CheckpointError;
 pub use error::ResultsError;

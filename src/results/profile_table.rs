@@ -83,6 +83,8 @@ pub const fn counter_title(counter: Counter) -> &'static str {
         Counter::CacheEvictions => "factor cache evictions",
         Counter::Fallbacks => "least-index fallbacks",
         Counter::WindowEdgeContacts => "steps with contact at the window's edge",
+        Counter::VibrationTransforms => "transforms of the vibration",
+        Counter::VibrationEvaluations => "evaluations of the vibration's transfers",
         Counter::BytesWritten => "bytes written",
     }
 }

@@ -7,6 +7,7 @@ use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
 use super::error::ResultsError;
+use super::vibration::VibrationSummary;
 use crate::meter::process::peak_memory;
 use crate::meter::{Counter, Meter, Stage};
 use crate::scene::settings_hash;
@@ -37,6 +38,9 @@ pub struct Summary {
     pub outcome: Outcome,
     /// How well the contact conditions were met.
     pub contact: ContactQuality,
+    /// Vibration of the tyre, where it was wanted and the run was long enough.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vibration: Option<VibrationSummary>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// What it cost.
@@ -192,6 +196,7 @@ impl Summary {
             scene_sha256: settings_hash(&settings),
             outcome: Outcome::default(),
             contact: ContactQuality::default(),
+            vibration: None,
             warnings: Vec::new(),
             cost,
             settings,

@@ -124,6 +124,19 @@ impl StackAt {
         NormalCompliance { surface: surface.0[1][1], bottom: bottom.0[1][1] }
     }
 
+    /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no normal motion.
+    pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
+        let [tangential, normal] = self.foundation;
+        let k = kx.hypot(ky);
+        match Self::climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky) {
+            Some((top, _)) if k > 0.0 => {
+                let [[_, along], _] = top.displacement.over(top.traction).0;
+                -Complex64::i() * along * (kx / k)
+            }
+            _ => Complex64::ZERO,
+        }
+    }
+
     /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides along: what
     /// independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {

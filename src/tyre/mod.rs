@@ -3,6 +3,7 @@
 //! - [`material`]: viscoelastic laws;
 //! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
 //! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
+//! - [`mod@tangential`]: how the surface moves sideways under normal forces;
 //! - [`flops`]: what one evaluation of it takes;
 
 pub mod cases;
@@ -23,3 +24,4 @@ pub mod rational;
 #[cfg(test)]
 mod samples;
 pub mod surface_asymptote;
+pub mod tangential;

@@ -182,11 +182,25 @@ pub fn residues(
     poles: &[Complex64],
     with_constant: bool,
 ) -> Result<Vec<PartialFractions>, RationalError> {
+    regularised_residues(samples, poles, with_constant, 0.0)
+}
+
+/// The same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts like an error of `ridge` (Tikhonov); 0 for none.
+pub fn regularised_residues(
+    samples: &Samples,
+    poles: &[Complex64],
+    with_constant: bool,
+    ridge: f64,
+) -> Result<Vec<PartialFractions>, RationalError> {
     let count = order(poles);
     let left = count + usize::from(with_constant);
     samples.check(left, "residue fit")?;
     let (points, responses) = (samples.points.len(), samples.responses.len());
-    let mut matrix = Mat::<f64>::zeros(2 * points, left + responses);
+    let ridges = if ridge > 0.0 { left } else { 0 };
+    let mut matrix = Mat::<f64>::zeros(2 * points + ridges, left + responses);
+    for index in 0..ridges {
+        matrix[(2 * points + index, index)] = ridge;
+    }
     for (k, &s) in samples.points.iter().enumerate() {
         let point = samples.point_weights[k];
         basis(poles, s, |index, value| {

@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use crate::scene::{Axle, Effects, History, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre};
+use crate::scene::{Axle, Effects, History, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Vibration};
 
 /// Share of the belt's tension from which a run without centrifugal tension says so.
 const WORTH_TELLING: f64 = 0.5;
@@ -20,6 +20,8 @@ pub struct Decisions {
     pub tread: Tread,
     /// Which penetration the slices' curves are read at.
     pub slice_coupling: SliceCoupling,
+    /// The velocities to follow from the forces, if any.
+    pub vibration: Option<Vibration>,
     /// The tyre as it rolls: with centrifugal tension where that is taken in.
     pub tyre: Tyre,
     /// All effects in words, in the order of the data's way.
@@ -56,10 +58,13 @@ impl Decisions {
             tread_coupling(tread),
             axle(scene),
             history(scene),
+            velocity("tread vibration", "tread_vibration", scene, |wanted| wanted.tread),
+            velocity("belt vibration", "belt_vibration", scene, |wanted| wanted.belt),
+            velocity("tangential motion", "tangential_motion", scene, |wanted| wanted.tangential),
             later("radiation"),
             later("friction"),
         ];
-        Self { slices, lateral_points, tread, slice_coupling, tyre, rows, notes }
+        Self { slices, lateral_points, tread, slice_coupling, vibration: vibration(scene), tyre, rows, notes }
     }
 }
 
@@ -190,6 +195,29 @@ fn history(scene: &Scene) -> Decision {
         History::Modal => ("recursion by poles".to_owned(), "numerics.history = \"modal\""),
     };
     Decision { effect: "memory of the tyre", on: true, form, reason: reason.to_owned() }
+}
+
+/// What the outputs ask for; without a word of theirs what effects that are on give by default.
+fn vibration(scene: &Scene) -> Option<Vibration> {
+    let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
+    let [tread, belt, tangential] =
+        [tread_vibration, belt_vibration, tangential_motion].map(|switch| switch == Switch::On);
+    let asked_by_effects =
+        || (tread || belt || tangential).then(|| Vibration { tread, belt, tangential, ..Vibration::default() });
+    scene.outputs.vibration.clone().or_else(asked_by_effects)
+}
+
+fn velocity(effect: &'static str, key: &str, scene: &Scene, field: fn(&Vibration) -> bool) -> Decision {
+    let switch = match key {
+        "tread_vibration" => scene.effects.tread_vibration,
+        "belt_vibration" => scene.effects.belt_vibration,
+        _ => scene.effects.tangential_motion,
+    };
+    let on = vibration(scene).as_ref().is_some_and(field);
+    let asked = if on { "auto: outputs.vibration asks for it" } else { "auto: no output asks for it" };
+    let reason = given(switch, key).unwrap_or_else(|| asked.to_owned());
+    let form = if on { "per wavenumber, from the forces" } else { "" }.to_owned();
+    Decision { effect, on, form, reason }
 }
 
 fn later(effect: &'static str) -> Decision {

@@ -12,6 +12,7 @@ use plotters::style::RGBColor;
 use super::axis::{Axis, extent};
 use super::canvas::{Frame, Grid, PlotError, Sheet, draw};
 use super::colour::viridis;
+use super::lines::cut;
 
 /// Most cells along x that are drawn.
 pub const MOST_COLUMNS: usize = 400;
@@ -20,6 +21,8 @@ pub const MOST_ROWS: usize = 300;
 /// Colours that are told apart.
 const LEVELS: usize = 64;
 const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
+/// Curves over a map: lighter than what they lie on, but for the very peaks.
+const CURVE: RGBColor = RGBColor(255, 255, 255);
 
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
 #[derive(Clone, Debug)]
@@ -46,6 +49,14 @@ impl HeatMap<'_> {
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
     pub fn to_svg(&self) -> Result<String, PlotError> {
+        self.to_svg_under(&[])
+    }
+
+    /// The picture as SVG with curves over it, given in the units of the axes and cut at the frame.
+    ///
+    /// # Errors
+    /// As [`Self::to_svg`].
+    pub fn to_svg_under(&self, curves: &[Vec<(f64, f64)>]) -> Result<String, PlotError> {
         let picture = "a colour map";
         if self.values.is_empty() {
             return Err(PlotError::Shape { picture, quantity: "the field", expected: 1, got: 0 });
@@ -63,6 +74,13 @@ impl HeatMap<'_> {
         let beneath = cells_as_paths(&cells, &frame, |value| bar.place(value));
         draw(picture, (frame_right(width) + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
+            for curve in curves {
+                let placed: Vec<_> = curve.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y))).collect();
+                for piece in cut(&placed) {
+                    let points = piece.into_iter().map(|(x, y)| (frame.across(x), frame.up(y))).collect();
+                    sheet.line(points, CURVE, 0.8);
+                }
+            }
             sheet.frame(&frame);
             sheet.colour_bar(&bar_frame, &bar, viridis, LEVELS);
         })

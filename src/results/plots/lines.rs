@@ -71,7 +71,7 @@ fn sound((x, y): (f64, f64)) -> bool {
 }
 
 /// Parts of a curve inside the unit square; where it crosses an edge it gets a point there.
-fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+pub(super) fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut open: Vec<(f64, f64)> = Vec::new();
     for pair in points.windows(2) {

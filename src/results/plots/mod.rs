@@ -10,6 +10,7 @@ pub mod heat_map;
 pub mod lines;
 pub mod road_map;
 pub mod third_octaves;
+pub mod wavenumber_map;
 
 pub use axis::Axis;
 pub use canvas::PlotError;
@@ -18,3 +19,4 @@ pub use heat_map::HeatMap;
 pub use lines::{LinePlot, Series};
 pub use road_map::RoadMap;
 pub use third_octaves::ThirdOctavePlot;
+pub use wavenumber_map::WavenumberPlot;

@@ -12,6 +12,7 @@ mod road;
 mod rolling;
 mod time_rule;
 mod tyre;
+mod vibration;
 
 use serde::Serialize;
 
@@ -24,6 +25,7 @@ pub use road::*;
 pub use rolling::*;
 pub use time_rule::*;
 pub use tyre::*;
+pub use vibration::*;
 
 /// A complete scene: what rolls, on what, how fast, and what is wanted from it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

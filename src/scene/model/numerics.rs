@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::TimeRule;
+use super::{TimeRule, Vibration};
 
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -101,10 +101,13 @@ pub struct Outputs {
     pub plots: bool,
     /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
     pub checkpoint_interval: f64,
+    /// Vibration of the tyre; none is computed without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vibration: Option<Vibration>,
 }
 
 impl Default for Outputs {
     fn default() -> Self {
-        Self { arrays: true, spectra: true, plots: true, checkpoint_interval: 60.0 }
+        Self { arrays: true, spectra: true, plots: true, checkpoint_interval: 60.0, vibration: None }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::kind::OneOf;
 use super::super::table::{Nested, Table};
-use super::super::{Effects, Lateral, Problem, ProfileRoad, Road, Scene, Switch};
+use super::super::{Effects, Lateral, Problem, ProfileRoad, Road, Scene, Switch, Tread, Vibration};
 
 pub(super) const EFFECTS: Nested<Effects> = Nested { title: "[effects]", wanted: "the table [effects]", read: effects };
 
@@ -38,8 +38,41 @@ fn effects(table: &mut Table<'_>) -> Option<Effects> {
 
 /// Checks effects against what the scene holds; `None` after a complaint.
 pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
-    let checks = [texture(scene, table), centrifugal_tension(scene, table)];
+    let checks = [texture(scene, table), centrifugal_tension(scene, table), vibration(scene, table)];
     checks.into_iter().collect()
+}
+
+fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Scene { effects, outputs, contact, .. } = scene;
+    let asked = |field: fn(&Vibration) -> bool| outputs.vibration.as_ref().map(field);
+    let fields = [
+        ("tread_vibration", effects.tread_vibration, "tread", asked(|vibration| vibration.tread)),
+        ("belt_vibration", effects.belt_vibration, "belt", asked(|vibration| vibration.belt)),
+        ("tangential_motion", effects.tangential_motion, "tangential", asked(|vibration| vibration.tangential)),
+    ];
+    let mut sound = Some(());
+    for (effect, switch, output, asked) in fields {
+        let (key, wrong, right) = match (switch, asked) {
+            (Switch::Off, Some(true)) => (
+                format!("outputs.vibration.{output}"),
+                format!("this asks for what effects.{effect} = \"off\" leaves out"),
+                format!("{output} = false, or effects.{effect} = \"auto\""),
+            ),
+            (Switch::On, Some(false)) => (
+                format!("effects.{effect}"),
+                format!("outputs.vibration.{output} = false: nothing of it would be seen"),
+                format!("\"auto\", or outputs.vibration.{output} = true"),
+            ),
+            (Switch::On, _) if output == "tangential" && contact.tread == Tread::Bedding => (
+                format!("effects.{effect}"),
+                "a bedding's springs have no tangential motion".to_owned(),
+                "\"off\", or contact.tread = \"elastic\"".to_owned(),
+            ),
+            _ => continue,
+        };
+        sound = table.complain(&key, Problem::Complaint { wrong, right });
+    }
+    sound
 }
 
 fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {

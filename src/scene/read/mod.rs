@@ -9,6 +9,7 @@ mod numerics;
 mod road;
 mod rolling;
 mod tyre;
+mod vibration;
 
 use super::kind::Text;
 use super::table::Table;
@@ -38,6 +39,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<(Scene, Vec<Choice>)> {
     };
     let choices = given.resolve(&mut scene, table)?;
     effects::check(&scene, table)?;
+    vibration::check(&scene, table)?;
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
     let radius = scene.tyre.radius();
     match scene.rolling.axle {

@@ -3,6 +3,7 @@
 use super::super::kind::{Bounds, Count, Decibels, Flag, Kind, OneOf, short};
 use super::super::table::{Nested, Table, Value};
 use super::super::{Choice, History, Need, Numerics, Outputs, Problem, Resolution, Scene, Switch, TimeRule};
+use super::vibration::VIBRATION;
 
 pub(super) const NUMERICS: Nested<Given> =
     Nested { title: "[numerics]", wanted: "the table [numerics]", read: numerics };
@@ -211,5 +212,12 @@ fn outputs(table: &mut Table<'_>) -> Option<Outputs> {
     let spectra = table.or("spectra", &Flag, default.spectra);
     let plots = table.or("plots", &Flag, default.plots);
     let checkpoint_interval = table.or("checkpoint_interval", &Bounds::not_negative("s"), default.checkpoint_interval);
-    Some(Outputs { arrays: arrays?, spectra: spectra?, plots: plots?, checkpoint_interval: checkpoint_interval? })
+    let vibration = table.optional("vibration", &VIBRATION);
+    Some(Outputs {
+        arrays: arrays?,
+        spectra: spectra?,
+        plots: plots?,
+        checkpoint_interval: checkpoint_interval?,
+        vibration: vibration?,
+    })
 }

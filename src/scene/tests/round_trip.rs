@@ -206,20 +206,40 @@ fn effects() -> impl Strategy<Value = Effects> {
     })
 }
 
+fn vibration() -> impl Strategy<Value = Vibration> {
+    let frames = prop_oneof![Just(Frames::Both), Just(Frames::Material), Just(Frames::NonRotating)];
+    (any::<[bool; 4]>(), frames, prop::collection::vec(-1.0..1.0_f64, 0..4), positive()).prop_map(
+        |([tread, belt, tangential, map], frames, points, segment)| Vibration {
+            tread,
+            belt,
+            tangential,
+            frames,
+            points: if frames.non_rotating() { points } else { Vec::new() },
+            map,
+            segment,
+        },
+    )
+}
+
 fn scene() -> impl Strategy<Value = Scene> {
-    let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64).prop_map(|([arrays, spectra, plots], checkpoint_interval)| {
-        Outputs { arrays, spectra, plots, checkpoint_interval }
-    });
+    let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64, prop::option::of(vibration())).prop_map(
+        |([arrays, spectra, plots], checkpoint_interval, vibration)| Outputs {
+            arrays,
+            spectra,
+            plots,
+            checkpoint_interval,
+            vibration,
+        },
+    );
     ("\\PC{0,20}", tyre(), road(), rolling(), contact(), effects(), numerics(), outputs).prop_map(
-        |(title, tyre, road, rolling, contact, effects, numerics, outputs)| Scene {
-            title,
-            tyre,
-            road,
-            rolling,
-            contact,
-            effects,
-            numerics,
-            outputs,
+        |(title, tyre, road, rolling, contact, effects, numerics, mut outputs)| {
+            if let Some(vibration) = &mut outputs.vibration {
+                // Parts of the half circumference so far.
+                vibration.points.iter_mut().for_each(|point| *point *= 0.5 * tyre.circumference);
+                vibration.tangential &= contact.tread != Tread::Bedding;
+                vibration.belt |= !vibration.tangential;
+            }
+            Scene { title, tyre, road, rolling, contact, effects, numerics, outputs }
         },
     )
 }

@@ -1,6 +1,7 @@
 //! Mistakes in rolling, contact and numerics.
 
-use super::super::super::Axle;
+use super::super::super::{Axle, Vibration};
+use super::super::{complaints, edited};
 use super::{accepted, axle_refused, refused};
 
 #[test]
@@ -180,4 +181,34 @@ fn numerics() {
     assert_eq!(accepted("elements = 512", "elements = 1_000_000_000").numerics.elements, 1_000_000_000);
     assert_eq!(accepted("elements = 512", "elements = 9223372036854775806").numerics.elements, i64::MAX as usize - 1);
     assert_eq!(accepted("elements = 512", "wavenumber_aliases = 0").numerics.wavenumber_aliases, Some(0));
+}
+
+#[test]
+fn vibration() {
+    let vibration = |keys: &str| format!("plots = true\n[outputs.vibration]\n{keys}");
+    let wrong = |keys: &str, line: usize, key: &str, wrong: &str, right: &str| {
+        refused("plots = true", &vibration(keys), line, key, wrong, right);
+    };
+    wrong("points = [0.1, -0.98]", 29, "outputs.vibration.points[1]", "outside the tyre", "from -0.975 to 0.975 m");
+    wrong("points = []", 29, "outputs.vibration.points", "empty", "an array");
+    wrong(
+        "frames = \"material\"\npoints = [0.1]",
+        30,
+        "outputs.vibration.points",
+        "means nothing with frames = \"material\"",
+        "frames = \"both\"",
+    );
+    wrong("frames = \"road\"", 29, "outputs.vibration.frames", "\"road\" is not known", "\"non-rotating\"");
+    wrong("tread = false\nbelt = false", 28, "outputs.vibration", "neither tread, belt", "leave the table out");
+    wrong("segment = 0", 29, "outputs.vibration.segment", "0 is out of range", "above 0 s");
+    wrong("belts = true", 29, "outputs.vibration.belts", "not a key of [outputs.vibration]", "`belt`");
+    let bedding = edited("tread = \"elastic\"", "tread = \"bedding\"");
+    let text = bedding.replace("plots = true", &vibration("tangential = true"));
+    let found = complaints(&text);
+    assert_eq!((found.len(), found[0].line, found[0].key.as_str()), (1, 29, "outputs.vibration.tangential"));
+    assert!(found[0].wrong.contains("bedding"), "{}", found[0].wrong);
+    let scene = accepted("plots = true", &vibration("tangential = true\npoints = [0.975, 0]"));
+    let expected = Vibration { tangential: true, points: vec![0.975, 0.0], ..Vibration::default() };
+    assert_eq!(scene.outputs.vibration, Some(expected));
+    assert_eq!(accepted("plots = true", "plots = false").outputs.vibration, None, "nothing is computed unasked");
 }

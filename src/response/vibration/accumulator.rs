@@ -1,0 +1,332 @@
+//! The forces of the patch, taken in step by step, as mean powers by bin and wavenumber: memory does not grow with the record.
+//!
+//! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for its substeps.
+//! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N at 0 Hz beside some newtons of vibration, from
+//!    which a window's side lobes would not keep it away), each place is weighted and transformed over time.
+//! 3. [`super::share`] transforms each bin over the columns and adds |F_n(k)|^2.
+//! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins are brought from |X|^2 to |X - d W|^2: the sums of X that
+//!    this takes are kept there by place. In the higher bins the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
+//!
+//! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares.
+
+use std::sync::Arc;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use realfft::{RealFftPlanner, RealToComplex};
+use rustfft::FftPlanner;
+
+use super::layout::SegmentLayout;
+use super::share::Share;
+use crate::numeric::{StateError, StateReader, StateWriter};
+
+/// Base bins in which the mean pattern is corrected.
+const LOWEST: usize = 8;
+/// Parts that the bins are shared out in: enough for the threads of a desk, the same for any number of them.
+const SHARES: usize = 16;
+
+/// Sums over all segments so far.
+pub struct VibrationAccumulator {
+    layout: SegmentLayout,
+    transform: Arc<dyn RealToComplex<f64>>,
+    /// Forces \[N\] of two hops: steps x columns.
+    forces: Vec<f64>,
+    /// Power put in by the contact, by step \[W\].
+    powers: Vec<f64>,
+    /// Steps in [`Self::forces`].
+    filled: usize,
+    segments: u64,
+    /// Mean pattern of the first segment, by place \[N\].
+    reference: Vec<f64>,
+    /// Sum of the squared window times the forces, by place.
+    weighted: Vec<f64>,
+    /// Sum of the squared window times the power put in.
+    weighted_power: f64,
+    /// Sums of the transforms at the lowest base bins: base x places.
+    lowest: Vec<Complex64>,
+    shares: Vec<Share>,
+    /// Transforms over time: places x base bins.
+    spectra: Vec<Complex64>,
+    series: Vec<f64>,
+    scratch: Vec<Complex64>,
+}
+
+impl VibrationAccumulator {
+    /// Nothing taken in yet. `points` gives, for each point, the responses at it to unit force at each place, by bin: see [`Share::add_point`].
+    pub fn new(layout: SegmentLayout) -> Self {
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(layout.base_length());
+        let over_columns = FftPlanner::<f64>::new().plan_fft_forward(layout.elements);
+        let (places, bases) = (layout.places(), layout.base_bins());
+        let shares = (0..SHARES)
+            .map(|share| bases * share / SHARES..bases * (share + 1) / SHARES)
+            .filter(|bases| !bases.is_empty())
+            .map(|bases| Share::new(layout, bases, over_columns.clone()))
+            .collect();
+        Self {
+            forces: vec![0.0; layout.length() * layout.columns],
+            powers: vec![0.0; layout.length()],
+            filled: 0,
+            segments: 0,
+            reference: vec![0.0; places],
+            weighted: vec![0.0; places],
+            weighted_power: 0.0,
+            lowest: vec![Complex64::ZERO; LOWEST.min(bases) * places],
+            shares,
+            spectra: vec![Complex64::ZERO; places * bases],
+            series: transform.make_input_vec(),
+            scratch: transform.make_scratch_vec(),
+            transform,
+            layout,
+        }
+    }
+
+    /// A point whose velocity is wanted: `transfers(bin, out)` writes its velocity for unit force at each place \[m/(N s)\].
+    pub fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
+        self.shares.iter_mut().for_each(|share| share.add_point(&mut transfers));
+    }
+
+    /// Bytes that an accumulator with that many points takes.
+    pub fn bytes(layout: &SegmentLayout, points: usize) -> f64 {
+        let (bins, places) = (layout.bins() as f64, layout.places() as f64);
+        let forces = layout.length() as f64 * (layout.columns as f64 + 1.0);
+        let spectra = 2.0 * places * layout.base_bins() as f64;
+        8.0 * (forces + spectra + bins * layout.wavenumbers() as f64 + points as f64 * bins * (2.0 * places + 1.0))
+    }
+
+    /// Sizes.
+    pub fn layout(&self) -> &SegmentLayout {
+        &self.layout
+    }
+
+    /// Segments complete so far.
+    pub fn segments(&self) -> u64 {
+        self.segments
+    }
+
+    /// Takes in a step: forces by column of the window \[N\] and the power that they put in \[W\]. Whether it completed a segment.
+    pub fn push(&mut self, forces: &[f64], power: f64) -> bool {
+        let columns = self.layout.columns;
+        self.forces[self.filled * columns..][..columns].copy_from_slice(forces);
+        self.powers[self.filled] = power;
+        self.filled += 1;
+        let complete = self.filled == self.layout.length();
+        if complete {
+            self.close();
+        }
+        complete
+    }
+
+    /// Adds the complete segment to the sums and makes room for the next hop.
+    fn close(&mut self) {
+        let layout = self.layout;
+        let (columns, substeps, bases) = (layout.columns, layout.substeps, layout.base_bins());
+        for place in 0..layout.places() {
+            let (column, phase) = (place / substeps, place % substeps);
+            let steps = || (layout.first_step(phase)..layout.length()).step_by(substeps);
+            if self.segments == 0 {
+                let sum: f64 = steps().map(|step| self.forces[step * columns + column]).sum();
+                self.reference[place] = sum / layout.base_length() as f64;
+            }
+            let mut weighted = 0.0;
+            for (entry, step) in self.series.iter_mut().zip(steps()) {
+                let (weight, force) = (layout.weight(step), self.forces[step * columns + column]);
+                weighted += weight * weight * force;
+                *entry = weight * (force - self.reference[place]);
+            }
+            self.weighted[place] += weighted;
+            let spectrum = &mut self.spectra[place * bases..][..bases];
+            // Planned lengths: nothing to refuse.
+            let _ = self.transform.process_with_scratch(&mut self.series, spectrum, &mut self.scratch);
+            for (base, sums) in self.lowest.chunks_exact_mut(layout.places()).enumerate() {
+                sums[place] += spectrum[base];
+            }
+        }
+        let powers = self.powers.iter().enumerate();
+        self.weighted_power += powers.map(|(step, power)| layout.weight(step).powi(2) * power).sum::<f64>();
+        let spectra = &self.spectra;
+        self.shares.par_iter_mut().for_each(|share| share.add(|place, base| spectra[place * bases + base]));
+        self.segments += 1;
+        self.forces.copy_within(layout.hop() * columns.., 0);
+        self.powers.copy_within(layout.hop().., 0);
+        self.filled = layout.length() - layout.hop();
+    }
+
+    /// What the segments so far add up to; `None` before the first one.
+    pub fn finish(&self) -> Option<PatchSpectra> {
+        if self.segments == 0 {
+            return None;
+        }
+        let layout = self.layout;
+        let hop = layout.hop() as f64;
+        let segments = self.segments as f64;
+        // A place is there in every q-th step of a segment.
+        let steps = segments * hop / layout.substeps as f64;
+        let mean: Vec<f64> = self.weighted.iter().map(|sum| sum / steps).collect();
+        let scale = 1.0 / (segments * hop * layout.length() as f64);
+        let mut spectra = PatchSpectra {
+            powers: vec![0.0; layout.bins() * layout.wavenumbers()],
+            points: vec![vec![0.0; layout.bins()]; self.shares[0].point_powers.len()],
+            mean_pattern: Vec::new(),
+            mean_power: self.weighted_power / (segments * hop),
+            segments: self.segments,
+            layout,
+        };
+        let windows = self.window_transforms();
+        for share in &self.shares {
+            // The sums stay as they are: a run may be looked at before its end.
+            let mut share = share.clone();
+            for base in share.bases.clone() {
+                spectra.take(&share, base);
+                if base < LOWEST {
+                    let places = layout.places();
+                    let offset: Vec<Complex64> = (0..places)
+                        .map(|place| windows[place % layout.substeps][base] * (mean[place] - self.reference[place]))
+                        .collect();
+                    spectra.correct(&mut share, base, &offset, &self.lowest[base * places..][..places], segments);
+                }
+            }
+        }
+        for power in spectra.powers.iter_mut().chain(spectra.points.iter_mut().flatten()) {
+            *power = scale * power.max(0.0);
+        }
+        // The mean pattern is periodic with the substeps: lines at multiples of K/q bins.
+        let mut share = self.shares[0].clone();
+        let whole = layout.base_length() as f64;
+        share.waves_at(
+            0,
+            |place| (mean[place] * whole).into(),
+            |_, bin, row| {
+                let lines = row.iter().map(|wave| wave.norm_sqr() / (layout.length() as f64).powi(2)).collect();
+                spectra.mean_pattern.push((bin, lines));
+            },
+        );
+        Some(spectra)
+    }
+
+    /// Transforms of the window at the steps of each substep.
+    fn window_transforms(&self) -> Vec<Vec<Complex64>> {
+        let layout = self.layout;
+        let transform = |phase: usize| {
+            let steps = (layout.first_step(phase)..layout.length()).step_by(layout.substeps);
+            let mut series: Vec<f64> = steps.map(|step| layout.weight(step)).collect();
+            let mut spectrum = self.transform.make_output_vec();
+            // Planned lengths: nothing to refuse.
+            let _ = self.transform.process(&mut series, &mut spectrum);
+            spectrum
+        };
+        (0..layout.substeps).map(transform).collect()
+    }
+
+    /// Takes the state down.
+    pub fn save(&self, state: &mut StateWriter) {
+        state.count(self.filled as u64);
+        state.count(self.segments);
+        state.number(self.weighted_power);
+        for values in [
+            &self.forces[..self.filled * self.layout.columns],
+            &self.powers[..self.filled],
+            &self.reference,
+            &self.weighted,
+        ] {
+            state.numbers(values);
+        }
+        let parts: Vec<f64> = self.lowest.iter().flat_map(|value| [value.re, value.im]).collect();
+        state.numbers(&parts);
+        for share in &self.shares {
+            std::iter::once(&share.powers).chain(&share.point_powers).for_each(|values| state.numbers(values));
+        }
+    }
+
+    /// Goes on from the state of an accumulator of the same layout and points.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.filled = state.size()?;
+        self.segments = state.count()?;
+        self.weighted_power = state.number()?;
+        if self.filled >= self.layout.length() {
+            return Err(StateError::Value);
+        }
+        state.numbers_into(&mut self.forces[..self.filled * self.layout.columns])?;
+        state.numbers_into(&mut self.powers[..self.filled])?;
+        state.numbers_into(&mut self.reference)?;
+        state.numbers_into(&mut self.weighted)?;
+        let mut parts = vec![0.0; 2 * self.lowest.len()];
+        state.numbers_into(&mut parts)?;
+        for (value, part) in self.lowest.iter_mut().zip(parts.chunks_exact(2)) {
+            *value = Complex64::new(part[0], part[1]);
+        }
+        for share in &mut self.shares {
+            std::iter::once(&mut share.powers)
+                .chain(&mut share.point_powers)
+                .try_for_each(|values| state.numbers_into(values))?;
+        }
+        Ok(())
+    }
+}
+
+/// Mean powers of the patch forces, in the non-rotating frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PatchSpectra {
+    /// Sizes.
+    pub layout: SegmentLayout,
+    /// Segments averaged.
+    pub segments: u64,
+    /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts [`SegmentLayout::sides`] times, a wavenumber
+    /// [`SegmentLayout::share`].
+    pub powers: Vec<f64>,
+    /// The same of the mean pattern: bins with their row of wavenumbers.
+    pub mean_pattern: Vec<(usize, Vec<f64>)>,
+    /// By point: |v|^2 \[m^2/s^2\], bins 0..=K/2.
+    pub points: Vec<Vec<f64>>,
+    /// Mean power that the forces put in \[W\].
+    pub mean_power: f64,
+}
+
+impl PatchSpectra {
+    /// The row of a bin.
+    pub fn row(&self, bin: usize) -> &[f64] {
+        let width = self.layout.wavenumbers();
+        &self.powers[bin * width..][..width]
+    }
+
+    fn row_mut(&mut self, bin: usize) -> &mut [f64] {
+        let width = self.layout.wavenumbers();
+        &mut self.powers[bin * width..][..width]
+    }
+
+    /// Takes over a share's sums at a base bin.
+    fn take(&mut self, share: &Share, base: usize) {
+        let (first, width) = (share.first_row(base), self.layout.wavenumbers());
+        for (slot, shared) in self.layout.shared_bins(base).enumerate() {
+            self.row_mut(shared.bin).copy_from_slice(&share.powers[(first + slot) * width..][..width]);
+            for (powers, sums) in self.points.iter_mut().zip(&share.point_powers) {
+                powers[shared.bin] = sums[first + slot];
+            }
+        }
+    }
+
+    /// From sum |X|^2 to sum |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2.
+    fn correct(&mut self, share: &mut Share, base: usize, offset: &[Complex64], sums: &[Complex64], segments: f64) {
+        let change = |offset: Complex64, sum: Complex64| segments * offset.norm_sqr() - 2.0 * (offset.conj() * sum).re;
+        let mut offsets: Vec<Vec<Complex64>> = Vec::new();
+        share.waves_at(base, |place| offset[place], |_, _, row| offsets.push(row.to_vec()));
+        share.waves_at(
+            base,
+            |place| sums[place],
+            |slot, bin, row| {
+                for ((power, &sum), &offset) in self.row_mut(bin).iter_mut().zip(row).zip(&offsets[slot]) {
+                    *power += change(offset, sum);
+                }
+            },
+        );
+        for point in 0..self.points.len() {
+            for (slot, shared) in self.layout.shared_bins(base).enumerate() {
+                let at =
+                    |values: &[Complex64]| share.at_point(point, base, slot, shared.conjugate, |place| values[place]);
+                self.points[point][shared.bin] += change(at(offset), at(sums));
+            }
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Sizes of a segment and the bins of both frames.
+//!
+//! A revolution is exactly N q steps. A segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the rotation shifts the wavenumber n by n V/L = n r df: a whole
+//! number of bins, in either frame the same ones. The forces are known at instants of the material, so the material frequency is the one within the Nyquist interval:
+//! w' = w - n Omega, brought there by whole sampling rates where it lies outside.
+
+use std::f64::consts::PI;
+
+/// Sizes of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentLayout {
+    /// Elements N round the tyre; even.
+    pub elements: usize,
+    /// Steps q per element.
+    pub substeps: usize,
+    /// Revolutions r of a segment.
+    pub revolutions: usize,
+    /// Columns of the contact window.
+    pub columns: usize,
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// Substep of the segment's first step: how many steps ago the window last moved on by an element.
+    pub phase: usize,
+    /// Position of the window's first column at substep 0, from the axle \[m\].
+    pub first_position: f64,
+    /// Circumference L \[m\].
+    pub circumference: f64,
+}
+
+/// A bin of the non-rotating frame that shares the transforms of a base bin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SharedBin {
+    /// Its number k.
+    pub bin: usize,
+    /// Whether it takes the conjugate transforms.
+    pub conjugate: bool,
+}
+
+impl SegmentLayout {
+    /// Revolutions for segments of about `segment` seconds in a record of `steps`; `None` if the record is shorter than a revolution.
+    pub fn revolutions_for(segment: f64, revolution: u64, time_step: f64, steps: u64) -> Option<usize> {
+        let fitting = steps / revolution;
+        let wanted = (segment / (revolution as f64 * time_step)).round().clamp(1.0, 1e6) as u64;
+        (fitting > 0).then(|| wanted.min(fitting) as usize)
+    }
+
+    /// Steps K of a segment.
+    pub fn length(&self) -> usize {
+        self.revolutions * self.elements * self.substeps
+    }
+
+    /// Steps from one segment to the next.
+    pub fn hop(&self) -> usize {
+        self.length() / 2
+    }
+
+    /// Steps K/q of a segment in which the window stands at one substep.
+    pub fn base_length(&self) -> usize {
+        self.revolutions * self.elements
+    }
+
+    /// Base bins, 0..=K/(2q).
+    pub fn base_bins(&self) -> usize {
+        self.base_length() / 2 + 1
+    }
+
+    /// Bins of a one-sided spectrum, 0..=K/2.
+    pub fn bins(&self) -> usize {
+        self.length() / 2 + 1
+    }
+
+    /// Pairs of a column and a substep.
+    pub fn places(&self) -> usize {
+        self.columns * self.substeps
+    }
+
+    /// Wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
+    pub fn wavenumbers(&self) -> usize {
+        self.elements + 1
+    }
+
+    /// n of an index of [`Self::wavenumbers`].
+    pub fn wavenumber(&self, index: usize) -> i64 {
+        index as i64 - self.elements as i64 / 2
+    }
+
+    /// Frequency distance of the bins \[Hz\].
+    pub fn resolution(&self) -> f64 {
+        1.0 / (self.length() as f64 * self.time_step)
+    }
+
+    /// The bins k = m K/q +- kappa, 0..=K/2, that a base bin kappa serves, rising; q of them at most, or one.
+    pub fn shared_bins(&self, base: usize) -> impl Iterator<Item = SharedBin> + use<> {
+        let (period, last) = (self.base_length(), self.length() / 2);
+        let twice = base > 0 && 2 * base != period;
+        (0..=self.substeps / 2 + 1).flat_map(move |m| {
+            let below = (twice && m > 0).then(|| SharedBin { bin: m * period - base, conjugate: true });
+            let above = SharedBin { bin: m * period + base, conjugate: false };
+            below.into_iter().chain([above]).filter(move |shared| shared.bin <= last)
+        })
+    }
+
+    /// Most bins that a base bin serves.
+    pub fn most_shared(&self) -> usize {
+        self.substeps
+    }
+
+    /// Bin of the material frame, -K/2 < k' <= K/2, of the bin k and the wavenumber n in the non-rotating one.
+    pub fn material_bin(&self, bin: usize, wavenumber: i64) -> i64 {
+        let length = self.length() as i64;
+        let shifted = (bin as i64 - wavenumber * self.revolutions as i64).rem_euclid(length);
+        if 2 * shifted > length { shifted - length } else { shifted }
+    }
+
+    /// How often the power of a bin counts that a one-sided spectrum lists once.
+    pub fn sides(&self, bin: usize) -> f64 {
+        if bin == 0 || 2 * bin == self.length() { 1.0 } else { 2.0 }
+    }
+
+    /// How much of a wavenumber counts: the two ends half each.
+    pub fn share(&self, index: usize) -> f64 {
+        if index == 0 || index == self.elements { 0.5 } else { 1.0 }
+    }
+
+    /// Angular material frequency of a bin \[rad/s\].
+    pub fn angular_frequency(&self, bin: usize) -> f64 {
+        2.0 * PI * bin as f64 * self.resolution()
+    }
+
+    /// Substep of a step of a segment.
+    pub fn phase_of(&self, step: usize) -> usize {
+        (self.phase + step) % self.substeps
+    }
+
+    /// First step of a segment at a substep.
+    pub fn first_step(&self, phase: usize) -> usize {
+        (phase + self.substeps - self.phase) % self.substeps
+    }
+
+    /// Weight of a step of a segment: the sine window; its square and that of the neighbour segment add to 1.
+    pub fn weight(&self, step: usize) -> f64 {
+        (PI * (step as f64 + 0.5) / self.length() as f64).sin()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub(crate) fn layout(elements: usize, substeps: usize, revolutions: usize) -> SegmentLayout {
+        SegmentLayout {
+            elements,
+            substeps,
+            revolutions,
+            columns: 5,
+            time_step: 1e-4,
+            phase: 0,
+            first_position: 0.0,
+            circumference: 2.0,
+        }
+    }
+
+    #[test]
+    fn base_bins_serve_every_bin_once() {
+        for (elements, substeps, revolutions) in
+            [(16, 1, 1), (16, 1, 3), (16, 2, 1), (18, 2, 3), (16, 3, 2), (20, 4, 1), (18, 5, 1)]
+        {
+            let layout = layout(elements, substeps, revolutions);
+            let mut served: Vec<usize> = Vec::new();
+            for base in 0..layout.base_bins() {
+                let bins: Vec<SharedBin> = layout.shared_bins(base).collect();
+                assert!(bins.len() <= layout.most_shared() && bins.is_sorted_by_key(|shared| shared.bin), "{bins:?}");
+                for shared in bins {
+                    let period = layout.base_length();
+                    let expected = if shared.conjugate { period - base } else { base };
+                    assert_eq!(shared.bin % period, expected % period);
+                    served.push(shared.bin);
+                }
+            }
+            served.sort_unstable();
+            assert!(served.into_iter().eq(0..layout.bins()), "q = {substeps}, r = {revolutions}");
+        }
+    }
+
+    #[test]
+    fn both_frames_have_the_same_bins() {
+        let layout = layout(16, 2, 3);
+        for bin in 0..layout.bins() {
+            for index in 0..layout.wavenumbers() {
+                let n = layout.wavenumber(index);
+                let material = layout.material_bin(bin, n);
+                assert!(2 * material.abs() <= layout.length() as i64);
+                // The mirrored wave: a real field has both.
+                let mirrored = layout.material_bin((layout.length() - bin) % layout.length(), -n);
+                assert!(material == -mirrored || 2 * material.abs() == layout.length() as i64);
+            }
+        }
+        assert_eq!(layout.material_bin(0, -2), 6, "a pattern at rest over the road passes an element at n V/L");
+    }
+
+    #[test]
+    fn segments_are_whole_revolutions_that_fit() {
+        assert_eq!(SegmentLayout::revolutions_for(0.5, 512, 0.0878 / 512.0, 100_000), Some(6));
+        assert_eq!(SegmentLayout::revolutions_for(0.01, 512, 0.0878 / 512.0, 100_000), Some(1));
+        assert_eq!(SegmentLayout::revolutions_for(0.5, 512, 0.0878 / 512.0, 1500), Some(2));
+        assert_eq!(SegmentLayout::revolutions_for(0.5, 512, 0.0878 / 512.0, 511), None);
+        let layout = layout(16, 3, 1);
+        for step in 0..layout.hop() {
+            let squares = layout.weight(step).powi(2) + layout.weight(step + layout.hop()).powi(2);
+            assert!((squares - 1.0).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Vibration of the tyre from its contact forces, in the frequency domain and per wavenumber.
+//!
+//! ```text
+//! v_n(w') = i w' H_n(i w') F_n(w'),   F_n(w') = sum_e F_e(w') exp(-2 pi i n e/N)      material frame
+//! v(x, w) = sum_n exp(i kx_n x) v_n(w - n Omega),   Omega = V/R                         non-rotating frame, x from the axle
+//! ```
+//!
+//! The velocity is that of the material, du/dt of an element, in both frames; seen from beside the road a wave of n periods has its frequency shifted by n Omega and nothing else. (The rate at
+//! which the outline changes at a fixed x, which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
+//!
+//! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
+//! - [`accumulator`]: forces, step by step, to mean powers |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967); `share`: the bins in parts for the threads;
+//! - [`transfer`]: the velocity for unit force; [`points`]: the same for points beside the axle, coherent over n;
+//! - [`spectra`]: velocities everywhere, maps, dissipated power; [`contact_power`]: the power put in, in the time domain;
+//! - [`dispersion`]: the tyre's own waves.
+//!
+//! Levels are means over segments and over the circumference, or at points. Forces are transformed by segments and the response to each segment is taken as if it had begun at rest and
+//! rung out within: |H|^2 is blurred by the window's width of about 1.5 df. That matters only where a resonance is narrower, which no rubber is with segments of half a second.
+
+pub mod accumulator;
+pub mod contact_power;
+pub mod dispersion;
+pub mod layout;
+pub mod points;
+mod share;
+pub mod spectra;
+#[cfg(test)]
+mod tests;
+pub mod transfer;
+
+pub use accumulator::{PatchSpectra, VibrationAccumulator};
+pub use contact_power::ContactPower;
+pub use dispersion::{DispersionBranch, dispersion_branches};
+pub use layout::SegmentLayout;
+pub use points::VelocityTable;
+pub use spectra::{Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, field_spectra, point_spectrum};
+pub use transfer::{TransferKind, TyreResponse, VibrationField};

@@ -1,0 +1,83 @@
+//! Velocity at a point that stands beside the axle, for unit force at each place of the window.
+//!
+//! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half of either end: the interpolation between the elements that has no
+//! wave shorter than two of them. For every bin one transform of length N a substep; what is kept is as long as the window is wide.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use rustfft::FftPlanner;
+
+use super::accumulator::VibrationAccumulator;
+use super::layout::SegmentLayout;
+use super::share::delay;
+use super::transfer::{TransferKind, TyreResponse, VibrationField, symbols};
+
+/// s H_n(s) by wavenumber n = 0..=N/2 and bin of the material frame.
+pub struct VelocityTable {
+    field: VibrationField,
+    layout: SegmentLayout,
+    values: Vec<Complex64>,
+}
+
+impl VelocityTable {
+    /// Of a field; `None` where the response does not have it.
+    pub fn new(
+        layout: &SegmentLayout,
+        response: &TyreResponse<'_>,
+        kind: TransferKind,
+        field: VibrationField,
+    ) -> Option<Self> {
+        let symbols = symbols(layout, kind);
+        let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * symbols.len()];
+        let rows = values.par_chunks_mut(symbols.len()).enumerate();
+        let complete = rows.map(|(n, row)| response.velocities(n, field, &symbols, row)).reduce(|| true, |a, b| a && b);
+        complete.then_some(Self { field, layout: *layout, values })
+    }
+
+    /// Y_n at a bin of the material frame, either of them negative or not \[m/(N s)\].
+    pub fn at(&self, wavenumber: i64, material_bin: i64) -> Complex64 {
+        let row = wavenumber.unsigned_abs() as usize * self.layout.bins();
+        let value = self.values[row + material_bin.unsigned_abs() as usize];
+        let value = if material_bin < 0 { value.conj() } else { value };
+        match self.field {
+            VibrationField::Tread | VibrationField::Belt => value,
+            VibrationField::Tangential => Complex64::i() * value * wavenumber.signum() as f64,
+        }
+    }
+
+    /// Bytes of a table.
+    pub fn bytes(layout: &SegmentLayout) -> f64 {
+        16.0 * (layout.elements as f64 / 2.0 + 1.0) * layout.bins() as f64
+    }
+
+    /// Adds points at positions from the axle \[m\], in their order.
+    pub fn add_points(&self, accumulator: &mut VibrationAccumulator, positions: &[f64]) {
+        let layout = self.layout;
+        let (elements, substeps) = (layout.elements, layout.substeps);
+        let transform = FftPlanner::<f64>::new().plan_fft_forward(elements);
+        let mut row = vec![Complex64::ZERO; elements];
+        let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
+        let element = layout.circumference / elements as f64;
+        for &position in positions {
+            accumulator.add_point(|bin, out| {
+                for phase in 0..substeps {
+                    let distance = position - layout.first_position + element * phase as f64 / substeps as f64;
+                    row.fill(Complex64::ZERO);
+                    for index in 0..layout.wavenumbers() {
+                        let n = layout.wavenumber(index);
+                        let turn = Complex64::from_polar(1.0, 2.0 * PI * n as f64 * distance / layout.circumference);
+                        let velocity = self.at(n, layout.material_bin(bin, n));
+                        row[n.rem_euclid(elements as i64) as usize] += layout.share(index) * turn * velocity;
+                    }
+                    transform.process_with_scratch(&mut row, &mut scratch);
+                    let delay = delay(&layout, bin, phase);
+                    for (column, value) in row[..layout.columns].iter().enumerate() {
+                        out[column * substeps + phase] = delay * value;
+                    }
+                }
+            });
+        }
+    }
+}

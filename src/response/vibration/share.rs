@@ -1,0 +1,159 @@
+//! A part of the bins with its sums: what one thread works on at a time.
+//!
+//! For every base bin kappa and every substep p of the window, one transform of length N over the columns gives A_p(n). Up to a phase that no power sees, the bins k that share kappa have
+//!
+//! ```text
+//! F_n(k) = sum_p exp(2 pi i n p/(N q)) exp(-2 pi i k l_p/K) A_p(n),    conj A_p(-n) in place of A_p(n) for k = m K/q - kappa,
+//! ```
+//!
+//! l_p being the first step at substep p.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+use rustfft::Fft;
+
+use super::layout::{SegmentLayout, SharedBin};
+
+/// A part of the base bins.
+#[derive(Clone)]
+pub(super) struct Share {
+    pub(super) bases: Range<usize>,
+    layout: SegmentLayout,
+    transform: Arc<dyn Fft<f64>>,
+    /// Sums of |F_n|^2 over the segments, by base bin, shared bin and wavenumber.
+    pub(super) powers: Vec<f64>,
+    /// By point: response at the point to unit force at each place, by base bin, shared bin and place.
+    pub(super) point_transfers: Vec<Vec<Complex64>>,
+    /// By point: sums of |v|^2 by base bin and shared bin.
+    pub(super) point_powers: Vec<Vec<f64>>,
+    /// A_p(n) by substep.
+    waves: Vec<Complex64>,
+    row: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+}
+
+impl Share {
+    pub(super) fn new(layout: SegmentLayout, bases: Range<usize>, transform: Arc<dyn Fft<f64>>) -> Self {
+        let shared = bases.len() * layout.most_shared();
+        Self {
+            powers: vec![0.0; shared * layout.wavenumbers()],
+            point_transfers: Vec::new(),
+            point_powers: Vec::new(),
+            waves: vec![Complex64::ZERO; layout.substeps * layout.elements],
+            row: vec![Complex64::ZERO; layout.wavenumbers()],
+            scratch: vec![Complex64::ZERO; transform.get_inplace_scratch_len()],
+            transform,
+            bases,
+            layout,
+        }
+    }
+
+    /// Room for points: `transfers(bin, out)` writes the responses at a point by place.
+    pub(super) fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
+        let (shared, places) = (self.layout.most_shared(), self.layout.places());
+        let mut table = vec![Complex64::ZERO; self.bases.len() * shared * places];
+        for (row, base) in self.bases.clone().enumerate() {
+            for (slot, SharedBin { bin, .. }) in self.layout.shared_bins(base).enumerate() {
+                transfers(bin, &mut table[(row * shared + slot) * places..][..places]);
+            }
+        }
+        self.point_transfers.push(table);
+        self.point_powers.push(vec![0.0; self.bases.len() * shared]);
+    }
+
+    /// Adds a segment: `spectra(place, base)` is the transform of a place at a base bin.
+    pub(super) fn add(&mut self, spectra: impl Fn(usize, usize) -> Complex64 + Copy) {
+        for base in self.bases.clone() {
+            let first = self.first_row(base);
+            let width = self.layout.wavenumbers();
+            let mut powers = std::mem::take(&mut self.powers);
+            self.waves_at(
+                base,
+                |place| spectra(place, base),
+                |slot, _, row| {
+                    for (sum, wave) in powers[(first + slot) * width..][..width].iter_mut().zip(row) {
+                        *sum += wave.norm_sqr();
+                    }
+                },
+            );
+            self.powers = powers;
+            for point in 0..self.point_powers.len() {
+                for (slot, shared) in self.layout.shared_bins(base).enumerate() {
+                    let value = self.at_point(point, base, slot, shared.conjugate, |place| spectra(place, base));
+                    self.point_powers[point][first + slot] += value.norm_sqr();
+                }
+            }
+        }
+    }
+
+    /// Number of the first row of a base bin.
+    pub(super) fn first_row(&self, base: usize) -> usize {
+        (base - self.bases.start) * self.layout.most_shared()
+    }
+
+    /// v of a point for given transforms of the places.
+    pub(super) fn at_point(
+        &self,
+        point: usize,
+        base: usize,
+        slot: usize,
+        conjugate: bool,
+        place: impl Fn(usize) -> Complex64,
+    ) -> Complex64 {
+        let places = self.layout.places();
+        let transfers = &self.point_transfers[point][(self.first_row(base) + slot) * places..][..places];
+        transfers.iter().enumerate().fold(Complex64::ZERO, |sum, (index, transfer)| {
+            let value = place(index);
+            sum + transfer * if conjugate { value.conj() } else { value }
+        })
+    }
+
+    /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row by wavenumber.
+    pub(super) fn waves_at(
+        &mut self,
+        base: usize,
+        place: impl Fn(usize) -> Complex64,
+        mut visit: impl FnMut(usize, usize, &[Complex64]),
+    ) {
+        let Self { layout, waves, row, scratch, transform, .. } = self;
+        let SegmentLayout { elements, substeps, .. } = *layout;
+        for (phase, wave) in waves.chunks_exact_mut(elements).enumerate() {
+            wave.fill(Complex64::ZERO);
+            for (column, entry) in wave[..layout.columns].iter_mut().enumerate() {
+                *entry = place(column * substeps + phase);
+            }
+            transform.process_with_scratch(wave, scratch);
+        }
+        let half = elements / 2;
+        for (slot, SharedBin { bin, conjugate }) in layout.shared_bins(base).enumerate() {
+            row.fill(Complex64::ZERO);
+            for (phase, wave) in waves.chunks_exact(elements).enumerate() {
+                let delay = delay(layout, bin, phase);
+                // exp(2 pi i n p/(N q)), n = -N/2...
+                let turn = Complex64::from_polar(1.0, 2.0 * PI * phase as f64 / (elements * substeps) as f64);
+                let mut factor = delay * Complex64::from_polar(1.0, -PI * phase as f64 / substeps as f64);
+                for (index, entry) in row.iter_mut().enumerate() {
+                    let value = if conjugate {
+                        wave[(elements + half - index) % elements].conj()
+                    } else {
+                        wave[(index + half) % elements]
+                    };
+                    *entry += factor * value;
+                    if substeps > 1 {
+                        factor *= turn;
+                    }
+                }
+            }
+            visit(slot, bin, row);
+        }
+    }
+}
+
+/// exp(-2 pi i k l_p/K): the transform of a substep begins with its first step.
+pub(super) fn delay(layout: &SegmentLayout, bin: usize, phase: usize) -> Complex64 {
+    let turns = (bin * layout.first_step(phase)) as f64 / layout.length() as f64;
+    Complex64::from_polar(1.0, -2.0 * PI * turns)
+}

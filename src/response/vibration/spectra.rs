@@ -1,0 +1,212 @@
+//! From the forces' powers to velocities: spectra of both frames, maps, dissipated power.
+//!
+//! A wave of the non-rotating frame, exp(i (kx x + w t)), is a wave of the material one with w' = w - n Omega; its velocity is that of the material, Y_n(w') = s H_n(s) times its force, whoever looks
+//! on. So every wave's power |Y_n|^2 |F_n|^2 belongs to one bin of each frame, and both sums are the same: the mean of v^2 over the circumference and over time. Only the mean pattern, which
+//! stands in the non-rotating frame, is there 0 Hz and no vibration, in the material frame lines at the multiples of the rotation; it is listed by itself, and is a part of
+//! the material frame's spectrum.
+//!
+//! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
+
+use std::ops::AddAssign;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::accumulator::PatchSpectra;
+use super::transfer::{TransferKind, TyreResponse, VibrationField, symbols};
+use crate::response::PowerSpectrum;
+
+/// Most rows of frequency that a map has.
+const MOST_ROWS: usize = 1024;
+/// Wavenumbers whose transfers are in memory at once.
+const BLOCK: usize = 32;
+
+/// What is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpectraRequest<'a> {
+    /// The fields.
+    pub fields: &'a [VibrationField],
+    /// What stands for s.
+    pub kind: TransferKind,
+    /// Whether maps are made.
+    pub maps: bool,
+}
+
+/// Spectra of a field, means over the circumference; (m/s)^2, two-dimensional by frequency and wavenumber in the maps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldSpectra {
+    /// The field.
+    pub field: VibrationField,
+    /// In the material frame, the mean pattern's lines included.
+    pub material: PowerSpectrum,
+    /// In the material frame without the mean pattern.
+    pub material_varying: PowerSpectrum,
+    /// In the non-rotating frame, at frequencies above 0: without the mean pattern.
+    pub non_rotating: PowerSpectrum,
+    /// Mean square velocity of the mean pattern \[m^2/s^2\].
+    pub mean_pattern: f64,
+    /// Maps of the material and of the non-rotating frame.
+    pub maps: Option<[WavenumberMap; 2]>,
+}
+
+/// Power by frequency and wavenumber.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WavenumberMap {
+    /// Wavenumbers -N/2..=N/2 of a row; n > 0 goes towards -x, against the rolling direction.
+    pub wavenumbers: usize,
+    /// Width of a row \[Hz\]; row i reaches from i to i + 1 of it.
+    pub row_width: f64,
+    /// Power spectral density \[m^2/s^2/Hz\], rows of frequency.
+    pub density: Vec<f64>,
+}
+
+/// Dissipated power \[W\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dissipation {
+    /// Of the mean pattern: what rolling costs on a smooth road.
+    pub mean_pattern: f64,
+    /// Of the vibration.
+    pub vibration: f64,
+}
+
+impl Dissipation {
+    /// Both together.
+    pub fn total(&self) -> f64 {
+        self.mean_pattern + self.vibration
+    }
+}
+
+impl AddAssign for Dissipation {
+    fn add_assign(&mut self, other: Self) {
+        self.mean_pattern += other.mean_pattern;
+        self.vibration += other.vibration;
+    }
+}
+
+/// Spectra of all fields, and the power that the forces' work dissipates; `None` where the response does not have a field.
+pub fn field_spectra(
+    patch: &PatchSpectra,
+    response: &TyreResponse<'_>,
+    request: &SpectraRequest<'_>,
+) -> Option<(Vec<FieldSpectra>, Dissipation)> {
+    let layout = &patch.layout;
+    let symbols = symbols(layout, request.kind);
+    let mut dissipation = Dissipation::default();
+    let mut spectra = Vec::with_capacity(request.fields.len());
+    for &field in request.fields {
+        let mut sums = Sums::new(patch, request.maps);
+        for first in (0..=layout.elements / 2).step_by(BLOCK) {
+            let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
+            let transfers: Option<Vec<Vec<Complex64>>> = block
+                .clone()
+                .into_par_iter()
+                .map(|n| {
+                    let mut row = vec![Complex64::ZERO; symbols.len()];
+                    response.velocities(n, field, &symbols, &mut row).then_some(row)
+                })
+                .collect();
+            sums.add(patch, first, &transfers?);
+        }
+        if field == VibrationField::Tread {
+            dissipation += sums.dissipation;
+        }
+        spectra.push(sums.into_spectra(patch, field));
+    }
+    Some((spectra, dissipation))
+}
+
+/// Sums of one field.
+struct Sums {
+    material: Vec<f64>,
+    material_varying: Vec<f64>,
+    non_rotating: Vec<f64>,
+    mean_pattern: f64,
+    dissipation: Dissipation,
+    /// Bins of a map's row, and both maps.
+    bins_of_row: usize,
+    maps: Option<[Vec<f64>; 2]>,
+}
+
+impl Sums {
+    fn new(patch: &PatchSpectra, maps: bool) -> Self {
+        let (bins, wavenumbers) = (patch.layout.bins(), patch.layout.wavenumbers());
+        let bins_of_row = bins.div_ceil(MOST_ROWS);
+        let map = || vec![0.0; bins.div_ceil(bins_of_row) * wavenumbers];
+        Self {
+            material: vec![0.0; bins],
+            material_varying: vec![0.0; bins],
+            non_rotating: vec![0.0; bins],
+            mean_pattern: 0.0,
+            dissipation: Dissipation::default(),
+            bins_of_row,
+            maps: maps.then(|| [map(), map()]),
+        }
+    }
+
+    /// Adds the wavenumbers +-n, n = first...
+    fn add(&mut self, patch: &PatchSpectra, first: usize, transfers: &[Vec<Complex64>]) {
+        let layout = &patch.layout;
+        let (half, width) = (layout.elements / 2, layout.wavenumbers());
+        let indices = |n: usize| [Some(half + n), (n > 0).then(|| half - n)].into_iter().flatten();
+        let mut wave = |bin: usize, row: &[f64], standing: bool| {
+            for (n, transfer) in (first..).zip(transfers) {
+                for index in indices(n) {
+                    let power = layout.sides(bin) * layout.share(index) * row[index];
+                    let material = layout.material_bin(bin, layout.wavenumber(index));
+                    let place = material.unsigned_abs() as usize;
+                    let velocity = transfer[place].norm_sqr() * power;
+                    self.material[place] += velocity;
+                    if standing {
+                        self.mean_pattern += velocity;
+                        self.dissipation.mean_pattern += transfer[place].re * power;
+                        continue;
+                    }
+                    self.material_varying[place] += velocity;
+                    self.non_rotating[bin] += velocity;
+                    self.dissipation.vibration += transfer[place].re * power;
+                    if let Some([of_material, of_road]) = &mut self.maps {
+                        of_road[bin / self.bins_of_row * width + index] += velocity;
+                        // A negative frequency is the wave of -n.
+                        let index = if material < 0 { layout.elements - index } else { index };
+                        of_material[place / self.bins_of_row * width + index] += velocity;
+                    }
+                }
+            }
+        };
+        for bin in 0..layout.bins() {
+            wave(bin, patch.row(bin), false);
+        }
+        for (bin, row) in &patch.mean_pattern {
+            wave(*bin, row, true);
+        }
+    }
+
+    fn into_spectra(self, patch: &PatchSpectra, field: VibrationField) -> FieldSpectra {
+        let layout = &patch.layout;
+        let row_width = self.bins_of_row as f64 * layout.resolution();
+        let map = |density: Vec<f64>| WavenumberMap {
+            wavenumbers: layout.wavenumbers(),
+            row_width,
+            density: density.into_iter().map(|power| power / row_width).collect(),
+        };
+        FieldSpectra {
+            field,
+            material: spectrum(patch, self.material),
+            material_varying: spectrum(patch, self.material_varying),
+            non_rotating: spectrum(patch, self.non_rotating),
+            mean_pattern: self.mean_pattern,
+            maps: self.maps.map(|maps| maps.map(map)),
+        }
+    }
+}
+
+/// One-sided powers as a spectrum.
+fn spectrum(patch: &PatchSpectra, power: Vec<f64>) -> PowerSpectrum {
+    PowerSpectrum { mean: 0.0, resolution: patch.layout.resolution(), power, nyquist: 0.5 / patch.layout.time_step }
+}
+
+/// Spectrum at a point of the non-rotating frame.
+pub fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
+    let bins = patch.points[point].iter().enumerate();
+    spectrum(patch, bins.map(|(bin, power)| patch.layout.sides(bin) * power).collect())
+}

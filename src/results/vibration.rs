@@ -1,0 +1,172 @@
+//! `vibration.csv`, `vibration_narrow.csv` and the vibration's part of the summary.
+//!
+//! One row for each field, frame, place and band (or frequency). A position stands where the spectrum is that of a point; without one it is the mean over the circumference.
+
+use std::path::Path;
+
+use csv::Writer;
+use serde::Serialize;
+
+use super::error::ResultsError;
+use crate::response::{BandLevel, PowerSpectrum};
+
+/// Third octaves.
+pub const VIBRATION_FILE: &str = "vibration.csv";
+/// Narrow band.
+pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
+
+/// A spectrum with its names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedSpectrum {
+    /// `tread`, `belt`, `tangential`.
+    pub field: &'static str,
+    /// `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`, where it stands still.
+    pub frame: &'static str,
+    /// Position from the axle \[m\]; `None`: mean over the circumference.
+    pub position: Option<f64>,
+    /// The spectrum \[m^2/s^2\].
+    pub spectrum: PowerSpectrum,
+}
+
+impl NamedSpectrum {
+    /// Field, frame and position, for legends.
+    pub fn name(&self) -> String {
+        match self.position {
+            Some(position) => format!("{} at {position} m", self.field),
+            None => format!("{}, {}", self.field, self.frame),
+        }
+    }
+
+    fn names(&self) -> [String; 3] {
+        let position = self.position.map_or(String::new(), |position| position.to_string());
+        [self.field.to_owned(), self.frame.to_owned(), position]
+    }
+}
+
+/// A table as text. Numbers are written so that reading gives the same bits.
+fn table<R: IntoIterator<Item = String>>(
+    header: &[&str],
+    rows: impl Iterator<Item = R>,
+    path: &Path,
+) -> Result<String, ResultsError> {
+    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
+    let mut writer = Writer::from_writer(Vec::new());
+    writer.write_record(header).map_err(failed)?;
+    for row in rows {
+        writer.write_record(row).map_err(failed)?;
+    }
+    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], of all bands from `lowest` \[Hz\] on.
+///
+/// # Errors
+/// [`ResultsError::Write`] naming `path`.
+pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path) -> Result<String, ResultsError> {
+    let header =
+        ["field", "frame", "position_m", "nominal_hz", "mid_frequency_hz", "mean_square_m2_s2", "level_db_re_1m_s"];
+    let rows = spectra.iter().flat_map(|named| {
+        named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level }| {
+            let numbers = [band.nominal_frequency(), band.mid_frequency(), mean_square, level];
+            named.names().into_iter().chain(numbers.map(|number| number.to_string()))
+        })
+    });
+    table(&header, rows, path)
+}
+
+/// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
+///
+/// # Errors
+/// [`ResultsError::Write`] naming `path`.
+pub fn vibration_narrow_csv(spectra: &[NamedSpectrum], path: &Path) -> Result<String, ResultsError> {
+    let header = ["field", "frame", "position_m", "frequency_hz", "density_m2_s2_hz"];
+    let rows = spectra.iter().flat_map(|named| {
+        named
+            .spectrum
+            .density()
+            .map(|(frequency, density)| named.names().into_iter().chain([frequency, density].map(|x| x.to_string())))
+    });
+    table(&header, rows, path)
+}
+
+/// What `summary.json` says of the vibration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VibrationSummary {
+    /// Segments averaged, half of each shared with the next.
+    pub segments: u64,
+    /// Length of a segment \[s\], and the revolutions that it is.
+    pub segment_seconds: f64,
+    /// Revolutions of a segment.
+    pub revolutions: usize,
+    /// Frequency resolution \[Hz\].
+    pub resolution: f64,
+    /// Time at the end of the run that fills no segment and is left out \[s\].
+    pub seconds_left_out: f64,
+    /// By field.
+    pub fields: Vec<FieldSummary>,
+    /// Power balance.
+    pub power: PowerSummary,
+    /// Error and truncation of the tangential transfer, relative to its largest value, where it was wanted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tangential_error: Option<[f64; 2]>,
+}
+
+/// Velocities of a field, root mean squares over time and circumference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FieldSummary {
+    /// `tread`, `belt`, `tangential`.
+    pub field: &'static str,
+    /// Of the vibration, the mean pattern left out \[m/s\].
+    pub rms_velocity: f64,
+    /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
+    pub rms_mean_pattern: f64,
+    /// 20 lg of the vibration computed with the time rule's own transfer over that with the tyre's \[dB\]; `null` for rules without one.
+    pub rule_difference: Option<f64>,
+    /// The same where it is largest among the third octaves below 1 kHz.
+    pub rule_difference_below_1k: Option<f64>,
+}
+
+/// Power that the contact forces put in, against what the tyre dissipates \[W\].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PowerSummary {
+    /// Put in: forces times velocities, in the time domain.
+    pub put_in: f64,
+    /// Dissipated by the mean pattern, by the time rule's transfer (the tyre's own for rules without one).
+    pub dissipated_by_mean_pattern: f64,
+    /// Dissipated by the vibration.
+    pub dissipated_by_vibration: f64,
+    /// (put in - dissipated)/put in.
+    pub relative_difference: f64,
+    /// All that is dissipated, by the tyre's own transfer instead of the rule's.
+    pub dissipated_by_tyre: f64,
+    /// The power put in over speed and mean force: a rolling resistance coefficient.
+    pub rolling_resistance: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_hold_every_spectrum_once_and_all_digits() {
+        let spectrum = PowerSpectrum { mean: 0.0, resolution: 1.0 / 3.0, power: vec![1.0 / 7.0; 601], nyquist: 200.0 };
+        let named =
+            |position| NamedSpectrum { field: "belt", frame: "non-rotating", position, spectrum: spectrum.clone() };
+        let spectra = [named(None), named(Some(-0.1))];
+        let path = Path::new("x.csv");
+        let narrow = vibration_narrow_csv(&spectra, path).unwrap();
+        assert_eq!(narrow.lines().count(), 1 + 2 * 601);
+        let row: Vec<&str> = narrow.lines().nth(603).unwrap().split(',').collect();
+        assert_eq!(&row[..4], ["belt", "non-rotating", "-0.1", "0.3333333333333333"]);
+        assert_eq!(
+            row[4].parse::<f64>().unwrap().to_bits(),
+            (1.0 / 7.0 / (1.5 * (1.0 / 3.0) - 0.5 * (1.0 / 3.0_f64))).to_bits()
+        );
+        let levels = vibration_levels_csv(&spectra, 20.0, path).unwrap();
+        let bands = spectrum.third_octaves(20.0, 1.0).len();
+        assert_eq!(levels.lines().count(), 1 + 2 * bands);
+        assert!(levels.lines().nth(1).unwrap().starts_with("belt,non-rotating,,25,"), "{levels}");
+        assert_eq!(spectra[1].name(), "belt at -0.1 m");
+    }
+}

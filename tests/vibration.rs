@@ -1,0 +1,247 @@
+//! Vibration of whole runs: against the time domain, its energy, and that it costs nothing where it is not wanted.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::atomic::AtomicBool;
+
+use common::{Results, read_array, run, scene, scene_text};
+use serde_json::Value;
+use tyrewave::contact::history::{ModalHistory, PastForces};
+use tyrewave::meter::{Counter, Stage};
+use tyrewave::pipeline::past::{fetch, fit_options};
+use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
+use tyrewave::tyre::influence::Field;
+
+const SPEED: f64 = 80.0 / 3.6;
+
+fn rolling(duration: f64) -> String {
+    format!("speed_kmh = 80.0\nwarm_up = 0.3\nduration = {duration:?}\naxle = {{ load = 3000.0 }}")
+}
+
+const ROUGH: &str = "kind = \"made\"\nseed = 4";
+
+fn numerics(substeps: u32, more: &str) -> String {
+    format!("history = \"modal\"\nsubsteps = {substeps}\npole_tolerance = 1e-4\n{more}")
+}
+
+fn vibration(keys: &str) -> String {
+    format!("[outputs]\nplots = true\n[outputs.vibration]\n{keys}\n")
+}
+
+/// Mean squares of `vibration.csv` by field, frame, position and band.
+fn levels(results: &Results) -> BTreeMap<(String, String, String), Vec<(ThirdOctaveBand, f64)>> {
+    let mut reader = csv::Reader::from_path(results.path("vibration.csv")).unwrap();
+    let mut all: BTreeMap<_, Vec<_>> = BTreeMap::new();
+    for row in reader.records() {
+        let row = row.unwrap();
+        let band = ThirdOctaveBand::containing(row[4].parse().unwrap()).unwrap();
+        let key = (row[0].to_owned(), row[1].to_owned(), row[2].to_owned());
+        all.entry(key).or_default().push((band, row[5].parse().unwrap()));
+    }
+    all
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn levels_are_those_of_elements_followed_in_the_time_domain() {
+    // Two seconds, 5837 samples a second; the recursion of the run once more over its forces.
+    let (elements, substeps) = (128, 4);
+    let text = scene_text(elements, ROUGH, &rolling(2.0), &numerics(substeps as u32, ""), &vibration("segment = 0.5"));
+    let results = run(&text);
+    let loaded = scene(&text);
+    let options = fit_options(&loaded.scene, Field::Surface);
+    let model = fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model;
+    let step = common::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
+    let rule = loaded.scene.numerics.time_rule;
+    let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
+    let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
+    let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
+    let (rows, columns, forces) = results.patch();
+    let first = results.elements();
+    let mut tracks = vec![Vec::with_capacity(rows); elements];
+    for (row, &first) in forces.chunks_exact(columns).zip(&first) {
+        let mut all = vec![0.0; elements];
+        history.displacement(0, &mut all);
+        for (column, force) in row.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+            for (element, value) in all.iter_mut().enumerate() {
+                *value +=
+                    instant[(element as i64 - first - column as i64).rem_euclid(elements as i64) as usize] * force;
+            }
+        }
+        history.push(first, row);
+        tracks.iter_mut().zip(all).for_each(|(track, value)| track.push(value));
+    }
+    let warm_up = (0.3 / step).round() as usize;
+    let velocities: Vec<Vec<f64>> = tracks
+        .iter()
+        .map(|track| {
+            (warm_up..rows).map(|l| (1.5 * track[l] - 2.0 * track[l - 1] + 0.5 * track[l - 2]) / step).collect()
+        })
+        .collect();
+    // The pattern that stands over the road, seen by each element at its place: lines whose leakage would hide the rest.
+    let places = elements * substeps;
+    let place = |element: usize, l: usize| (element * substeps + places - l % places) % places;
+    let mut pattern = vec![[0.0; 2]; places];
+    for (element, velocity) in velocities.iter().enumerate() {
+        for (l, value) in velocity.iter().enumerate() {
+            let sum = &mut pattern[place(element, l)];
+            *sum = [sum[0] + value, sum[1] + 1.0];
+        }
+    }
+    let mut sums: BTreeMap<ThirdOctaveBand, f64> = BTreeMap::new();
+    for (element, velocity) in velocities.iter().enumerate() {
+        let varying = velocity.iter().enumerate().map(|(l, value)| {
+            let [sum, count] = pattern[place(element, l)];
+            value - sum / count
+        });
+        let velocity: Vec<f64> = varying.collect();
+        for level in PowerSpectrum::of(&velocity, step, Some(0.5)).unwrap().third_octaves(20.0, 1.0) {
+            *sums.entry(level.band).or_default() += level.mean_square / elements as f64;
+        }
+    }
+    let found = levels(&results);
+    let found = &found[&("tread".to_owned(), "material-varying".to_owned(), String::new())];
+    let mut compared = 0;
+    for &(band, mean_square) in found {
+        let difference = 10.0 * (mean_square / sums[&band]).log10();
+        println!("{:>6} Hz: {difference:+.3} dB", band.label());
+        // Above, the rule's own error, (w dt)^2/3 in frequency, shows; below, few periods in a segment.
+        if (80.0..650.0).contains(&band.mid_frequency()) {
+            assert!(difference.abs() < 0.3, "{} Hz: {difference:+.3} dB", band.label());
+            compared += 1;
+        }
+    }
+    assert!(compared >= 9, "{compared} bands");
+}
+
+#[test]
+fn what_the_forces_put_in_is_dissipated() {
+    for (name, road, rule, tread, bound) in [
+        ("smooth", "kind = \"smooth\"", "bdf2", "elastic", 1e-5),
+        ("rough", ROUGH, "bdf2", "elastic", 3e-4),
+        ("rough", ROUGH, "bdf1", "elastic", 3e-4),
+        ("rough", ROUGH, "bdf2", "bedding", 3e-4),
+    ] {
+        let more = format!("[contact]\ntread = \"{tread}\"\n{}", vibration("segment = 0.4"));
+        let text = scene_text(128, road, &rolling(2.5), &numerics(1, &format!("time_rule = \"{rule}\"")), &more);
+        // The carcass under the springs has sharper resonances at its shortest waves.
+        let text =
+            if tread == "bedding" { text.replace("pole_tolerance = 1e-4", "pole_tolerance = 1e-3") } else { text };
+        let results = run(&text);
+        results.assert_sound(name);
+        let summary = results.summary();
+        let power = &summary["vibration"]["power"];
+        println!("{name}, {rule}, {tread}: {power}");
+        let difference = number(&power["relative_difference"]);
+        assert!(number(&power["put_in"]) > 0.0, "{name}, {rule}: a tyre that drives itself");
+        assert!(difference.abs() < bound, "{name}, {rule}, {tread}: {difference}");
+    }
+}
+
+#[test]
+fn frames_points_and_maps_are_written_as_they_are_wanted() {
+    let keys = "tangential = true\nmap = true\npoints = [0.0, -0.1, 0.975]\nsegment = 0.3";
+    let text = scene_text(96, ROUGH, &rolling(1.3), &numerics(1, ""), &vibration(keys));
+    let results = run(&text);
+    let summary = results.summary();
+    let all = levels(&results);
+    assert_eq!(all.len(), 3 * (3 + 3), "{:?}", all.keys());
+    let sum = |field: &str, frame: &str, position: &str| -> f64 {
+        all[&(field.to_owned(), frame.to_owned(), position.to_owned())].iter().map(|(_, square)| square).sum()
+    };
+    for (index, field) in ["tread", "belt", "tangential"].into_iter().enumerate() {
+        let of_field = &summary["vibration"]["fields"][index];
+        assert_eq!(of_field["field"], field);
+        let total = number(&of_field["rms_velocity"]).powi(2);
+        let bands = sum(field, "non-rotating", "");
+        // All bands but what lies below 18 Hz and above the last whole one.
+        assert!(bands <= total * (1.0 + 1e-12) && bands > 0.7 * total, "{field}: {bands} of {total}");
+        for frame in ["material", "non-rotating"] {
+            let (shape, density) = read_array::<f64>(&results.path(&format!("vibration_map_{field}_{frame}.npy")));
+            let frequencies = results.array("vibration_map_frequency.npy");
+            assert_eq!(shape, [frequencies.len(), 97]);
+            let width = frequencies[1] - frequencies[0];
+            let power = density.iter().sum::<f64>() * width;
+            assert!((power / total - 1.0).abs() < 1e-9, "{field}, {frame}: {power} of {total}");
+            assert!(
+                fs::read_to_string(results.path(&format!("vibration_map_{field}_{frame}.svg")))
+                    .unwrap()
+                    .contains("svg")
+            );
+        }
+    }
+    assert_eq!(results.array("vibration_map_wavenumber.npy")[0], -48.0);
+    let [error, omitted] = [0, 1].map(|index| number(&summary["vibration"]["tangential_error"][index]));
+    assert!(error < 0.02 && omitted < 0.02, "{error} {omitted}");
+    assert!(number(&summary["vibration"]["seconds_left_out"]) < 0.3);
+    assert!(results.path("vibration_spectrum.svg").exists() && results.path("vibration_narrow.csv").exists());
+}
+
+#[test]
+fn what_is_not_wanted_costs_nothing() {
+    let text = scene_text(64, "kind = \"smooth\"", &rolling(0.3), &numerics(1, ""), "");
+    let results = run(&text);
+    assert!(results.summary().get("vibration").is_none());
+    let meter = &results.report.meter;
+    assert_eq!(meter.cost(Stage::Vibration).calls, 0);
+    for counter in [Counter::VibrationTransforms, Counter::VibrationEvaluations] {
+        assert_eq!(meter.counted(counter), 0, "{counter:?}");
+    }
+    let files = fs::read_dir(results.folder.path().join("run")).unwrap();
+    let names: Vec<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(!names.iter().any(|name| name.contains("vibration")), "{names:?}");
+    let wanted = format!("{text}{}", vibration("belt = false"));
+    let with = run(&wanted);
+    for name in ["total_force.npy", "patch_force.npy"] {
+        assert!(
+            fs::read(results.path(name)).unwrap() == fs::read(with.path(name)).unwrap(),
+            "{name}: looking on changes nothing"
+        );
+    }
+    assert!(with.report.meter.counted(Counter::VibrationTransforms) > 0);
+}
+
+#[test]
+fn a_run_shorter_than_a_revolution_says_so() {
+    let text = scene_text(64, "kind = \"smooth\"", &rolling(0.05), &numerics(1, ""), &vibration(""));
+    let results = run(&text);
+    let warnings = results.summary()["warnings"].to_string();
+    assert!(warnings.contains("too short for vibration: it needs a revolution, 0.09 s"), "{warnings}");
+    assert!(!results.path("vibration.csv").exists());
+}
+
+#[test]
+fn the_same_bytes_on_any_number_of_threads() {
+    let keys = vibration("points = [0.05]\nsegment = 0.2");
+    let text = scene_text(128, ROUGH, &rolling(0.7), &numerics(2, ""), &keys);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let results = pool.install(|| run(&text));
+        ["vibration.csv", "vibration_narrow.csv"].map(|name| fs::read(results.path(name)).unwrap())
+    };
+    let one = on(1);
+    assert!(one == on(2) && one == on(3));
+}
+
+#[test]
+fn the_sum_over_the_past_gives_the_same_levels_as_the_poles() {
+    let keys = vibration("segment = 0.3");
+    let text = |history: &str| {
+        let numerics = format!("history = \"{history}\"\nmemory = 0.7\npole_tolerance = 1e-5");
+        // All terms: the direct sum then has the influence functions of the model.
+        let text = scene_text(64, "kind = \"smooth\"", &rolling(0.8), &numerics, &keys);
+        text.replace("lateral_terms = 4\nwavenumber_aliases = 2\n", "")
+    };
+    let [direct, modal] = ["direct", "modal"].map(|history| levels(&run(&text(history))));
+    let key = ("tread".to_owned(), "material".to_owned(), String::new());
+    for (one, other) in direct[&key].iter().zip(&modal[&key]) {
+        let difference = 10.0 * (one.1 / other.1).log10();
+        assert!(difference.abs() < 0.1, "{}: {difference} dB", one.0.label());
+    }
+}

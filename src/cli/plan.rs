@@ -136,10 +136,13 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
         .memory
         .iter()
         .map(|&(what, size)| [what.to_owned(), bytes(size)])
-        .chain([[
-            format!("work on {} threads", forecast.threads),
-            bytes(plan.amounts.memory_per_thread * forecast.threads as f64),
-        ]])
+        .chain(
+            [
+                (format!("work on {} threads", forecast.threads), plan.amounts.memory_per_thread),
+                ("the fit, before the steps".to_owned(), plan.amounts.fit_memory_per_thread),
+            ]
+            .map(|(what, each)| [what, bytes(each * forecast.threads as f64)]),
+        )
         .collect();
     text.push_str(&format!("\n{}", aligned(&["memory", "about"], &memory)));
     for note in &plan.decisions.notes {

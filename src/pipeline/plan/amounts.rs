@@ -53,7 +53,9 @@ const FIT_EVALUATIONS: f64 = 2e6;
 /// Bytes for a pole: the model, and the recursion's coefficients and states.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
 /// Bytes that a fit holds for each thread, and what the allocator keeps of them.
-const FIT_BYTES: f64 = 27e6;
+const FIT_BYTES: f64 = 30e6;
+/// Bytes that the allocator keeps for each thread that draws texture (measured).
+const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
 const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in segments.
@@ -118,8 +120,10 @@ pub struct Amounts {
     pub counters: Vec<(Counter, f64)>,
     /// Memory by what holds it \[bytes\].
     pub memory: Vec<(&'static str, f64)>,
-    /// Largest memory for each thread beside \[bytes\].
+    /// Memory for each thread beside, in the steps \[bytes\].
     pub memory_per_thread: f64,
+    /// Memory for each thread in the fit, which is over before the steps \[bytes\].
+    pub fit_memory_per_thread: f64,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
 }
@@ -134,6 +138,7 @@ impl Amounts {
             counters: Vec::new(),
             memory: Vec::new(),
             memory_per_thread: 0.0,
+            fit_memory_per_thread: 0.0,
             result_bytes: 0.0,
         };
         match scene.numerics.history {
@@ -146,9 +151,10 @@ impl Amounts {
         amounts
     }
 
-    /// Memory of a run on so many threads \[bytes\], without the process itself.
+    /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
-        self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64
+        let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
+        steps.max(self.fit_memory_per_thread * threads as f64)
     }
 
     fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
@@ -180,7 +186,7 @@ impl Amounts {
         if kept.is_none() {
             let share = fit_share(elements, numerics.pole_tolerance, scene.tyre.layers.len());
             self.add(Stage::Influence, Unit::Fit, share, Place::BeforeOnAll);
-            self.memory_per_thread += FIT_BYTES;
+            self.fit_memory_per_thread = FIT_BYTES;
         }
         self.counters.push((Counter::ComplianceEvaluations, if kept.is_none() { FIT_EVALUATIONS } else { 0.0 }));
         self.counters.push((Counter::Poles, self.poles));
@@ -224,7 +230,7 @@ impl Amounts {
                     self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
                     self.add(Stage::Road, unit, chunks * chunk.multiply_adds as f64, Place::Behind);
                     self.hold("texture of the road", TEXTURE_RESERVE * (opening.bytes + chunk.bytes) as f64);
-                    self.memory_per_thread += 48.0 * sizes.length as f64;
+                    self.memory_per_thread += THREAD_BYTES + 48.0 * sizes.length as f64;
                 }
             }
             Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => {

@@ -182,16 +182,10 @@ impl VibrationRecorder {
         });
         if complete {
             let layout = self.accumulator.layout();
-            let (over_time, over_columns) = (layout.places() as u64, (layout.substeps * layout.base_bins()) as u64);
-            meter.count(Counter::VibrationTransforms, over_time + over_columns);
-            let cost = |length: usize| (length * length.max(2).ilog2() as usize) as u64;
-            let powers = (layout.bins() * layout.wavenumbers()) as u64;
-            // A complex transform of length N takes about 5/2 N log2 N multiply-adds, a real one half of that.
-            let multiply_adds = 5 * (over_time * cost(layout.base_length()) + 2 * over_columns * cost(layout.elements))
-                / 4
-                + 2 * powers;
-            let bytes = 8 * (3 * over_time * layout.base_length() as u64 + 3 * powers);
-            meter.add_work(Stage::Vibration, Work { multiply_adds, bytes });
+            meter.count(Counter::VibrationTransforms, layout.transforms());
+            let bytes =
+                8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.wavenumbers())) as u64;
+            meter.add_work(Stage::Vibration, Work { multiply_adds: layout.multiply_adds() as u64, bytes });
         }
     }
 

@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::run::Run;
 use crate::response::BandLevel;
-use crate::scene::{Axle, LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread};
+use crate::scene::{Axle, LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread, Vibration};
 
 /// Steps between two looks at the flag and the progress bar.
 const LOOK_EVERY: u64 = 256;
@@ -33,6 +33,12 @@ pub enum Effect {
     SliceCoupling,
     /// A mass on the axle; its values are the scene's, or [`TYPICAL_AXLE`].
     AxleMotion,
+    /// Velocity of the tread surface.
+    TreadVibration,
+    /// Velocity of the belt.
+    BeltVibration,
+    /// Tangential velocity of the tread surface.
+    TangentialMotion,
     /// Coupling of the points in contact within a step.
     TreadCoupling,
     /// Belt tension raised by m'' V^2.
@@ -41,8 +47,16 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order of the data's way.
-    pub const ALL: [Self; 5] =
-        [Self::CentrifugalTension, Self::Texture, Self::SliceCoupling, Self::TreadCoupling, Self::AxleMotion];
+    pub const ALL: [Self; 8] = [
+        Self::CentrifugalTension,
+        Self::Texture,
+        Self::SliceCoupling,
+        Self::TreadCoupling,
+        Self::AxleMotion,
+        Self::TreadVibration,
+        Self::BeltVibration,
+        Self::TangentialMotion,
+    ];
 
     /// The effect in words.
     pub const fn title(self) -> &'static str {
@@ -51,6 +65,9 @@ impl Effect {
             Self::SliceCoupling => "slice coupling",
             Self::TreadCoupling => "tread coupling",
             Self::AxleMotion => "axle motion",
+            Self::TreadVibration => "tread vibration",
+            Self::BeltVibration => "belt vibration",
+            Self::TangentialMotion => "tangential motion",
             Self::CentrifugalTension => "centrifugal tension",
         }
     }
@@ -89,8 +106,30 @@ impl Effect {
                     (other, _) => other.clone(),
                 };
             }
+            Self::TreadVibration => {
+                scene.effects.tread_vibration = switch;
+                want(scene, on, |vibration| &mut vibration.tread);
+            }
+            Self::BeltVibration => {
+                scene.effects.belt_vibration = switch;
+                want(scene, on, |vibration| &mut vibration.belt);
+            }
+            Self::TangentialMotion => {
+                scene.effects.tangential_motion = switch;
+                want(scene, on, |vibration| &mut vibration.tangential);
+            }
             Self::CentrifugalTension => scene.effects.centrifugal_tension = switch,
         }
+    }
+}
+
+/// Asks for a velocity, or no more; what nobody asks for any more goes.
+fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
+    let none = Vibration { tread: false, belt: false, tangential: false, ..Vibration::default() };
+    let vibration = scene.outputs.vibration.get_or_insert(none);
+    *field(vibration) = on;
+    if !(vibration.tread || vibration.belt || vibration.tangential) {
+        scene.outputs.vibration = None;
     }
 }
 

@@ -14,9 +14,10 @@ use crate::contact::geometry::Geometry;
 use crate::contact::history::modes::INSTANTS;
 use crate::meter::{Counter, Stage};
 use crate::pipeline::road_ahead::CHUNK_ROWS;
+use crate::response::vibration::{SegmentLayout, VelocityTable, VibrationAccumulator};
 use crate::road::Lattice;
 use crate::road::made::{Sizes, TargetSpectrum};
-use crate::scene::{Axle, History, Road, Scene, SliceCoupling, Slices, Tread, Tyre};
+use crate::scene::{Axle, History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
@@ -147,6 +148,9 @@ impl Amounts {
         }
         amounts.road(scene, plan);
         amounts.contact(scene, plan);
+        if let Some(vibration) = &plan.decisions.vibration {
+            amounts.vibration(scene, plan, vibration);
+        }
         amounts.results(scene, plan);
         amounts
     }
@@ -275,6 +279,46 @@ impl Amounts {
         self.counters.push((Counter::Solves, solutions * solves));
         self.counters.push((Counter::Factorisations, factorisations));
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
+    }
+
+    fn vibration(&mut self, scene: &Scene, plan: &Plan, vibration: &Vibration) {
+        let (elements, substeps) = (scene.numerics.elements, scene.numerics.substeps);
+        let steps = plan.steps - plan.warm_up_steps;
+        let revolution = (elements * substeps) as u64;
+        // A run too short for it has none.
+        let Some(revolutions) = SegmentLayout::revolutions_for(vibration.segment, revolution, plan.time_step, steps)
+        else {
+            return;
+        };
+        let layout = SegmentLayout {
+            elements,
+            substeps,
+            revolutions,
+            columns: self.expected.columns as usize,
+            time_step: plan.time_step,
+            phase: 0,
+            first_position: 0.0,
+            circumference: scene.tyre.circumference,
+        };
+        let segments = (2.0 * steps as f64 / layout.length() as f64 - 1.0).max(1.0).floor();
+        let unit = Unit::VibrationMultiplyAdd;
+        self.add(Stage::Vibration, unit, segments * layout.multiply_adds(), Place::March);
+        let fields = [vibration.tread, vibration.belt, vibration.tangential].map(f64::from).iter().sum::<f64>();
+        let points = vibration.points.len() as f64;
+        // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is one.
+        let times = if points > 0.0 { 2.0 * fields + 1.0 } else { fields + 1.0 };
+        let poles = 0.5 * self.poles.max(fit_of(elements as f64).0);
+        self.add(Stage::Vibration, Unit::VibrationPole, times * poles * layout.bins() as f64, Place::Before);
+        if vibration.tangential {
+            self.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
+        }
+        let evaluations = times * wavenumbers(scene) * layout.bins() as f64;
+        self.counters.push((Counter::VibrationEvaluations, evaluations));
+        let table = if points > 0.0 { VelocityTable::bytes(&layout) } else { 0.0 };
+        self.hold(
+            "forces and spectra of segments",
+            VibrationAccumulator::bytes(&layout, (fields * points) as usize) + table,
+        );
     }
 
     fn results(&mut self, scene: &Scene, plan: &Plan) {

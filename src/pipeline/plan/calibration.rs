@@ -32,7 +32,7 @@ const TOLERANCE: f64 = 1e-3;
 /// Resolutions, each with the steps before and while it is watched.
 const PROBES: [(usize, u64, u64); 2] = [(256, 300, 1500), (1024, 500, 1500)];
 /// Units that are not measured, and those whose ratio to the typical cost they share.
-const KIN: [(Unit, Unit); 10] = [
+const KIN: [(Unit, Unit); 13] = [
     (Unit::Pole, Unit::Fit),
     (Unit::Evaluation, Unit::Fit),
     (Unit::ResampledHeight, Unit::TextureMultiplyAdd),
@@ -43,6 +43,9 @@ const KIN: [(Unit, Unit); 10] = [
     (Unit::Sdirk2MultiplyAdd, Unit::Bdf2MultiplyAdd),
     (Unit::Sdirk3MultiplyAdd, Unit::Bdf2MultiplyAdd),
     (Unit::HoldMultiplyAdd, Unit::Bdf2MultiplyAdd),
+    (Unit::VibrationMultiplyAdd, Unit::TransformMultiplyAdd),
+    (Unit::VibrationPole, Unit::Bdf2MultiplyAdd),
+    (Unit::TangentialPole, Unit::Fit),
 ];
 
 #[derive(Deserialize, Serialize)]

@@ -52,6 +52,12 @@ pub enum Unit {
     RoughPoint,
     /// A multiply-add of the search.
     SearchMultiplyAdd,
+    /// A multiply-add of the transforms of forces to wavenumbers and frequencies.
+    VibrationMultiplyAdd,
+    /// A pole at a frequency, for velocities.
+    VibrationPole,
+    /// A residue of the tangential displacement fitted.
+    TangentialPole,
     /// A byte of a result array.
     OutputByte,
     /// A step: what belongs to no stage.
@@ -83,7 +89,7 @@ pub struct UnitCosts {
 }
 
 /// Measured on one core of an AMD EPYC with AVX-512, release build: what plans are checked with where nothing was measured.
-const TYPICAL: [(Unit, f64); 24] = [
+const TYPICAL: [(Unit, f64); 27] = [
     (Unit::Fit, 0.75),
     (Unit::Pole, 5e-6),
     (Unit::Evaluation, 7e-8),
@@ -105,6 +111,9 @@ const TYPICAL: [(Unit, f64); 24] = [
     (Unit::SmoothPoint, 5e-8),
     (Unit::RoughPoint, 1.25e-7),
     (Unit::SearchMultiplyAdd, 1e-10),
+    (Unit::VibrationMultiplyAdd, 2e-10),
+    (Unit::VibrationPole, 1e-9),
+    (Unit::TangentialPole, 2e-5),
     (Unit::OutputByte, 1.2e-9),
     (Unit::Step, 9e-7),
     (Unit::Plot, 2e-3),

@@ -64,6 +64,19 @@ impl SegmentLayout {
         self.base_length() / 2 + 1
     }
 
+    /// Transforms of a segment: along time for every place, along the columns for every base bin.
+    pub fn transforms(&self) -> u64 {
+        (self.places() + self.substeps * self.base_bins()) as u64
+    }
+
+    /// Multiply-adds of a segment: a complex transform of length N takes about 5/2 N log2 N, a real one half of that; two for every power.
+    pub fn multiply_adds(&self) -> f64 {
+        let cost = |length: usize| (length * length.max(2).ilog2() as usize) as f64;
+        let over_time = self.places() as f64 * cost(self.base_length());
+        let over_columns = (self.substeps * self.base_bins()) as f64 * cost(self.elements);
+        1.25 * (over_time + 2.0 * over_columns) + 2.0 * (self.bins() * self.wavenumbers()) as f64
+    }
+
     /// Bins of a one-sided spectrum, 0..=K/2.
     pub fn bins(&self) -> usize {
         self.length() / 2 + 1

@@ -63,6 +63,8 @@ const TEXTURE_RESERVE: f64 = 1.6;
 const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Share of steps whose set is factorised, on a rough road.
 const FACTORISED: f64 = 0.15;
+/// Time of drawing a map over that of other plots.
+const MAP_PLOTS: f64 = 10.0;
 /// Rounds of the implicit coupling's search for a solution.
 const ROUNDS: f64 = 1.9;
 /// Solves of a step, on a rough road.
@@ -219,7 +221,7 @@ impl Amounts {
         let length = rows * plan.element;
         let lattice = Lattice { dx: plan.element, dy: scene.tyre.contact_width / across, columns: across as usize };
         match &scene.road {
-            Road::Smooth => {}
+            Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Behind),
             Road::Made(made) => {
                 let limit = scene.numerics.memory_bytes();
                 let sizes =
@@ -246,9 +248,7 @@ impl Amounts {
             Slices::HalfSpace => (Unit::HalfSpacePair, rows * across * across),
             Slices::Winkler | Slices::None => (Unit::SpringCell, rows * across),
         };
-        if across > 1.0 {
-            self.add(Stage::Slices, unit, cells, Place::Behind);
-        }
+        self.add(Stage::Slices, unit, cells, Place::Behind);
         self.counters.push((Counter::Slices, rows));
     }
 
@@ -311,6 +311,11 @@ impl Amounts {
         self.add(Stage::Vibration, Unit::VibrationPole, times * poles * layout.bins() as f64, Place::Before);
         if vibration.tangential {
             self.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
+        }
+        if scene.outputs.plots {
+            // A map has a thousand times as much to draw as a spectrum has.
+            let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
+            self.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
         }
         let evaluations = times * wavenumbers(scene) * layout.bins() as f64;
         self.counters.push((Counter::VibrationEvaluations, evaluations));

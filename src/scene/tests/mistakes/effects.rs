@@ -87,3 +87,19 @@ fn what_is_not_given_follows_from_accuracy_and_says_why() {
     assert_eq!(again.scene, loaded.scene);
     assert!(again.choices().is_empty());
 }
+
+#[test]
+fn effects_that_contradict_the_outputs() {
+    let of = |effects: &str, vibration: &str| {
+        let text = BASE.replace("[contact]", &format!("[effects]\n{effects}\n[contact]"));
+        Scene::from_str(&format!("{text}[outputs.vibration]\n{vibration}\n"), "x")
+    };
+    let key = |effects: &str, vibration: &str| of(effects, vibration).unwrap_err().diagnostics()[0].key().to_owned();
+    assert_eq!(key("belt_vibration = \"off\"", "tread = true"), "outputs.vibration.belt");
+    assert_eq!(key("tangential_motion = \"on\"", "tread = true"), "effects.tangential_motion");
+    assert!(of("belt_vibration = \"off\"", "belt = false").is_ok());
+    assert!(of("belt_vibration = \"on\"\ntread_vibration = \"auto\"", "map = true").is_ok());
+    let bedding = BASE.replace("tread = \"elastic\"", "tread = \"bedding\"\n[effects]\ntangential_motion = \"on\"");
+    let error = Scene::from_str(&bedding, "x").unwrap_err();
+    assert!(error.to_string().contains("a bedding's springs have no tangential motion"), "{error}");
+}

@@ -1,0 +1,196 @@
+//! A run does what its plan says, and takes what it says.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+use common::{read_summary, scene, scene_text};
+use serde_json::Value;
+use tyrewave::meter::{Counter, Stage};
+use tyrewave::pipeline::{Plan, Run};
+use tyrewave::scene::{DEFAULT, LoadedScene};
+
+const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.4\naxle = { load = 3400 }";
+const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-3";
+
+fn scenes() -> Vec<(&'static str, LoadedScene)> {
+    let made = "kind = \"made\"\nseed = 3";
+    let of = |road, numerics, more| scene(&scene_text(64, road, ROLLING, numerics, more));
+    vec![
+        ("smooth", of("kind = \"smooth\"", MODAL, "")),
+        ("direct", of("kind = \"smooth\"", "memory = 0.05", "")),
+        ("rough", of(made, MODAL, "")),
+        ("level", of(made, MODAL, "[effects]\ntexture = \"off\"")),
+        ("uncoupled", of(made, MODAL, "[contact]\ntread = \"uncoupled\"")),
+        ("implicit", of(made, MODAL, "[contact]\nslice_coupling = \"implicit\"")),
+        (
+            "vibration",
+            of(made, MODAL, "[effects]\ncentrifugal_tension = \"on\"\n[outputs.vibration]\ntangential = true"),
+        ),
+    ]
+}
+
+#[test]
+fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
+    for (name, loaded) in scenes() {
+        let plan = Plan::of(&loaded);
+        let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+        while run.step().unwrap().is_some() {}
+        let meter = run.finish().meter;
+        let planned: BTreeSet<usize> = plan.amounts.work.iter().map(|amount| amount.stage as usize).collect();
+        for stage in Stage::ALL.into_iter().filter(|&stage| meter.cost(stage).calls > 0) {
+            let planned = planned.contains(&(stage as usize)) || stage == Stage::RoadWait;
+            assert!(planned, "{name}: {stage:?} was not planned");
+        }
+        let expected = |counter| plan.amounts.counters.iter().find(|entry| entry.0 == counter).map(|entry| entry.1);
+        assert_eq!(expected(Counter::Steps), Some(meter.counted(Counter::Steps) as f64), "{name}");
+        // In whole chunks, which are longer than such a run.
+        assert!(expected(Counter::Slices).unwrap() <= meter.counted(Counter::Slices) as f64, "{name}");
+        // A model that the cache holds is known to the last pole.
+        let warm = Plan::of(&loaded);
+        if let Some((_, poles)) = warm.amounts.counters.iter().find(|entry| entry.0 == Counter::Poles) {
+            assert_eq!(*poles, meter.counted(Counter::Poles) as f64, "{name}");
+        }
+        let solves = expected(Counter::Solves).unwrap_or(0.0);
+        let counted = meter.counted(Counter::Solves) as f64;
+        assert!(
+            (solves - counted).abs() <= 0.5 * solves.max(counted),
+            "{name}: {solves} solves planned, {counted} done"
+        );
+    }
+}
+
+#[test]
+fn what_is_off_has_no_work_in_the_plan() {
+    for (name, loaded) in scenes() {
+        let plan = Plan::new(&loaded.scene);
+        let has = |stage| plan.amounts.work.iter().any(|amount| amount.stage == stage);
+        assert_eq!(has(Stage::Vibration), name == "vibration", "{name}");
+        assert_eq!(has(Stage::ActiveSet), name != "uncoupled", "{name}");
+        assert_eq!(has(Stage::Transforms), name != "direct", "{name}");
+        let effects: Vec<_> = plan.decisions.rows.iter().map(|row| row.effect).collect();
+        for effect in ["centrifugal tension", "texture across the width", "tread coupling", "radiation", "friction"] {
+            assert!(effects.contains(&effect), "{effects:?}");
+        }
+        assert!(plan.decisions.rows.iter().all(|row| !row.reason.is_empty()), "{name}");
+    }
+}
+
+fn tyrewave(cache: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_tyrewave")).args(arguments).env("TYREWAVE_CACHE_DIR", cache).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    (output.status.code(), text)
+}
+
+#[test]
+fn the_plan_is_a_table_and_json_and_measures_this_machine_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.toml");
+    std::fs::write(&path, scene_text(64, "kind = \"smooth\"", ROLLING, MODAL, "")).unwrap();
+    let path = path.to_str().unwrap();
+    let cache = folder.path().join("cache");
+    let (code, text) = tyrewave(&cache, &["plan", path]);
+    assert_eq!(code, Some(0), "{text}");
+    for expected in ["centrifugal tension", "not there yet", "convolve the force history", "memory"] {
+        assert!(text.contains(expected), "{text}");
+    }
+    let record = std::fs::read(cache.join("calibration.json")).unwrap();
+    let (code, text) = tyrewave(&cache, &["plan", path, "--json"]);
+    assert_eq!(code, Some(0), "{text}");
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["forecast"]["measured"], Value::Bool(true));
+    assert!(json["effects"].as_array().unwrap().len() >= 8);
+    assert_eq!(std::fs::read(cache.join("calibration.json")).unwrap(), record, "measured again");
+}
+
+/// One of the ten scenes: edits of the default one, and more tables.
+type Case = (&'static str, &'static [(&'static str, &'static str)], &'static str);
+
+const SHORT: (&str, &str) = ("duration = 18.0", "duration = 2.0");
+const SMOOTH: (&str, &str) = ("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
+const CASES: [Case; 10] = [
+    ("smooth, no outputs", &[SHORT, SMOOTH], "[outputs]\narrays = false\nspectra = false\nplots = false\n"),
+    ("smooth, direct", &[("duration = 18.0", "duration = 0.5"), SMOOTH, ("\"modal\"", "\"direct\"")], ""),
+    ("default road", &[SHORT], ""),
+    ("level road", &[SHORT], "[effects]\ntexture = \"off\"\n"),
+    ("half-space slices", &[SHORT, ("slices = \"winkler\"", "slices = \"half-space\"")], ""),
+    ("N = 1024", &[("duration = 18.0", "duration = 1.5"), ("elements = 512", "elements = 1024")], ""),
+    ("sdirk2", &[SHORT, ("\"bdf2\" ", "\"sdirk2\" ")], ""),
+    ("130 km/h", &[("duration = 18.0", "duration = 6.0"), ("speed_kmh = 80.0", "speed_kmh = 130.0")], ""),
+    (
+        "implicit, mass",
+        &[
+            SHORT,
+            ("tread = \"elastic\"", "slice_coupling = \"implicit\""),
+            ("load = 3400.0", "load = 3400.0, mass = 40, stiffness = 2e4, damping = 1500"),
+        ],
+        "",
+    ),
+    (
+        "everything",
+        &[
+            SHORT,
+            ("tread = \"elastic\"", "slice_coupling = \"implicit\""),
+            ("load = 3400.0", "load = 3400.0, mass = 40, stiffness = 2e4, damping = 1500"),
+        ],
+        "[effects]\ncentrifugal_tension = \"on\"\n[outputs.vibration]\ntangential = true\npoints = [0.3, -0.3]\nmap = true\n",
+    ),
+];
+
+#[test]
+#[ignore = "times whole runs: needs a quiet machine and a release build"]
+fn ten_scenes_take_what_their_plans_say_on_one_and_two_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let mut misses = Vec::new();
+    println!("| scene | threads | fit | time planned / taken | memory planned / taken |\n|---|---|---|---|---|");
+    for (name, edits, more) in CASES {
+        let text = edits.iter().fold(DEFAULT.to_owned(), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        });
+        let path = folder.path().join("case.toml");
+        std::fs::write(&path, format!("{text}\n{more}")).unwrap();
+        let path = path.to_str().unwrap();
+        let (code, text) = tyrewave(&cache, &["plan", path]);
+        assert_eq!(code, Some(0), "{text}");
+        for threads in ["1", "2"] {
+            for warm in [false, true] {
+                if !warm {
+                    tyrewave(&cache, &["cache", "clear"]);
+                }
+                let target = folder.path().join("results");
+                let arguments = ["run", path, "--out", target.to_str().unwrap(), "--threads", threads, "-q"];
+                let (code, text) = tyrewave(&cache, &arguments);
+                assert_eq!(code, Some(0), "{name}: {text}");
+                let summary = read_summary(&target);
+                let of = |path: &str| summary.pointer(path).and_then(Value::as_f64).unwrap();
+                let time = (of("/cost/planned/wall_seconds"), of("/cost/wall_seconds"));
+                let memory = (of("/cost/planned/memory"), of("/cost/peak_memory"));
+                let fit = if warm { "kept" } else { "anew" };
+                println!(
+                    "| {name} | {threads} | {fit} | {:.2} / {:.2} s = {:.2} | {:.0} / {:.0} MB = {:.2} |",
+                    time.0,
+                    time.1,
+                    time.0 / time.1,
+                    1e-6 * memory.0,
+                    1e-6 * memory.1,
+                    memory.0 / memory.1
+                );
+                for (what, (planned, taken), bound) in [("time", time, 1.5), ("memory", memory, 1.3)] {
+                    if planned > bound * taken || taken > bound * planned {
+                        misses.push(format!(
+                            "{name}, {threads} threads, fit {fit}: {what} {planned} planned, {taken} taken"
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert!(misses.is_empty(), "{misses:#?}");
+}

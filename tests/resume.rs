@@ -173,15 +173,15 @@ fn killed_at_random_moments_the_direct_history_ends_in_the_same_bytes() {
 
 #[test]
 fn the_implicit_coupling_goes_on_in_the_same_bytes() {
-    let scene = scene_of("modal", &road("refuse"), 10.0, 0.004) + "[contact]\nslice_coupling = \"implicit\"\n";
-    killed_at_random(&scene, 11.0 * SPEED, 2, 4);
+    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004) + "[contact]\nslice_coupling = \"implicit\"\n";
+    killed_at_random(&scene, 21.0 * SPEED, 3, 4);
 }
 
 #[test]
 fn an_axle_with_a_mass_goes_on_in_the_same_bytes() {
-    let scene = scene_of("modal", &road("refuse"), 10.0, 0.004)
+    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004)
         .replace("load = 3000.0", "load = 3000.0, mass = 30.0, stiffness = 2e4, damping = 800.0");
-    killed_at_random(&scene, 11.0 * SPEED, 2, 5);
+    killed_at_random(&scene, 21.0 * SPEED, 3, 5);
 }
 
 #[test]

@@ -34,6 +34,9 @@ fn rough_road(elements: usize, roughness: f64, level: impl Fn(usize) -> f64) -> 
     (folder, road)
 }
 
+/// Level of a row \[m\].
+type Level<'a> = &'a dyn Fn(usize) -> f64;
+
 fn fallbacks(results: &Results) -> u64 {
     results.report.meter.counted(Counter::Fallbacks)
 }
@@ -46,7 +49,7 @@ fn hard_cases_are_met_with_the_implicit_coupling() {
     let spike = |row: usize| if row == place { 0.02 } else { 0.0 };
     let step = |row: usize| if row < place { 0.0 } else { 0.01 };
     let level = |_: usize| 0.0;
-    let roads: [(&str, f64, &dyn Fn(usize) -> f64); 6] = [
+    let roads: [(&str, f64, Level<'_>); 6] = [
         ("rough", 3e-3, &level),
         ("all but level", 1e-12, &level),
         ("very rough", 2e-2, &level),

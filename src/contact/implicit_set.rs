@@ -56,12 +56,13 @@ impl<'a> SlicesUnder<'a> {
 
     /// Number of the piece that holds `v`, counted from 1; 0 where it carries nothing.
     fn piece(&self, column: usize, v: f64) -> u32 {
-        if !(v > 0.0) {
-            return 0;
+        match self.get(column) {
+            Some(curve) if v > 0.0 => {
+                let number = curve.segment_index(v);
+                if curve.piece(number).slope > NO_SLOPE { number as u32 + 1 } else { 0 }
+            }
+            _ => 0,
         }
-        let Some(curve) = self.get(column) else { return 0 };
-        let number = curve.segment_index(v);
-        if curve.piece(number).slope > NO_SLOPE { number as u32 + 1 } else { 0 }
     }
 
     /// S(v); `v` itself where there is no slice.

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_share_the_work_and_a_smooth_road_has_none_behind() {
+    fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
         let rough = Plan::new(&Scene::from_str(DEFAULT, "default").unwrap().scene);
         let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
         assert!(of(&rough, 2).wall_seconds < 0.7 * of(&rough, 1).wall_seconds);
@@ -213,7 +213,9 @@ mod tests {
         assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
         let text = DEFAULT.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
         let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
-        assert!(!of(&smooth, 2).stages.iter().any(|stage| stage.background));
+        let behind: f64 =
+            of(&smooth, 2).stages.iter().filter(|stage| stage.background).map(|stage| stage.seconds).sum();
+        assert!(behind < 0.01 * of(&smooth, 2).wall_seconds, "{behind}");
         assert!(of(&smooth, 1).memory < of(&rough, 1).memory);
     }
 }

@@ -383,21 +383,36 @@ fn summary_of(field: &FieldSpectra, of_rule: &[FieldSpectra], rule: TimeRule) ->
     }
 }
 
-/// Third octaves of all spectra.
+/// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
 fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &ResultsFolder) -> Result<(), RunError> {
-    let names: Vec<String> = named.iter().map(NamedSpectrum::name).collect();
-    let levels: Vec<Vec<BandLevel>> =
-        named.iter().map(|named| named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)).collect();
-    if levels.iter().all(Vec::is_empty) {
+    let everywhere = |named: &NamedSpectrum| named.position.is_none() && named.frame != MATERIAL_VARYING;
+    draw_spectra(loaded, named.iter().filter(|named| everywhere(named)), "vibration_spectrum.svg", folder)?;
+    for points in named.chunk_by(|a, b| a.position.is_some() && b.position.is_some() && a.field == b.field) {
+        if points[0].position.is_some() {
+            draw_spectra(loaded, points.iter(), &format!("vibration_points_{}.svg", points[0].field), folder)?;
+        }
+    }
+    Ok(())
+}
+
+fn draw_spectra<'a>(
+    loaded: &LoadedScene,
+    spectra: impl Iterator<Item = &'a NamedSpectrum>,
+    file: &str,
+    folder: &ResultsFolder,
+) -> Result<(), RunError> {
+    let drawn: Vec<(String, Vec<BandLevel>)> =
+        spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
+    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
         return Ok(());
     }
     let title = loaded.title();
     let plot = ThirdOctavePlot {
         title: &title,
         quantity: "Velocity level [dB re 1 m/s]",
-        spectra: names.iter().map(String::as_str).zip(levels.iter().map(Vec::as_slice)).collect(),
+        spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
     };
-    folder.write_text("vibration_spectrum.svg", &plot.to_svg()?)?;
+    folder.write_text(file, &plot.to_svg()?)?;
     Ok(())
 }
 

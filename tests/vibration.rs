@@ -52,9 +52,24 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn levels_are_those_of_elements_followed_in_the_time_domain() {
+    // What is left is the window, which blurs forces here and velocities there, and falls with the square of its length: measured 0.18 dB at 0.5 s, in the band of the first resonance.
+    for (segment, bound) in [(0.5, 0.25), (2.0, 0.05)] {
+        let largest = largest_difference(segment);
+        assert!(largest < bound, "segments of {segment} s: {largest} dB");
+    }
+}
+
+/// Largest difference of the third octaves from 40 Hz to 1 kHz from those of elements followed in the time domain \[dB\].
+fn largest_difference(segment: f64) -> f64 {
     // Eight seconds, 5837 samples a second; the recursion of the run once more over its forces.
     let (elements, substeps) = (128, 4);
-    let text = scene_text(elements, ROUGH, &rolling(8.0), &numerics(substeps as u32, ""), &vibration("segment = 0.5"));
+    let text = scene_text(
+        elements,
+        ROUGH,
+        &rolling(8.0),
+        &numerics(substeps as u32, ""),
+        &vibration(&format!("segment = {segment:?}")),
+    );
     let results = run(&text);
     let loaded = scene(&text);
     let options = fit_options(&loaded.scene, Field::Surface);
@@ -124,17 +139,15 @@ fn levels_are_those_of_elements_followed_in_the_time_domain() {
         spectrum.third_octaves(20.0, 1.0).into_iter().map(|level| (level.band, level.mean_square)).collect();
     let found = levels(&results);
     let found = &found[&("tread".to_owned(), "material-varying".to_owned(), String::new())];
-    let mut compared = 0;
+    let mut largest = 0.0_f64;
     for &(band, mean_square) in found {
         let difference = 10.0 * (mean_square / sums[&band]).log10();
-        println!("{:>6} Hz: {difference:+.3} dB", band.label());
-        // Above, the rule's own error, (w dt)^2/3 in frequency, shows; below, few periods in a segment.
-        if (80.0..650.0).contains(&band.mid_frequency()) {
-            assert!(difference.abs() < 0.3, "{} Hz: {difference:+.3} dB", band.label());
-            compared += 1;
+        println!("{segment} s, {:>6} Hz: {difference:+.3} dB", band.label());
+        if (39.0..1001.0).contains(&band.mid_frequency()) {
+            largest = largest.max(difference.abs());
         }
     }
-    assert!(compared >= 9, "{compared} bands");
+    largest
 }
 
 #[test]
@@ -193,7 +206,7 @@ fn frames_points_and_maps_are_written_as_they_are_wanted() {
             );
         }
     }
-    assert_eq!(results.array("vibration_map_wavenumber.npy")[0], -48.0);
+    assert!((results.array("vibration_map_wavenumber.npy")[0] + 48.0).abs() < 1e-12);
     let [error, omitted] = [0, 1].map(|index| number(&summary["vibration"]["tangential_error"][index]));
     assert!(error < 0.02 && omitted < 0.02, "{error} {omitted}");
     assert!(number(&summary["vibration"]["seconds_left_out"]) < 0.3);

@@ -4,10 +4,12 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use common::{Results, read_array, run, scene, scene_text};
+use realfft::RealFftPlanner;
 use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::meter::{Counter, Stage};
@@ -50,9 +52,24 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn levels_are_those_of_elements_followed_in_the_time_domain() {
-    // Two seconds, 5837 samples a second; the recursion of the run once more over its forces.
+    // What is left is the window, which blurs forces here and velocities there, and falls with the square of its length: measured 0.18 dB at 0.5 s, in the band of the first resonance.
+    for (segment, bound) in [(0.5, 0.25), (2.0, 0.05)] {
+        let largest = largest_difference(segment);
+        assert!(largest < bound, "segments of {segment} s: {largest} dB");
+    }
+}
+
+/// Largest difference of the third octaves from 40 Hz to 1 kHz from those of elements followed in the time domain \[dB\].
+fn largest_difference(segment: f64) -> f64 {
+    // Eight seconds, 5837 samples a second; the recursion of the run once more over its forces.
     let (elements, substeps) = (128, 4);
-    let text = scene_text(elements, ROUGH, &rolling(2.0), &numerics(substeps as u32, ""), &vibration("segment = 0.5"));
+    let text = scene_text(
+        elements,
+        ROUGH,
+        &rolling(8.0),
+        &numerics(substeps as u32, ""),
+        &vibration(&format!("segment = {segment:?}")),
+    );
     let results = run(&text);
     let loaded = scene(&text);
     let options = fit_options(&loaded.scene, Field::Surface);
@@ -94,30 +111,43 @@ fn levels_are_those_of_elements_followed_in_the_time_domain() {
             *sum = [sum[0] + value, sum[1] + 1.0];
         }
     }
-    let mut sums: BTreeMap<ThirdOctaveBand, f64> = BTreeMap::new();
+    let of_vibration = &results.summary()["vibration"];
+    let segments = of_vibration["segments"].as_u64().unwrap() as usize;
+    let length = of_vibration["revolutions"].as_u64().unwrap() as usize * places;
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let (mut bins, mut power) = (transform.make_output_vec(), vec![0.0; length / 2 + 1]);
     for (element, velocity) in velocities.iter().enumerate() {
         let varying = velocity.iter().enumerate().map(|(l, value)| {
             let [sum, count] = pattern[place(element, l)];
             value - sum / count
         });
         let velocity: Vec<f64> = varying.collect();
-        for level in PowerSpectrum::of(&velocity, step, Some(0.5)).unwrap().third_octaves(20.0, 1.0) {
-            *sums.entry(level.band).or_default() += level.mean_square / elements as f64;
+        // The same segments and window, over the velocities instead of the forces.
+        for segment in 0..segments {
+            let part = &velocity[segment * length / 2..][..length];
+            let window = |l: usize| (PI * (l as f64 + 0.5) / length as f64).sin();
+            let mut series: Vec<f64> = part.iter().enumerate().map(|(l, value)| window(l) * value).collect();
+            transform.process(&mut series, &mut bins).unwrap();
+            for (k, (sum, bin)) in power.iter_mut().zip(&bins).enumerate() {
+                let sides = if k == 0 || 2 * k == length { 1.0 } else { 2.0 };
+                *sum += sides * bin.norm_sqr() * 2.0 / (length * length * segments * elements) as f64;
+            }
         }
     }
+    let spectrum = PowerSpectrum { mean: 0.0, resolution: 1.0 / (length as f64 * step), power, nyquist: 0.5 / step };
+    let sums: BTreeMap<ThirdOctaveBand, f64> =
+        spectrum.third_octaves(20.0, 1.0).into_iter().map(|level| (level.band, level.mean_square)).collect();
     let found = levels(&results);
     let found = &found[&("tread".to_owned(), "material-varying".to_owned(), String::new())];
-    let mut compared = 0;
+    let mut largest = 0.0_f64;
     for &(band, mean_square) in found {
         let difference = 10.0 * (mean_square / sums[&band]).log10();
-        println!("{:>6} Hz: {difference:+.3} dB", band.label());
-        // Above, the rule's own error, (w dt)^2/3 in frequency, shows; below, few periods in a segment.
-        if (80.0..650.0).contains(&band.mid_frequency()) {
-            assert!(difference.abs() < 0.3, "{} Hz: {difference:+.3} dB", band.label());
-            compared += 1;
+        println!("{segment} s, {:>6} Hz: {difference:+.3} dB", band.label());
+        if (39.0..1001.0).contains(&band.mid_frequency()) {
+            largest = largest.max(difference.abs());
         }
     }
-    assert!(compared >= 9, "{compared} bands");
+    largest
 }
 
 #[test]
@@ -176,7 +206,7 @@ fn frames_points_and_maps_are_written_as_they_are_wanted() {
             );
         }
     }
-    assert_eq!(results.array("vibration_map_wavenumber.npy")[0], -48.0);
+    assert!((results.array("vibration_map_wavenumber.npy")[0] + 48.0).abs() < 1e-12);
     let [error, omitted] = [0, 1].map(|index| number(&summary["vibration"]["tangential_error"][index]));
     assert!(error < 0.02 && omitted < 0.02, "{error} {omitted}");
     assert!(number(&summary["vibration"]["seconds_left_out"]) < 0.3);

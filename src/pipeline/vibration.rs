@@ -41,6 +41,7 @@ pub struct VibrationRecorder {
     spring: f64,
     tangential: Option<TangentialModel>,
     fields: Vec<VibrationField>,
+    rule: TimeRule,
     warm_up: u64,
     /// Steps after the warm-up.
     steps: u64,
@@ -129,6 +130,7 @@ impl VibrationRecorder {
             spring,
             tangential,
             fields,
+            rule: scene.numerics.time_rule,
             warm_up: plan.warm_up_steps,
             steps,
         };
@@ -150,6 +152,7 @@ impl VibrationRecorder {
 
     fn add_points(&mut self) {
         let layout = *self.accumulator.layout();
+        let kind = TransferKind::Rule(self.rule);
         for &field in &self.fields {
             let response = TyreResponse {
                 model: &self.model,
@@ -157,7 +160,7 @@ impl VibrationRecorder {
                 spring: self.spring,
                 tangential: self.tangential.as_ref(),
             };
-            if let Some(table) = VelocityTable::new(&layout, &response, TransferKind::Exact, field) {
+            if let Some(table) = VelocityTable::new(&layout, &response, kind, field) {
                 table.add_points(&mut self.accumulator, &self.wanted.points);
             }
         }
@@ -220,17 +223,17 @@ impl VibrationRecorder {
         // The power balance is the tread's.
         let mut fields = vec![VibrationField::Tread];
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
-        let rule = loaded.scene.numerics.time_rule;
-        let request = SpectraRequest { fields: &fields, kind: TransferKind::Exact, maps: vibration.map };
-        let by_rule = SpectraRequest { kind: TransferKind::Rule(rule), maps: false, ..request.clone() };
+        let rule = self.rule;
+        let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule(rule), maps: vibration.map };
+        let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
         let response = self.response();
-        let Some((tyre, rule_transfer)) =
-            field_spectra(&patch, &response, &request).zip(field_spectra(&patch, &response, &by_rule))
+        let Some((by_rule, by_tyre)) =
+            field_spectra(&patch, &response, &request).zip(field_spectra(&patch, &response, &exact))
         else {
             return Ok(None);
         };
         meter.count(Counter::VibrationEvaluations, 2 * self.evaluations(fields.len()));
-        let ((spectra, by_tyre), (of_rule, dissipated)) = (tyre, rule_transfer);
+        let ((spectra, dissipated), (of_tyre, dissipated_by_tyre)) = (by_rule, by_tyre);
         let spectra: Vec<FieldSpectra> =
             spectra.into_iter().filter(|field| self.fields.contains(&field.field)).collect();
 
@@ -253,13 +256,13 @@ impl VibrationRecorder {
             revolutions: layout.revolutions,
             resolution: layout.resolution(),
             seconds_left_out: self.steps.saturating_sub(taken) as f64 * layout.time_step,
-            fields: spectra.iter().map(|field| summary_of(field, &of_rule, rule)).collect(),
+            fields: spectra.iter().map(|field| summary_of(field, &of_tyre, rule)).collect(),
             power: PowerSummary {
                 put_in: patch.mean_power,
                 dissipated_by_mean_pattern: dissipated.mean_pattern,
                 dissipated_by_vibration: dissipated.vibration,
                 relative_difference: difference / patch.mean_power,
-                dissipated_by_tyre: by_tyre.total(),
+                dissipated_by_tyre: dissipated_by_tyre.total(),
                 rolling_resistance: mean_force
                     .filter(|&force| force > 0.0)
                     .map(|force| patch.mean_power / (speed * force)),
@@ -364,43 +367,58 @@ fn check_memory(
     Err(loaded.complain("outputs.vibration", wrong, "shorter segments, fewer points, or a larger memory_limit").into())
 }
 
-/// Velocities of a field, and how far they are from those by the rule's transfer.
-fn summary_of(field: &FieldSpectra, of_rule: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
+/// Velocities of a field, and how far they are from those by the tyre's own transfer.
+fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
     let decibel = |ratio: f64| 10.0 * ratio.log10();
-    let same = of_rule.iter().find(|other| other.field == field.field && rule.is_multistep());
+    let same = of_tyre.iter().find(|other| other.field == field.field && rule.is_multistep());
     let total = |spectrum: &PowerSpectrum| spectrum.mean_square();
     let bands = same.map(|other| {
         let [one, two] = [field, other].map(|field| field.non_rotating.third_octaves(LOWEST_FREQUENCY, 1.0));
         one.iter()
             .zip(&two)
             .filter(|(one, two)| one.band.upper_edge() < 1000.0 && one.mean_square > 0.0 && two.mean_square > 0.0)
-            .map(|(one, two)| two.level - one.level)
+            .map(|(one, two)| one.level - two.level)
             .fold(0.0_f64, |largest, difference| if difference.abs() > largest.abs() { difference } else { largest })
     });
     FieldSummary {
         field: field.field.name(),
         rms_velocity: total(&field.non_rotating).sqrt(),
         rms_mean_pattern: field.mean_pattern.sqrt(),
-        rule_difference: same.map(|other| decibel(total(&other.non_rotating) / total(&field.non_rotating))),
+        rule_difference: same.map(|other| decibel(total(&field.non_rotating) / total(&other.non_rotating))),
         rule_difference_below_1k: bands,
     }
 }
 
-/// Third octaves of all spectra.
+/// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
 fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &ResultsFolder) -> Result<(), RunError> {
-    let names: Vec<String> = named.iter().map(NamedSpectrum::name).collect();
-    let levels: Vec<Vec<BandLevel>> =
-        named.iter().map(|named| named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)).collect();
-    if levels.iter().all(Vec::is_empty) {
+    let everywhere = |named: &NamedSpectrum| named.position.is_none() && named.frame != MATERIAL_VARYING;
+    draw_spectra(loaded, named.iter().filter(|named| everywhere(named)), "vibration_spectrum.svg", folder)?;
+    for points in named.chunk_by(|a, b| a.position.is_some() && b.position.is_some() && a.field == b.field) {
+        if points[0].position.is_some() {
+            draw_spectra(loaded, points.iter(), &format!("vibration_points_{}.svg", points[0].field), folder)?;
+        }
+    }
+    Ok(())
+}
+
+fn draw_spectra<'a>(
+    loaded: &LoadedScene,
+    spectra: impl Iterator<Item = &'a NamedSpectrum>,
+    file: &str,
+    folder: &ResultsFolder,
+) -> Result<(), RunError> {
+    let drawn: Vec<(String, Vec<BandLevel>)> =
+        spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
+    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
         return Ok(());
     }
     let title = loaded.title();
     let plot = ThirdOctavePlot {
         title: &title,
         quantity: "Velocity level [dB re 1 m/s]",
-        spectra: names.iter().map(String::as_str).zip(levels.iter().map(Vec::as_slice)).collect(),
+        spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
     };
-    folder.write_text("vibration_spectrum.svg", &plot.to_svg()?)?;
+    folder.write_text(file, &plot.to_svg()?)?;
     Ok(())
 }
 

@@ -121,7 +121,7 @@ pub struct FieldSummary {
     pub rms_velocity: f64,
     /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
-    /// 20 lg of the vibration computed with the time rule's own transfer over that with the tyre's \[dB\]; `null` for rules without one.
+    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces \[dB\]; `null` for rules whose transfer is not one number: theirs is the tyre's.
     pub rule_difference: Option<f64>,
     /// The same where it is largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,

@@ -9,7 +9,7 @@
 //!
 //! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly nothing for rubber. What is left out is bounded by that times the weight that is left.
 //!
-//! Cost: some hundred compliances for each sample, [`SAMPLES`] and the poles in the band for each n.
+//! Cost: some hundred compliances for each sample, 40 of them and two for each resonance in the band, for each n.
 
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -3,7 +3,7 @@
 //! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for its substeps.
 //! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N at 0 Hz beside some newtons of vibration, from
 //!    which a window's side lobes would not keep it away), each place is weighted and transformed over time.
-//! 3. [`super::share`] transforms each bin over the columns and adds |F_n(k)|^2.
+//! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2.
 //! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins are brought from |X|^2 to |X - d W|^2: the sums of X that
 //!    this takes are kept there by place. In the higher bins the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
 //!
@@ -52,7 +52,7 @@ pub struct VibrationAccumulator {
 }
 
 impl VibrationAccumulator {
-    /// Nothing taken in yet. `points` gives, for each point, the responses at it to unit force at each place, by bin: see [`Share::add_point`].
+    /// Nothing taken in yet. Points are added by [`Self::add_point`], before the first step.
     pub fn new(layout: SegmentLayout) -> Self {
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(layout.base_length());
         let over_columns = FftPlanner::<f64>::new().plan_fft_forward(layout.elements);

@@ -13,8 +13,12 @@ use crate::tyre::rational::RationalModel;
 pub const MOST_DAMPING: f64 = 0.2;
 /// Smallest peak, as a part of the largest of the same wavenumber.
 pub const LEAST_PEAK: f64 = 0.01;
-/// How far a branch may jump beside its continuation, as a part of its frequency.
-const JUMP: f64 = 0.08;
+/// How far a branch may lie beside its straight continuation, as a part of its frequency; a resonance of the tread's thickness, which wanders with the fit, is no branch.
+const JUMP: f64 = 0.015;
+/// The same for its second wavenumber, whose direction nobody knows.
+const FIRST_JUMP: f64 = 0.08;
+/// Frequency below which both are parts of this one \[Hz\].
+const LOWEST: f64 = 100.0;
 /// Fewest wavenumbers of a branch that is shown.
 const SHORTEST: usize = 4;
 
@@ -28,11 +32,14 @@ pub struct DispersionBranch {
 }
 
 impl DispersionBranch {
-    /// Where the branch is expected to go on.
-    fn next(&self) -> f64 {
+    /// Where the branch is expected to go on, and how far from there it may.
+    fn next(&self) -> (f64, f64) {
         let last = self.frequencies.len() - 1;
-        let slope = if last > 0 { self.frequencies[last] - self.frequencies[last - 1] } else { 0.0 };
-        self.frequencies[last] + slope
+        let (slope, jump) = match last {
+            0 => (0.0, FIRST_JUMP),
+            _ => (self.frequencies[last] - self.frequencies[last - 1], JUMP),
+        };
+        (self.frequencies[last] + slope, jump * self.frequencies[last].max(LOWEST))
     }
 }
 
@@ -43,14 +50,14 @@ pub fn dispersion_branches(model: &RationalModel, field: Field, highest: f64) ->
         let mut waves = waves(model, n, field, highest);
         let mut kept = Vec::new();
         for mut branch in open {
-            let expected = branch.next();
+            let (expected, jump) = branch.next();
             let nearest = waves
                 .iter()
                 .copied()
                 .enumerate()
                 .min_by(|a, b| (a.1 - expected).abs().total_cmp(&(b.1 - expected).abs()));
             match nearest {
-                Some((index, frequency)) if (frequency - expected).abs() < JUMP * expected.abs().max(20.0) => {
+                Some((index, frequency)) if (frequency - expected).abs() < jump => {
                     waves.swap_remove(index);
                     branch.frequencies.push(frequency);
                     kept.push(branch);
@@ -80,4 +87,25 @@ fn waves(model: &RationalModel, n: usize, field: Field, highest: f64) -> Vec<f64
         .map(|(pole, _)| pole.im / (2.0 * PI))
         .filter(|frequency| *frequency < highest)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Scene};
+    use crate::tyre::rational::{FitOptions, fit};
+
+    #[test]
+    fn the_belts_first_branch_begins_at_the_resonances_of_the_default_tyre() {
+        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
+        let branches = dispersion_branches(&model, Field::Surface, 1500.0);
+        let lowest = branches.iter().find(|branch| branch.first == 0).unwrap();
+        // m = 1 resonances of the default tyre, n = 0..6 \[Hz\]: maxima of the compliance, the damped poles lie within 2 %.
+        for (found, resonance) in lowest.frequencies.iter().zip([91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0]) {
+            assert!((found / resonance - 1.0).abs() < 0.02, "{found} {resonance}");
+        }
+        assert!(lowest.frequencies.len() > 20 && branches.iter().all(|branch| branch.frequencies.len() >= SHORTEST));
+        assert!(dispersion_branches(&model, Field::UnderTread, 1500.0).is_empty());
+    }
 }

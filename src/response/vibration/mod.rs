@@ -15,7 +15,8 @@
 //! - [`dispersion`]: the tyre's own waves.
 //!
 //! Levels are means over segments and over the circumference, or at points. Forces are transformed by segments and the response to each segment is taken as if it had begun at rest and
-//! rung out within: |H|^2 is blurred by the window's width of about 1.5 df. That matters only where a resonance is narrower, which no rubber is with segments of half a second.
+//! rung out within, so |F_n|^2 is blurred by the window, some 1.5 df wide, before |H_n|^2 multiplies it. The error falls with the square
+//! of the segment and is largest where the tyre resonates.
 
 pub mod accumulator;
 pub mod contact_power;

@@ -1,8 +1,10 @@
 //! Velocity for unit force: s H_n(s) at the bins of the material frame.
 //!
-//! The standard transfer is the tyre's own, s = i w: what the tyre does under these forces, free of the time rule's error in phase and damping. [`TransferKind::Rule`] takes the s by
-//! which the run's multistep rule stands for i w, mu(zeta)/dt at zeta = exp(-i w dt): with it the velocities are those that the run's own recursion gives, difference quotients of the rule for derivatives.
-//! Both agree where w dt is small.
+//! The standard transfer, [`TransferKind::Rule`], is that of the run's multistep rule: the s by which it stands for i w is mu(zeta)/dt at zeta = exp(-i w dt), difference quotients of the rule for
+//! derivatives. The velocities are then those that the run's own recursion gives. The tyre's own transfer, s = i w, looks more exact and is not: the forces of a rolling contact have a notch
+//! wherever the tyre they were found with resonates, and that is the rule's tyre. Peaks of another one, (w dt)^2/3 higher and less damped, stand beside the notches. Measured, N = 128, 4 steps an
+//! element, `bdf2`, against elements followed in the time domain: +0.4 dB at 100 Hz, +1.4 at 200, +5 at 630. How far the two are apart is a measure of the rule's error. A rule of several stages, or
+//! the hold, has no such single s; there i w is taken.
 
 use num_complex::Complex64;
 use pulp::Arch;

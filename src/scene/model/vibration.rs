@@ -23,8 +23,8 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    /// Default length of the averaged segments \[s\].
-    pub const SEGMENT: f64 = 0.5;
+    /// Default length of the averaged segments \[s\]: a resolution of 1 Hz, fine beside any resonance of rubber.
+    pub const SEGMENT: f64 = 1.0;
 }
 
 impl Default for Vibration {

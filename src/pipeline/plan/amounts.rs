@@ -261,6 +261,8 @@ impl Amounts {
         self.add(Stage::Penetration, column, solutions * columns, Place::March);
         self.counters.push((Counter::Steps, plan.steps as f64));
         if plan.decisions.tread == Tread::Uncoupled {
+            // Each point by itself: as simple as pressing it into a level slice.
+            self.add(Stage::ActiveSet, Unit::LevelColumn, solutions * columns, Place::March);
             return;
         }
         let (point, windows, solves, factorised) = if smooth {

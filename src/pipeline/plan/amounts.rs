@@ -63,8 +63,10 @@ const TEXTURE_RESERVE: f64 = 1.6;
 const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Share of steps whose set is factorised, on a rough road.
 const FACTORISED: f64 = 0.15;
-/// Time of drawing a map over that of other plots.
-const MAP_PLOTS: f64 = 10.0;
+/// Time of drawing a map over that of other plots (measured).
+const MAP_PLOTS: f64 = 20.0;
+/// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
+const VIBRATION_RESERVE: f64 = 1.8;
 /// Rounds of the implicit coupling's search for a solution.
 const ROUNDS: f64 = 1.9;
 /// Solves of a step, on a rough road.
@@ -276,6 +278,8 @@ impl Amounts {
         if plan.decisions.slice_coupling == SliceCoupling::Implicit {
             search += ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
             factorisations = solutions * ROUNDS;
+            // Pieces of curves to be looked up.
+            self.add(Stage::ActiveSet, point, 2.0 * solutions * points, Place::March);
         }
         self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search, Place::March);
         self.counters.push((Counter::Solves, solutions * solves));
@@ -322,10 +326,8 @@ impl Amounts {
         let evaluations = times * wavenumbers(scene) * layout.bins() as f64;
         self.counters.push((Counter::VibrationEvaluations, evaluations));
         let table = if points > 0.0 { VelocityTable::bytes(&layout) } else { 0.0 };
-        self.hold(
-            "forces and spectra of segments",
-            VibrationAccumulator::bytes(&layout, (fields * points) as usize) + table,
-        );
+        let held = VibrationAccumulator::bytes(&layout, (fields * points) as usize) + table;
+        self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
     }
 
     fn results(&mut self, scene: &Scene, plan: &Plan) {

@@ -195,3 +195,27 @@ fn ten_scenes_take_what_their_plans_say_on_one_and_two_threads() {
     }
     assert!(misses.is_empty(), "{misses:#?}");
 }
+
+#[test]
+fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("small.toml");
+    let of = |road: &str| {
+        std::fs::write(&path, scene_text(64, road, ROLLING, MODAL, "")).unwrap();
+        let (cache, target) = (folder.path().join("cache"), folder.path().join("results"));
+        let arguments = ["effects", path.to_str().unwrap(), "--out", target.to_str().unwrap(), "--duration", "0.3"];
+        let (code, text) = tyrewave(&cache, &arguments);
+        assert_eq!(code, Some(0), "{text}");
+        (text, std::fs::read_to_string(target.join("effects.csv")).unwrap(), target)
+    };
+    let (text, csv, target) = of("kind = \"made\"\nseed = 3");
+    for row in ["+ texture across the width", "- texture across the width", "+ axle motion", "- tread coupling"] {
+        assert!(text.contains(row) && csv.contains(row), "{row} is missing\n{text}\n{csv}");
+    }
+    // None, all, and each of eight effects twice.
+    assert_eq!(csv.lines().count(), 1 + 2 + 2 * 8, "{csv}");
+    assert!(target.join("effects_added.svg").exists() && target.join("effects_taken_away.svg").exists());
+    let (text, csv, _) = of("kind = \"smooth\"");
+    assert!(text.contains("texture across the width: not in this scene: a smooth road has no texture"), "{text}");
+    assert!(!csv.contains("texture"), "{csv}");
+}

@@ -9,7 +9,7 @@ use super::options::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::Meter;
 use crate::pipeline::plan::bytes;
-use crate::pipeline::worth::{Comparison, Found, compare};
+use crate::pipeline::worth::{Comparison, Effect, Found, Worth, compare};
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series};
@@ -25,7 +25,7 @@ const EXAMPLES: &str = "\
 Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but one; then tabulates what each effect changes: third-octave \
 levels of the contact force, mean force, length of the patch, time of the steps, planned memory.
 
-Results: effects.csv, effects.txt, and the changes of the levels as a plot, effects.svg.
+Results: effects.csv, effects.txt, and the changes of the levels as plots, effects_added.svg and effects_taken_away.svg.
 
 Examples:
   tyrewave effects scenes/default.toml
@@ -64,8 +64,10 @@ impl EffectsArguments {
         let text = text(&comparison);
         folder.write_text("effects.txt", &text)?;
         folder.write_text("effects.csv", &table(&comparison, Path::new("effects.csv"))?)?;
-        if let Some(svg) = plot(&comparison, &loaded.title())? {
-            folder.write_text("effects.svg", &svg)?;
+        for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
+            if let Some(svg) = plot(&comparison, way, &loaded.title())? {
+                folder.write_text(name, &svg)?;
+            }
         }
         let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&loaded.title(), loaded.settings()?, cost))?;
@@ -76,16 +78,50 @@ impl EffectsArguments {
     }
 }
 
-/// The runs with their names and what each is compared with, in order.
-fn runs(comparison: &Comparison) -> Vec<(String, &Found, &Found)> {
-    let Comparison { base, all, effects } = comparison;
-    let mut runs = vec![("all".to_owned(), all, base)];
-    for worth in effects {
-        if let Ok([alone, without]) = &worth.found {
-            runs.push((format!("+ {}", worth.effect.title()), alone, base));
-            runs.push((format!("- {}", worth.effect.title()), without, all));
+/// How an effect is switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Alone, compared with none.
+    Added,
+    /// All but this, compared with all.
+    TakenAway,
+}
+
+impl Way {
+    const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
+
+    const fn title(self) -> &'static str {
+        match self {
+            Self::Added => "each effect alone",
+            Self::TakenAway => "all effects but one",
         }
     }
+
+    const fn sign(self) -> char {
+        match self {
+            Self::Added => '+',
+            Self::TakenAway => '-',
+        }
+    }
+}
+
+/// The effects that the scene can have, each with its run and what that is compared with.
+fn runs(comparison: &Comparison, way: Way) -> Vec<(Effect, &Found, &Found)> {
+    let Comparison { base, all, effects } = comparison;
+    let run = |worth| match worth {
+        &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
+            Way::Added => (effect, alone, base),
+            Way::TakenAway => (effect, without, all),
+        }),
+        Worth { found: Err(_), .. } => None,
+    };
+    effects.iter().filter_map(run).collect()
+}
+
+/// Those that change any level by as much as is shown.
+fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Found, &Found)> {
+    let mut runs = runs(comparison, way);
+    runs.retain(|(_, found, reference)| changes(found, reference).any(|(_, change)| change.abs() >= 0.05));
     runs
 }
 
@@ -121,33 +157,34 @@ fn text(comparison: &Comparison) -> String {
             bytes(found.memory),
         ]
     };
-    let mut rows = vec![row("nothing", &comparison.base, None)];
-    rows.extend(runs(comparison).iter().map(|(name, found, reference)| row(name, found, Some(reference))));
+    let mut rows = vec![row("none", &comparison.base, None), row("all", &comparison.all, Some(&comparison.base))];
+    for way in Way::ALL {
+        for (effect, found, reference) in runs(comparison, way) {
+            rows.push(row(&format!("{} {}", way.sign(), effect.title()), found, Some(reference)));
+        }
+    }
     let header = ["effects", "mean force", "patch", "largest change of a band", "steps", "memory, planned"];
     let mut text = aligned(&header, &rows);
-    text.push_str("\n+ alone, compared with nothing; - all but this, compared with all\n");
+    text.push_str("\n+ alone, compared with none; - all but this, compared with all\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
             text.push_str(&format!("{}: not in this scene: {reason}\n", worth.effect.title()));
         }
     }
-    let runs = runs(comparison);
-    let mut header = vec!["band [Hz]".to_owned(), "nothing [dB re 1 N]".to_owned()];
-    header.extend(runs.iter().map(|(name, ..)| name.clone()));
-    let bands: Vec<Vec<String>> = comparison
-        .base
-        .levels
-        .iter()
-        .enumerate()
-        .map(|(index, band)| {
-            let change = |(_, found, reference): &(String, &Found, &Found)| {
+    for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {
+        let runs = changing(comparison, way);
+        let mut header = vec!["band [Hz]".to_owned(), format!("{name} [dB re 1 N]")];
+        header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", way.sign(), effect.short())));
+        let row = |(index, band): (usize, &BandLevel)| -> Vec<String> {
+            let change = |(_, found, reference): &(Effect, &Found, &Found)| {
                 changes(found, reference).nth(index).map_or(String::new(), |(_, change)| format!("{change:+.1}"))
             };
             [band.band.label(), format!("{:.1}", band.level)].into_iter().chain(runs.iter().map(change)).collect()
-        })
-        .collect();
-    text.push('\n');
-    text.push_str(&aligned(&header, &bands));
+        };
+        let bands: Vec<Vec<String>> = base.levels.iter().enumerate().map(row).collect();
+        text.push('\n');
+        text.push_str(&aligned(&header, &bands));
+    }
     text
 }
 
@@ -157,8 +194,12 @@ fn table(comparison: &Comparison, path: &Path) -> Result<String, ResultsError> {
     let bands = comparison.base.levels.iter().map(|band| format!("level_db_re_1n_{}hz", band.band.nominal_frequency()));
     let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes"].map(str::to_owned);
     writer.write_record(header.into_iter().chain(bands)).map_err(failed)?;
-    let named = [("nothing".to_owned(), &comparison.base)];
-    for (name, found) in named.into_iter().chain(runs(comparison).into_iter().map(|(name, found, _)| (name, found))) {
+    let mut named = vec![("none".to_owned(), &comparison.base), ("all".to_owned(), &comparison.all)];
+    for way in Way::ALL {
+        let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
+        named.extend(runs(comparison, way).into_iter().map(|(effect, found, _)| (name(effect), found)));
+    }
+    for (name, found) in named {
         let numbers = [found.mean_force, found.contact_length, found.seconds, found.memory];
         let levels = found.levels.iter().map(|band| band.level);
         let record = [name].into_iter().chain(numbers.into_iter().chain(levels).map(|number| number.to_string()));
@@ -168,25 +209,30 @@ fn table(comparison: &Comparison, path: &Path) -> Result<String, ResultsError> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The changes of the levels as SVG; `None` for runs too short for a spectrum.
-fn plot(comparison: &Comparison, title: &str) -> Result<Option<String>, PlotError> {
-    let runs = runs(comparison);
+/// Changes beyond this are cut: next to a change of thirty decibels nobody sees one of three.
+const LARGEST_DRAWN: f64 = 12.0;
+
+/// The changes of the levels as SVG, of the effects that change any; `None` where there are none, or runs too short for a spectrum.
+fn plot(comparison: &Comparison, way: Way, title: &str) -> Result<Option<String>, PlotError> {
+    let runs = changing(comparison, way);
     let points = |found, reference| -> Vec<(f64, f64)> {
         changes(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
     };
-    // The first is all against nothing: the sum of the others, and out of their scale.
-    let series: Vec<Series<'_>> =
-        runs.iter().skip(1).map(|(name, found, reference)| Series { name, points: points(found, reference) }).collect();
+    let series: Vec<Series<'_>> = runs
+        .iter()
+        .map(|(effect, found, reference)| Series { name: effect.title(), points: points(found, reference) })
+        .collect();
     let drawn = || series.iter().flat_map(|series| &series.points).filter(|(_, change)| change.is_finite());
     let frequencies = drawn().map(|(frequency, _)| *frequency);
     let (low, high) = frequencies.fold((f64::MAX, 0.0_f64), |(low, high), f| (low.min(f), high.max(f)));
     if low > high {
         return Ok(None);
     }
+    let seen = drawn().map(|(_, change)| change.clamp(-LARGEST_DRAWN, LARGEST_DRAWN)).chain([0.0]);
     let plot = LinePlot {
-        title,
+        title: &format!("{title}: {}", way.title()),
         x: Axis::logarithmic("Frequency [Hz]", 0.9 * low..1.1 * high),
-        y: Axis::linear_around("Change of the contact force level [dB]", drawn().map(|(_, change)| *change)),
+        y: Axis::linear_around("Change of the contact force level [dB]", seen),
         series: series.clone(),
     };
     plot.to_svg().map(Some)

@@ -72,6 +72,20 @@ impl Effect {
         }
     }
 
+    /// The effect in a word.
+    pub const fn short(self) -> &'static str {
+        match self {
+            Self::Texture => "texture",
+            Self::SliceCoupling => "slices",
+            Self::TreadCoupling => "tread",
+            Self::AxleMotion => "axle",
+            Self::TreadVibration => "vibration",
+            Self::BeltVibration => "belt",
+            Self::TangentialMotion => "tangential",
+            Self::CentrifugalTension => "tension",
+        }
+    }
+
     /// Switches it in a scene.
     pub fn set(self, scene: &mut Scene, on: bool) {
         let switch = if on { Switch::On } else { Switch::Off };

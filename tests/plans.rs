@@ -81,6 +81,21 @@ fn what_is_off_has_no_work_in_the_plan() {
     }
 }
 
+#[test]
+fn what_road_and_model_cannot_honour_is_said_once() {
+    let road = "kind = \"made\"\nspacing = 0.01\nwavelengths = [0.1, 0.08]\nlevels = [46, 46]";
+    let numerics = format!("{MODAL}\nfmax = 1000\naccuracy = \"3 dB\"");
+    let text = scene_text(64, road, ROLLING, &numerics, "").replace("elements = 64\n", "");
+    let loaded = scene(&text);
+    let run = Run::begin(&loaded, &Plan::of(&loaded), &AtomicBool::new(false)).unwrap();
+    let warnings = run.finish().warnings;
+    for said in
+        ["numerics.fmax = 1000 Hz is not reached", "flat plate's absolute levels are indicative", "numerics.elements ="]
+    {
+        assert_eq!(warnings.iter().filter(|warning| warning.contains(said)).count(), 1, "{said}: {warnings:#?}");
+    }
+}
+
 fn tyrewave(cache: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let output =
         Command::new(env!("CARGO_BIN_EXE_tyrewave")).args(arguments).env("TYREWAVE_CACHE_DIR", cache).output().unwrap();

@@ -88,9 +88,12 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     surface.check_covers(start - chord, start + travel + chord).map_err(|error| in_scene(loaded, error))?;
     if let Some(highest) = surface.report().highest_frequency(plan.speed) {
         let nyquist = 0.5 / plan.time_step;
-        if highest < 0.5 * nyquist.min(0.5 * plan.speed / plan.element) {
+        let wanted = numerics.fmax.unwrap_or(0.0);
+        if highest < wanted.max(0.5 * nyquist.min(0.5 * plan.speed / plan.element)) {
+            let missed = numerics.fmax.filter(|fmax| highest < *fmax);
+            let missed = missed.map_or(String::new(), |fmax| format!(": numerics.fmax = {fmax} Hz is not reached"));
             warnings.push(format!(
-                "the road's resolution excites nothing above {highest:.0} Hz at {:.0} km/h",
+                "the road's resolution excites nothing above {highest:.0} Hz at {:.0} km/h{missed}",
                 scene.rolling.speed_kmh
             ));
         }

@@ -54,7 +54,7 @@ const FIT_EVALUATIONS: f64 = 2e6;
 /// Bytes for a pole: the model, and the recursion's coefficients and states.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
 /// Bytes that a fit holds for each thread, and what the allocator keeps of them.
-const FIT_BYTES: f64 = 30e6;
+const FIT_BYTES: f64 = 34e6;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
 const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
@@ -182,7 +182,7 @@ impl Amounts {
         // The first steps have less of a past.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
-        self.hold("weights and forces of the past", 8.0 * lags * (wavenumbers + 3.0 * columns + 9.0));
+        self.hold("weights and forces of the past", 8.0 * lags * (3.0 * wavenumbers + 3.0 * columns + 9.0));
     }
 
     fn modal(&mut self, scene: &Scene, plan: &Plan, kept: Option<usize>) {

@@ -122,13 +122,13 @@ impl Given {
         let numerics = &mut scene.numerics;
         if !self.pole_tolerance && numerics.history == History::Modal {
             numerics.pole_tolerance = need.pole_tolerance();
-            let value = short(numerics.pole_tolerance);
+            let value = format!("{:.1e}", numerics.pole_tolerance);
             let reason = "a fifth of it is the force's error relative to its peak".to_owned();
             choices.push(Choice { key: "numerics.pole_tolerance", value, reason });
         }
         if !self.influence_tolerance {
             numerics.influence_tolerance = numerics.influence_tolerance.max(0.01 * need.pole_tolerance());
-            let value = short(numerics.influence_tolerance);
+            let value = format!("{:.1e}", numerics.influence_tolerance);
             let reason =
                 "lateral terms and aliases until they add less than a hundredth of the poles' tolerance".to_owned();
             choices.push(Choice { key: "numerics.influence_tolerance", value, reason });

@@ -139,7 +139,7 @@ const CASES: [Case; 10] = [
             ("tread = \"elastic\"", "slice_coupling = \"implicit\""),
             ("load = 3400.0", "load = 3400.0, mass = 40, stiffness = 2e4, damping = 1500"),
         ],
-        "[effects]\ncentrifugal_tension = \"on\"\n[outputs.vibration]\ntangential = true\npoints = [0.3, -0.3]\nmap = true\n",
+        "[effects]\ncentrifugal_tension = \"on\"\n[outputs.vibration]\ntangential = true\npoints = [0.3, -0.3]\nelements = [5]\nmap = true\n",
     ),
 ];
 

@@ -14,15 +14,16 @@ use crate::contact::march::March;
 use crate::meter::{Counter, Meter, Stage, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::response::vibration::{
-    ContactPower, FieldSpectra, PatchSpectra, SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable,
-    VibrationAccumulator, VibrationField, dispersion_branches, field_spectra, point_spectrum,
+    ContactPower, ElementVelocities, FieldSpectra, PatchSpectra, SegmentLayout, SpectraRequest, TransferKind,
+    TyreResponse, VelocityTable, VibrationAccumulator, VibrationField, dispersion_branches, element_spectrum,
+    field_spectra, point_spectrum,
 };
 use crate::response::{BandLevel, PowerSpectrum};
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
 use crate::results::vibration::{
-    FieldSummary, NamedSpectrum, PowerSummary, VIBRATION_FILE, VIBRATION_NARROW_FILE, VibrationSummary,
+    FieldSummary, NamedSpectrum, Place, PowerSummary, VIBRATION_FILE, VIBRATION_NARROW_FILE, VibrationSummary,
     vibration_levels_csv, vibration_narrow_csv,
 };
 use crate::scene::{LoadedScene, SceneError, TimeRule, Vibration};
@@ -85,6 +86,7 @@ impl VibrationRecorder {
             first_position: geometry.position(geometry.first_element(aligned), aligned),
             circumference: scene.tyre.circumference,
         };
+        let first_element = geometry.first_element(plan.warm_up_steps);
         let fields: Vec<VibrationField> = [
             (vibration.tread, VibrationField::Tread),
             (vibration.belt, VibrationField::Belt),
@@ -93,7 +95,7 @@ impl VibrationRecorder {
         .into_iter()
         .filter_map(|(wanted, field)| wanted.then_some(field))
         .collect();
-        check_memory(loaded, plan, &layout, fields.len() * vibration.points.len(), vibration.map)?;
+        check_memory(loaded, plan, &layout, fields.len(), &vibration)?;
 
         let (scale, spring) = (prepared.scale, prepared.march.kernel().spring);
         let model = match prepared.model.take() {
@@ -134,8 +136,8 @@ impl VibrationRecorder {
             warm_up: plan.warm_up_steps,
             steps,
         };
-        if !recorder.wanted.points.is_empty() {
-            meter.time(Stage::Vibration, || recorder.add_points());
+        if !(recorder.wanted.points.is_empty() && recorder.wanted.elements.is_empty()) {
+            meter.time(Stage::Vibration, || recorder.add_points(first_element));
             meter.count(Counter::VibrationEvaluations, recorder.evaluations(recorder.fields.len()));
         }
         Ok(Some(recorder))
@@ -150,9 +152,11 @@ impl VibrationRecorder {
         }
     }
 
-    fn add_points(&mut self) {
+    /// Points beside the axle and elements; `first_element` is in the window's first column at the first step.
+    fn add_points(&mut self, first_element: i64) {
         let layout = *self.accumulator.layout();
         let kind = TransferKind::Rule(self.rule);
+        let mut tables = Vec::new();
         for &field in &self.fields {
             let response = TyreResponse {
                 model: &self.model,
@@ -162,7 +166,14 @@ impl VibrationRecorder {
             };
             if let Some(table) = VelocityTable::new(&layout, &response, kind, field) {
                 table.add_points(&mut self.accumulator, &self.wanted.points);
+                if !self.wanted.elements.is_empty() {
+                    tables.push(table);
+                }
             }
+        }
+        if !tables.is_empty() {
+            let elements = self.wanted.elements.clone();
+            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, tables, elements));
         }
     }
 
@@ -185,10 +196,18 @@ impl VibrationRecorder {
         });
         if complete {
             let layout = self.accumulator.layout();
-            meter.count(Counter::VibrationTransforms, layout.transforms());
+            let points = self.fields.len() * self.wanted.elements.len();
+            let (transforms, multiply_adds) = match points {
+                0 => (0, 0.0),
+                _ => (layout.elements as u64, ElementVelocities::multiply_adds(layout, points)),
+            };
+            meter.count(Counter::VibrationTransforms, layout.transforms() + transforms);
             let bytes =
                 8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.wavenumbers())) as u64;
-            meter.add_work(Stage::Vibration, Work { multiply_adds: layout.multiply_adds() as u64, bytes });
+            meter.add_work(
+                Stage::Vibration,
+                Work { multiply_adds: (layout.multiply_adds() + multiply_adds) as u64, bytes },
+            );
         }
     }
 
@@ -282,7 +301,7 @@ impl VibrationRecorder {
             ];
             for (_, frame, spectrum) in frames.into_iter().filter(|(wanted, ..)| *wanted) {
                 let spectrum = spectrum.clone();
-                all.push(NamedSpectrum { field: field.field.name(), frame, position: None, spectrum });
+                all.push(NamedSpectrum { field: field.field.name(), frame, place: Place::Everywhere, spectrum });
             }
         }
         let places =
@@ -290,9 +309,21 @@ impl VibrationRecorder {
         all.extend(places.enumerate().map(|(point, (field, position))| NamedSpectrum {
             field: field.name(),
             frame: NON_ROTATING,
-            position: Some(position),
+            place: Place::Position(position),
             spectrum: point_spectrum(patch, point),
         }));
+        let elements = spectra.iter().flat_map(|field| vibration.elements.iter().map(move |&element| (field, element)));
+        for (point, (field, element)) in elements.enumerate() {
+            let varying = element_spectrum(patch, point);
+            // The mean pattern passes all elements alike.
+            let mut whole = varying.clone();
+            let lines = field.material.power.iter().zip(&field.material_varying.power);
+            whole.power.iter_mut().zip(lines).for_each(|(power, (with, without))| *power += with - without);
+            for (frame, spectrum) in [(MATERIAL, whole), (MATERIAL_VARYING, varying)] {
+                let (field, place) = (field.field.name(), Place::Element(element));
+                all.push(NamedSpectrum { field, frame, place, spectrum });
+            }
+        }
         all
     }
 
@@ -342,25 +373,35 @@ const MATERIAL: &str = "material";
 const MATERIAL_VARYING: &str = "material-varying";
 const NON_ROTATING: &str = "non-rotating";
 
+/// Bytes of the sums over the forces with the points and elements of so many fields.
+pub(in crate::pipeline) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration) -> f64 {
+    let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
+    match vibration.elements.len() {
+        // A table is there while points are added.
+        0 if vibration.points.is_empty() => sums,
+        0 => sums + VelocityTable::bytes(layout),
+        elements => sums + ElementVelocities::bytes(layout, fields, elements),
+    }
+}
+
 /// Refuses segments that need more memory than the scene allows.
 fn check_memory(
     loaded: &LoadedScene,
     plan: &Plan,
     layout: &SegmentLayout,
-    points: usize,
-    maps: bool,
+    fields: usize,
+    vibration: &Vibration,
 ) -> Result<(), SceneError> {
-    let table = if points > 0 { VelocityTable::bytes(layout) } else { 0.0 };
-    let map = if maps { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
+    let (points, elements) = (fields * vibration.points.len(), fields * vibration.elements.len());
+    let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are there a second time when they are looked at.
-    let needed =
-        VibrationAccumulator::bytes(layout, points) + table + map + 8.0 * (layout.bins() * layout.wavenumbers()) as f64;
+    let needed = point_bytes(layout, fields, vibration) + map + 8.0 * (layout.bins() * layout.wavenumbers()) as f64;
     let limit = loaded.scene.numerics.memory_limit;
     if needed + plan.amounts.memory_on(1) <= 1e9 * limit {
         return Ok(());
     }
     let wrong = format!(
-        "{} revolutions in a segment and {points} points need {} of memory, with the rest more than numerics.memory_limit = {limit} GB",
+        "{} revolutions in a segment, {points} points and {elements} elements need {} of memory, with the rest more than numerics.memory_limit = {limit} GB",
         layout.revolutions,
         bytes(needed)
     );
@@ -370,7 +411,7 @@ fn check_memory(
 /// Velocities of a field, and how far they are from those by the tyre's own transfer.
 fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
     let decibel = |ratio: f64| 10.0 * ratio.log10();
-    let same = of_tyre.iter().find(|other| other.field == field.field && rule.is_multistep());
+    let same = of_tyre.iter().find(|other| other.field == field.field && rule != TimeRule::FirstOrderHold);
     let total = |spectrum: &PowerSpectrum| spectrum.mean_square();
     let bands = same.map(|other| {
         let [one, two] = [field, other].map(|field| field.non_rotating.third_octaves(LOWEST_FREQUENCY, 1.0));
@@ -391,11 +432,18 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 
 /// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
 fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &ResultsFolder) -> Result<(), RunError> {
-    let everywhere = |named: &NamedSpectrum| named.position.is_none() && named.frame != MATERIAL_VARYING;
-    draw_spectra(loaded, named.iter().filter(|named| everywhere(named)), "vibration_spectrum.svg", folder)?;
-    for points in named.chunk_by(|a, b| a.position.is_some() && b.position.is_some() && a.field == b.field) {
-        if points[0].position.is_some() {
-            draw_spectra(loaded, points.iter(), &format!("vibration_points_{}.svg", points[0].field), folder)?;
+    let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
+    let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
+    draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), "vibration_spectrum.svg", folder)?;
+    let kind = |named: &NamedSpectrum| match named.place {
+        Place::Everywhere => None,
+        Place::Position(_) => Some((named.field, "points")),
+        Place::Element(_) => Some((named.field, "elements")),
+    };
+    for points in named.chunk_by(|a, b| kind(a) == kind(b)) {
+        if let Some((field, places)) = kind(&points[0]) {
+            let file = format!("vibration_{places}_{field}.svg");
+            draw_spectra(loaded, points.iter().filter(drawn), &file, folder)?;
         }
     }
     Ok(())

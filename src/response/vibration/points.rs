@@ -47,6 +47,34 @@ impl VelocityTable {
         }
     }
 
+    /// From the wavenumbers n to distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A normal velocity is even in d, a tangential one odd.
+    pub(super) fn to_distances(&mut self) {
+        let (elements, bins) = (self.layout.elements, self.layout.bins());
+        let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);
+        let mut row = vec![Complex64::ZERO; elements];
+        let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
+        for bin in 0..bins {
+            row.fill(Complex64::ZERO);
+            for index in 0..self.layout.wavenumbers() {
+                let n = self.layout.wavenumber(index);
+                row[n.rem_euclid(elements as i64) as usize] += self.layout.share(index) * self.at(n, bin as i64);
+            }
+            transform.process_with_scratch(&mut row, &mut scratch);
+            for (distance, value) in row[..=elements / 2].iter().enumerate() {
+                self.values[distance * bins + bin] = *value;
+            }
+        }
+    }
+
+    /// T_d at the bins of the material frame as a factor and what it multiplies, after [`Self::to_distances`].
+    pub(super) fn over_distance(&self, distance: i64) -> (f64, &[Complex64]) {
+        let (elements, bins) = (self.layout.elements, self.layout.bins());
+        let ahead = distance.rem_euclid(elements as i64) as usize;
+        let nearest = ahead.min(elements - ahead);
+        let behind = self.field == VibrationField::Tangential && ahead > nearest;
+        (if behind { -1.0 } else { 1.0 }, &self.values[nearest * bins..][..bins])
+    }
+
     /// Bytes of a table.
     pub fn bytes(layout: &SegmentLayout) -> f64 {
         16.0 * (layout.elements as f64 / 2.0 + 1.0) * layout.bins() as f64

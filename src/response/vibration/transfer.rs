@@ -51,10 +51,7 @@ impl TransferKind {
     pub fn symbol(self, angular_frequency: f64, time_step: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angular_frequency);
         match self {
-            Self::Rule(rule) if rule.is_multistep() => {
-                let zeta = Complex64::from_polar(1.0, -angular_frequency * time_step);
-                rule.rates(zeta).and_then(|rates| rates.all().first().map(|&rate| rate / time_step)).unwrap_or(exact)
-            }
+            Self::Rule(rule) if angular_frequency != 0.0 => exact * rule.relative_rate(angular_frequency * time_step),
             _ => exact,
         }
     }

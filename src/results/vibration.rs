@@ -146,7 +146,7 @@ pub struct FieldSummary {
     pub rms_velocity: f64,
     /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
-    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces \[dB\]; `null` for rules whose transfer is not one number: theirs is the tyre's.
+    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces \[dB\]; `null` for the first-order hold, whose transfer is the tyre's.
     pub rule_difference: Option<f64>,
     /// The same where it is largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,
@@ -157,7 +157,7 @@ pub struct FieldSummary {
 pub struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,
-    /// Dissipated by the mean pattern, by the time rule's transfer (the tyre's own for rules without one).
+    /// Dissipated by the mean pattern, by the time rule's transfer.
     pub dissipated_by_mean_pattern: f64,
     /// Dissipated by the vibration.
     pub dissipated_by_vibration: f64,

@@ -53,7 +53,7 @@ impl ElementVelocities {
         mut tables: Vec<VelocityTable>,
         elements: Vec<usize>,
     ) -> Self {
-        tables.iter_mut().for_each(VelocityTable::to_distances);
+        tables.iter_mut().for_each(VelocityTable::turn_to_distances);
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(layout.length());
         let points = tables.len() * elements.len();
         let all = points * layout.bins();

@@ -7,7 +7,7 @@
 //!
 //! A rule of several stages has as many rates as stages; taken is the one nearest to i w, which moves the resonances as the rule does. The course of its forces within a step is not known,
 //! only their mean, and the velocities are right to some decibel: at points before and behind the patch, N = 256, a step an element, `sdirk2` is up to 1.1 dB from the elements that pass in
-//! the bands to 630 Hz (1.8 dB with i w) and 12 dB at 1 kHz, w dt = 2.2, where the level is lowest (20 dB); `bdf2` 0.04 dB to 1 kHz (35 dB). The hold has i w.
+//! the bands to 630 Hz (1.8 dB with i w), `sdirk3` 1.3 (3.6), `sdirk2` 12 dB at 1 kHz, w dt = 2.2, where the level is lowest (20 dB); `bdf2` 0.04 dB to 1 kHz (35 dB). The hold has i w.
 
 use num_complex::Complex64;
 use pulp::Arch;

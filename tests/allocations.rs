@@ -85,7 +85,7 @@ fn no_step_allocates_whether_its_factor_is_found_or_made() {
         ("modal", "elastic", "bdf2", 512, 4096),
     ];
     // Segments of one revolution: some are completed among the counted steps.
-    let vibration = "[outputs.vibration]\nsegment = 0.05\npoints = [0.1]\n";
+    let vibration = "[outputs.vibration]\nsegment = 0.05\npoints = [0.1]\nelements = [5]\n";
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let with_vibration = cases.iter().filter(|case| case.0 == "modal").map(|&case| (case, vibration));

@@ -9,12 +9,22 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use common::{Results, read_array, run, scene, scene_text};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
-use tyrewave::meter::{Counter, Stage};
+use tyrewave::contact::slice_queue::SliceQueue;
+use tyrewave::meter::{Counter, Meter, Stage};
+use tyrewave::pipeline::Plan;
 use tyrewave::pipeline::past::{fetch, fit_options};
+use tyrewave::pipeline::prepare::prepare;
+use tyrewave::response::vibration::{
+    SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField, point_spectrum,
+};
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
+use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::scene::TimeRule;
 use tyrewave::tyre::influence::Field;
 
 const SPEED: f64 = 80.0 / 3.6;
@@ -33,15 +43,16 @@ fn vibration(keys: &str) -> String {
     format!("[outputs]\nplots = true\n[outputs.vibration]\n{keys}\n")
 }
 
-/// Mean squares of `vibration.csv` by field, frame, position and band.
+/// Mean squares of `vibration.csv` by field, frame, place and band: a position, or `element` and its number.
 fn levels(results: &Results) -> BTreeMap<(String, String, String), Vec<(ThirdOctaveBand, f64)>> {
     let mut reader = csv::Reader::from_path(results.path("vibration.csv")).unwrap();
     let mut all: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for row in reader.records() {
         let row = row.unwrap();
-        let band = ThirdOctaveBand::containing(row[4].parse().unwrap()).unwrap();
-        let key = (row[0].to_owned(), row[1].to_owned(), row[2].to_owned());
-        all.entry(key).or_default().push((band, row[5].parse().unwrap()));
+        let band = ThirdOctaveBand::containing(row[5].parse().unwrap()).unwrap();
+        let place = if row[3].is_empty() { row[2].to_owned() } else { format!("element {}", &row[3]) };
+        let key = (row[0].to_owned(), row[1].to_owned(), place);
+        all.entry(key).or_default().push((band, row[6].parse().unwrap()));
     }
     all
 }
@@ -176,12 +187,12 @@ fn what_the_forces_put_in_is_dissipated() {
 
 #[test]
 fn frames_points_and_maps_are_written_as_they_are_wanted() {
-    let keys = "tangential = true\nmap = true\npoints = [0.0, -0.1, 0.975]\nsegment = 0.3";
+    let keys = "tangential = true\nmap = true\npoints = [0.0, -0.1, 0.975]\nelements = [95, 0]\nsegment = 0.3";
     let text = scene_text(96, ROUGH, &rolling(1.3), &numerics(1, ""), &vibration(keys));
     let results = run(&text);
     let summary = results.summary();
     let all = levels(&results);
-    assert_eq!(all.len(), 3 * (3 + 3), "{:?}", all.keys());
+    assert_eq!(all.len(), 3 * (3 + 3 + 2 * 2), "{:?}", all.keys());
     let sum = |field: &str, frame: &str, position: &str| -> f64 {
         all[&(field.to_owned(), frame.to_owned(), position.to_owned())].iter().map(|(_, square)| square).sum()
     };
@@ -192,6 +203,16 @@ fn frames_points_and_maps_are_written_as_they_are_wanted() {
         let bands = sum(field, "non-rotating", "");
         // All bands but what lies below 18 Hz and above the last whole one.
         assert!(bands <= total * (1.0 + 1e-12) && bands > 0.7 * total, "{field}: {bands} of {total}");
+        for element in ["element 0", "element 95"] {
+            // Every element has been over the same road: nearly the mean, and the same lines of the mean pattern.
+            let varying = sum(field, "material-varying", element);
+            assert!(
+                (varying / sum(field, "material-varying", "")).log10().abs() < 0.2,
+                "{field}, {element}: {varying}"
+            );
+            let lines = |place: &str| sum(field, "material", place) - sum(field, "material-varying", place);
+            assert!((lines(element) / lines("") - 1.0).abs() < 1e-9, "{field}, {element}");
+        }
         for frame in ["material", "non-rotating"] {
             let (shape, density) = read_array::<f64>(&results.path(&format!("vibration_map_{field}_{frame}.npy")));
             let frequencies = results.array("vibration_map_frequency.npy");
@@ -210,6 +231,7 @@ fn frames_points_and_maps_are_written_as_they_are_wanted() {
     let [error, omitted] = [0, 1].map(|index| number(&summary["vibration"]["tangential_error"][index]));
     assert!(error < 0.02 && omitted < 0.02, "{error} {omitted}");
     assert!(number(&summary["vibration"]["seconds_left_out"]) < 0.3);
+    assert!(results.path("vibration_elements_belt.svg").exists());
     assert!(results.path("vibration_spectrum.svg").exists() && results.path("vibration_narrow.csv").exists());
 }
 
@@ -248,7 +270,7 @@ fn a_run_shorter_than_a_revolution_says_so() {
 
 #[test]
 fn the_same_bytes_on_any_number_of_threads() {
-    let keys = vibration("points = [0.05]\nsegment = 0.2");
+    let keys = vibration("points = [0.05]\nelements = [40]\nsegment = 0.2");
     let text = scene_text(128, ROUGH, &rolling(0.7), &numerics(2, ""), &keys);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -273,5 +295,124 @@ fn the_sum_over_the_past_gives_the_same_levels_as_the_poles() {
     for (one, other) in direct[&key].iter().zip(&modal[&key]) {
         let difference = 10.0 * (one.1 / other.1).log10();
         assert!(difference.abs() < 0.1, "{}: {difference} dB", one.0.label());
+    }
+}
+
+/// Rough slices rolled over with one step an element; largest difference of the third octaves from 40 Hz to `highest` \[Hz\], in dB, at points beside the axle from the velocities of the elements that
+/// pass them as the contact itself has them: in the order of `kinds`.
+fn differences_at_points(rule: TimeRule, highest: f64, kinds: [TransferKind; 2]) -> [f64; 2] {
+    let elements = 256;
+    let rolling = "speed_kmh = 80.0\nwarm_up = 0.0\nduration = 5.0\naxle = { indentation = 0.014, ramp = 0.1 }";
+    let loaded = scene(&scene_text(
+        elements,
+        "kind = \"smooth\"",
+        rolling,
+        &numerics(1, &format!("time_rule = \"{}\"", rule.name())),
+        "",
+    ));
+    let plan = Plan::new(&loaded.scene);
+    let (stop, mut meter) = (AtomicBool::new(false), Meter::default());
+    let mut prepared = prepare(&loaded, &plan, &stop, &mut meter).unwrap();
+    let model = fetch(&loaded.scene.tyre, &fit_options(&loaded.scene, Field::Surface), &stop).unwrap().model;
+    let march = &mut prepared.march;
+    let geometry = march.geometry();
+    let (columns, first, element) = (geometry.columns, geometry.first_element(0), geometry.element);
+    let (position, step) = (geometry.position(first, 0), plan.time_step);
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut slices = SliceQueue::starting_at(first);
+    let peaks = (0..plan.steps + columns as u64).map(|_| StiffnessCurve::flat(random.random_range(-5e-4..0.0)));
+    slices.extend(peaks);
+
+    let layout = SegmentLayout {
+        elements,
+        substeps: 1,
+        revolutions: 12,
+        columns,
+        time_step: step,
+        phase: 0,
+        first_position: position,
+        circumference: common::CIRCUMFERENCE,
+    };
+    // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the forces' shares leave of each other, and blurred forces leave more.
+    let places = [columns - 4, 2];
+    let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };
+    let mut accumulators = kinds.map(|kind| {
+        let mut accumulator = VibrationAccumulator::new(layout);
+        // A difference over a step is the velocity in its middle, where the element stands half of one further on.
+        let shift = if rule.is_multistep() { 0.0 } else { 0.5 };
+        let positions = places.map(|column| position + (column as f64 + shift) * element);
+        let table = VelocityTable::new(&layout, &response, kind, VibrationField::Tread).unwrap();
+        table.add_points(&mut accumulator, &positions);
+        accumulator
+    });
+    let settled = (0.5 / step) as usize;
+    let mut earlier = [vec![0.0; columns], vec![0.0; columns]];
+    let mut now = vec![0.0; columns];
+    let mut velocities = vec![Vec::new(); places.len()];
+    for l in 0..plan.steps as usize {
+        march.step(&prepared.axle, &slices).unwrap();
+        march.displacements(&mut now);
+        if l >= settled {
+            accumulators.iter_mut().for_each(|accumulator| {
+                accumulator.push(march.forces(), 0.0);
+            });
+            for (column, series) in places.iter().zip(&mut velocities) {
+                let [one, two] = [earlier[0][column + 1], earlier[1][column + 2]];
+                series.push(match rule {
+                    TimeRule::Bdf2 => (1.5 * now[*column] - 2.0 * one + 0.5 * two) / step,
+                    _ => (now[*column] - one) / step,
+                });
+            }
+        }
+        earlier.swap(0, 1);
+        earlier[0].copy_from_slice(&now);
+    }
+    let mut largest = [0.0_f64; 2];
+    for (point, velocity) in velocities.iter().enumerate() {
+        let exact = welch(velocity, layout.length(), step).third_octaves(40.0, 1.0);
+        for (accumulator, largest) in accumulators.iter().zip(&mut largest) {
+            let found = point_spectrum(&accumulator.finish().unwrap(), point).third_octaves(40.0, 1.0);
+            for (one, other) in found.iter().zip(&exact).filter(|(one, _)| one.band.mid_frequency() < highest) {
+                let difference = one.level - other.level;
+                println!("{rule:?}, column {}, {:>6} Hz: {difference:+.3} dB", places[point], one.band.label());
+                *largest = largest.max(difference.abs());
+            }
+        }
+    }
+    largest
+}
+
+/// Mean spectrum of half overlapping segments with the sine window, the mean taken off.
+fn welch(series: &[f64], length: usize, step: f64) -> PowerSpectrum {
+    let segments = 2 * series.len() / length - 1;
+    let used = &series[..(segments + 1) * length / 2];
+    let mean = used.iter().sum::<f64>() / used.len() as f64;
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let (mut bins, mut power) = (transform.make_output_vec(), vec![0.0; length / 2 + 1]);
+    for segment in 0..segments {
+        let part = &used[segment * length / 2..][..length];
+        let window = |l: usize| (PI * (l as f64 + 0.5) / length as f64).sin();
+        let mut weighted: Vec<f64> = part.iter().enumerate().map(|(l, value)| window(l) * (value - mean)).collect();
+        transform.process(&mut weighted, &mut bins).unwrap();
+        for (k, (sum, bin)) in power.iter_mut().zip(&bins).enumerate() {
+            let sides = if k == 0 || 2 * k == length { 1.0 } else { 2.0 };
+            *sum += sides * bin.norm_sqr() * 2.0 / (length * length * segments) as f64;
+        }
+    }
+    PowerSpectrum { mean: 0.0, resolution: 1.0 / (length as f64 * step), power, nyquist: 0.5 / step }
+}
+
+#[test]
+fn points_have_the_velocities_of_the_elements_that_pass_them_with_every_rule() {
+    // One number stands for all that a multistep rule does, and only the window is left. A rule of several stages has more, and forces within a step of which only the mean is known.
+    let cases = [(TimeRule::Bdf2, 1100.0, 0.1), (TimeRule::Sdirk2, 700.0, 1.5), (TimeRule::Sdirk3, 700.0, 1.5)];
+    let found = cases.map(|(rule, highest, bound)| {
+        let [by_rule, exact] = differences_at_points(rule, highest, [TransferKind::Rule(rule), TransferKind::Exact]);
+        println!("{rule:?} to {highest} Hz: {by_rule} dB, i w {exact} dB");
+        (rule, by_rule, exact, bound)
+    });
+    for (rule, by_rule, exact, bound) in found {
+        assert!(by_rule < bound, "{rule:?}: {by_rule} dB");
+        assert!(by_rule < exact, "{rule:?}: {by_rule} dB, i w {exact} dB");
     }
 }

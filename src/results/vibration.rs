@@ -1,6 +1,7 @@
 //! `vibration.csv`, `vibration_narrow.csv` and the vibration's part of the summary.
 //!
-//! One row for each field, frame, place and band (or frequency). A position stands where the spectrum is that of a point; without one it is the mean over the circumference.
+//! One row for each field, frame, place and band (or frequency). A position or the number of an element stands where the spectrum is that of a point; without either it is the mean over
+//! the circumference.
 
 use std::path::Path;
 
@@ -15,6 +16,17 @@ pub const VIBRATION_FILE: &str = "vibration.csv";
 /// Narrow band.
 pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
 
+/// Where a spectrum was taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// Mean over the circumference.
+    Everywhere,
+    /// Beside the road, at a distance from the axle \[m\].
+    Position(f64),
+    /// On the tyre, at an element.
+    Element(usize),
+}
+
 /// A spectrum with its names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedSpectrum {
@@ -22,24 +34,29 @@ pub struct NamedSpectrum {
     pub field: &'static str,
     /// `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`, where it stands still.
     pub frame: &'static str,
-    /// Position from the axle \[m\]; `None`: mean over the circumference.
-    pub position: Option<f64>,
+    /// Where.
+    pub place: Place,
     /// The spectrum \[m^2/s^2\].
     pub spectrum: PowerSpectrum,
 }
 
 impl NamedSpectrum {
-    /// Field, frame and position, for legends.
+    /// Field with frame or place, for legends.
     pub fn name(&self) -> String {
-        match self.position {
-            Some(position) => format!("{} at {position} m", self.field),
-            None => format!("{}, {}", self.field, self.frame),
+        match self.place {
+            Place::Everywhere => format!("{}, {}", self.field, self.frame),
+            Place::Position(position) => format!("{} at {position} m", self.field),
+            Place::Element(element) => format!("{}, element {element}", self.field),
         }
     }
 
-    fn names(&self) -> [String; 3] {
-        let position = self.position.map_or(String::new(), |position| position.to_string());
-        [self.field.to_owned(), self.frame.to_owned(), position]
+    fn names(&self) -> [String; 4] {
+        let [position, element] = match self.place {
+            Place::Everywhere => [String::new(), String::new()],
+            Place::Position(position) => [position.to_string(), String::new()],
+            Place::Element(element) => [String::new(), element.to_string()],
+        };
+        [self.field.to_owned(), self.frame.to_owned(), position, element]
     }
 }
 
@@ -64,8 +81,16 @@ fn table<R: IntoIterator<Item = String>>(
 /// # Errors
 /// [`ResultsError::Write`] naming `path`.
 pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path) -> Result<String, ResultsError> {
-    let header =
-        ["field", "frame", "position_m", "nominal_hz", "mid_frequency_hz", "mean_square_m2_s2", "level_db_re_1m_s"];
+    let header = [
+        "field",
+        "frame",
+        "position_m",
+        "element",
+        "nominal_hz",
+        "mid_frequency_hz",
+        "mean_square_m2_s2",
+        "level_db_re_1m_s",
+    ];
     let rows = spectra.iter().flat_map(|named| {
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level }| {
             let numbers = [band.nominal_frequency(), band.mid_frequency(), mean_square, level];
@@ -80,7 +105,7 @@ pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path)
 /// # Errors
 /// [`ResultsError::Write`] naming `path`.
 pub fn vibration_narrow_csv(spectra: &[NamedSpectrum], path: &Path) -> Result<String, ResultsError> {
-    let header = ["field", "frame", "position_m", "frequency_hz", "density_m2_s2_hz"];
+    let header = ["field", "frame", "position_m", "element", "frequency_hz", "density_m2_s2_hz"];
     let rows = spectra.iter().flat_map(|named| {
         named
             .spectrum
@@ -121,7 +146,7 @@ pub struct FieldSummary {
     pub rms_velocity: f64,
     /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
-    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces \[dB\]; `null` for rules whose transfer is not one number: theirs is the tyre's.
+    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces \[dB\]; `null` for the first-order hold, whose transfer is the tyre's.
     pub rule_difference: Option<f64>,
     /// The same where it is largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,
@@ -132,7 +157,7 @@ pub struct FieldSummary {
 pub struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,
-    /// Dissipated by the mean pattern, by the time rule's transfer (the tyre's own for rules without one).
+    /// Dissipated by the mean pattern, by the time rule's transfer.
     pub dissipated_by_mean_pattern: f64,
     /// Dissipated by the vibration.
     pub dissipated_by_vibration: f64,
@@ -151,22 +176,22 @@ mod tests {
     #[test]
     fn tables_hold_every_spectrum_once_and_all_digits() {
         let spectrum = PowerSpectrum { mean: 0.0, resolution: 1.0 / 3.0, power: vec![1.0 / 7.0; 601], nyquist: 200.0 };
-        let named =
-            |position| NamedSpectrum { field: "belt", frame: "non-rotating", position, spectrum: spectrum.clone() };
-        let spectra = [named(None), named(Some(-0.1))];
+        let named = |place| NamedSpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };
+        let spectra = [named(Place::Everywhere), named(Place::Position(-0.1)), named(Place::Element(7))];
         let path = Path::new("x.csv");
         let narrow = vibration_narrow_csv(&spectra, path).unwrap();
-        assert_eq!(narrow.lines().count(), 1 + 2 * 601);
+        assert_eq!(narrow.lines().count(), 1 + 3 * 601);
         let row: Vec<&str> = narrow.lines().nth(603).unwrap().split(',').collect();
-        assert_eq!(&row[..4], ["belt", "non-rotating", "-0.1", "0.3333333333333333"]);
+        assert_eq!(&row[..5], ["belt", "non-rotating", "-0.1", "", "0.3333333333333333"]);
         assert_eq!(
-            row[4].parse::<f64>().unwrap().to_bits(),
+            row[5].parse::<f64>().unwrap().to_bits(),
             (1.0 / 7.0 / (1.5 * (1.0 / 3.0) - 0.5 * (1.0 / 3.0_f64))).to_bits()
         );
         let levels = vibration_levels_csv(&spectra, 20.0, path).unwrap();
         let bands = spectrum.third_octaves(20.0, 1.0).len();
-        assert_eq!(levels.lines().count(), 1 + 2 * bands);
-        assert!(levels.lines().nth(1).unwrap().starts_with("belt,non-rotating,,25,"), "{levels}");
+        assert_eq!(levels.lines().count(), 1 + 3 * bands);
+        assert!(levels.lines().nth(1).unwrap().starts_with("belt,non-rotating,,,25,"), "{levels}");
         assert_eq!(spectra[1].name(), "belt at -0.1 m");
+        assert!(levels.lines().last().unwrap().starts_with("belt,non-rotating,,7,"), "{levels}");
     }
 }

@@ -271,16 +271,16 @@ impl Kind for Column {
 
 /// An array of numbers, at least one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Numbers(pub(super) Bounds);
+pub(super) struct Numbers<K = Bounds>(pub(super) K);
 
-impl Kind for Numbers {
-    type Output = Vec<f64>;
+impl<K: Kind> Kind for Numbers<K> {
+    type Output = Vec<K::Output>;
 
     fn wanted(&self) -> String {
-        format!("an array, [ ... ], each item {}", self.0)
+        format!("an array, [ ... ], each item {}", self.0.wanted())
     }
 
-    fn read(&self, value: &Value<'_>) -> Option<Vec<f64>> {
+    fn read(&self, value: &Value<'_>) -> Option<Vec<K::Output>> {
         let Some(items) = value.items() else { return value.wrong_type(self) };
         if items.is_empty() {
             return value.complain(Problem::Empty { wanted: self.wanted() });

@@ -14,7 +14,8 @@ use crate::contact::geometry::Geometry;
 use crate::contact::history::modes::INSTANTS;
 use crate::meter::{Counter, Stage};
 use crate::pipeline::road_ahead::CHUNK_ROWS;
-use crate::response::vibration::{SegmentLayout, VelocityTable, VibrationAccumulator};
+use crate::pipeline::vibration::point_bytes;
+use crate::response::vibration::{ElementVelocities, SegmentLayout};
 use crate::road::Lattice;
 use crate::road::made::{Sizes, TargetSpectrum};
 use crate::scene::{Axle, History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
@@ -308,11 +309,16 @@ impl Amounts {
         };
         let segments = (2.0 * steps as f64 / layout.length() as f64 - 1.0).max(1.0).floor();
         let unit = Unit::VibrationMultiplyAdd;
-        self.add(Stage::Vibration, unit, segments * layout.multiply_adds(), Place::March);
-        let fields = [vibration.tread, vibration.belt, vibration.tangential].map(f64::from).iter().sum::<f64>();
-        let points = vibration.points.len() as f64;
+        let wanted = [vibration.tread, vibration.belt, vibration.tangential].map(usize::from).iter().sum::<usize>();
+        let mut multiply_adds = layout.multiply_adds();
+        if !vibration.elements.is_empty() {
+            multiply_adds += ElementVelocities::multiply_adds(&layout, wanted * vibration.elements.len());
+        }
+        self.add(Stage::Vibration, unit, segments * multiply_adds, Place::March);
+        let fields = wanted as f64;
         // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is one.
-        let times = if points > 0.0 { 2.0 * fields + 1.0 } else { fields + 1.0 };
+        let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
+        let times = if at_places { 2.0 * fields + 1.0 } else { fields + 1.0 };
         let poles = 0.5 * self.poles.max(fit_of(elements as f64).0);
         self.add(Stage::Vibration, Unit::VibrationPole, times * poles * layout.bins() as f64, Place::Before);
         if vibration.tangential {
@@ -325,8 +331,7 @@ impl Amounts {
         }
         let evaluations = times * wavenumbers(scene) * layout.bins() as f64;
         self.counters.push((Counter::VibrationEvaluations, evaluations));
-        let table = if points > 0.0 { VelocityTable::bytes(&layout) } else { 0.0 };
-        let held = VibrationAccumulator::bytes(&layout, (fields * points) as usize) + table;
+        let held = point_bytes(&layout, wanted, vibration);
         self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
     }
 

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::FftPlanner;
 
+use super::elements::ElementVelocities;
 use super::layout::SegmentLayout;
 use super::share::Share;
 use crate::numeric::{StateError, StateReader, StateWriter};
@@ -45,6 +46,7 @@ pub struct VibrationAccumulator {
     /// Sums of the transforms at the lowest base bins: base x places.
     lowest: Vec<Complex64>,
     shares: Vec<Share>,
+    elements: Option<ElementVelocities>,
     /// Transforms over time: places x base bins.
     spectra: Vec<Complex64>,
     series: Vec<f64>,
@@ -72,6 +74,7 @@ impl VibrationAccumulator {
             weighted_power: 0.0,
             lowest: vec![Complex64::ZERO; LOWEST.min(bases) * places],
             shares,
+            elements: None,
             spectra: vec![Complex64::ZERO; places * bases],
             series: transform.make_input_vec(),
             scratch: transform.make_scratch_vec(),
@@ -83,6 +86,11 @@ impl VibrationAccumulator {
     /// A point whose velocity is wanted: `transfers(bin, out)` writes its velocity for unit force at each place \[m/(N s)\].
     pub fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
         self.shares.iter_mut().for_each(|share| share.add_point(&mut transfers));
+    }
+
+    /// Elements whose velocities are wanted.
+    pub fn set_elements(&mut self, elements: ElementVelocities) {
+        self.elements = Some(elements);
     }
 
     /// Bytes that an accumulator with that many points takes.
@@ -145,6 +153,10 @@ impl VibrationAccumulator {
         self.weighted_power += powers.map(|(step, power)| layout.weight(step).powi(2) * power).sum::<f64>();
         let spectra = &self.spectra;
         self.shares.par_iter_mut().for_each(|share| share.add(|place, base| spectra[place * bases + base]));
+        if let Some(elements) = &mut self.elements {
+            let (forces, reference) = (&self.forces, &self.reference);
+            elements.add(|step, column| forces[step * columns + column] - reference[layout.place(step, column)]);
+        }
         self.segments += 1;
         self.forces.copy_within(layout.hop() * columns.., 0);
         self.powers.copy_within(layout.hop().., 0);
@@ -166,6 +178,12 @@ impl VibrationAccumulator {
         let mut spectra = PatchSpectra {
             powers: vec![0.0; layout.bins() * layout.wavenumbers()],
             points: vec![vec![0.0; layout.bins()]; self.shares[0].point_powers.len()],
+            elements: self.elements.as_ref().map_or_else(Vec::new, |elements| {
+                elements.finish(|step, column| {
+                    let place = layout.place(step, column);
+                    mean[place] - self.reference[place]
+                })
+            }),
             mean_pattern: Vec::new(),
             mean_power: self.weighted_power / (segments * hop),
             segments: self.segments,
@@ -186,7 +204,8 @@ impl VibrationAccumulator {
                 }
             }
         }
-        for power in spectra.powers.iter_mut().chain(spectra.points.iter_mut().flatten()) {
+        let at_points = spectra.points.iter_mut().chain(&mut spectra.elements).flatten();
+        for power in spectra.powers.iter_mut().chain(at_points) {
             *power = scale * power.max(0.0);
         }
         // The mean pattern is periodic with the substeps: lines at multiples of K/q bins.
@@ -235,6 +254,9 @@ impl VibrationAccumulator {
         for share in &self.shares {
             std::iter::once(&share.powers).chain(&share.point_powers).for_each(|values| state.numbers(values));
         }
+        if let Some(elements) = &self.elements {
+            elements.save(state);
+        }
     }
 
     /// Goes on from the state of an accumulator of the same layout and points.
@@ -262,7 +284,7 @@ impl VibrationAccumulator {
                 .chain(&mut share.point_powers)
                 .try_for_each(|values| state.numbers_into(values))?;
         }
-        Ok(())
+        self.elements.as_mut().map_or(Ok(()), |elements| elements.restore(state))
     }
 }
 
@@ -280,6 +302,8 @@ pub struct PatchSpectra {
     pub mean_pattern: Vec<(usize, Vec<f64>)>,
     /// By point: |v|^2 \[m^2/s^2\], bins 0..=K/2.
     pub points: Vec<Vec<f64>>,
+    /// By element that was asked for: |v|^2 \[m^2/s^2\] without the mean pattern's lines, bins 0..=K/2 of the material frame.
+    pub elements: Vec<Vec<f64>>,
     /// Mean power that the forces put in \[W\].
     pub mean_power: f64,
 }

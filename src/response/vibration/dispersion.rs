@@ -1,8 +1,13 @@
 //! The tyre's own waves: frequencies of its poles over the wavenumber.
 //!
-//! A pole lambda of H_n is a free wave of n periods round the tyre, of frequency Im lambda/(2 pi) in the material, whose part in H_n peaks with |R|/(-Re lambda). Shown is what is a wave and
-//! takes part: damped by less than [`MOST_DAMPING`] of critical, with a peak of at least [`LEAST_PEAK`] of the wavenumber's largest. Poles of neighbouring wavenumbers are joined to
-//! branches (one for each lateral order and kind of wave) by the nearest continuation.
+//! A pole lambda of H_n is a free wave of n periods round the tyre, of frequency Im lambda/(2 pi) in the material, in whose resonance the velocity for unit force is about
+//! |lambda R|/(-Re lambda).
+//!
+//! 1. Poles damped by less than [`MOST_DAMPING`] of critical are waves. Those of neighbouring wavenumbers are joined to branches, one for each lateral order and kind of wave, the closest
+//!    continuations first. The square of the frequency is nearly a polynomial of n^2, as that of a beam on springs, so it is carried on as a parabola, from n = 0 on as an even one.
+//! 2. Of each branch that part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
+//!
+//! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's map lie lower by so much.
 
 use std::f64::consts::PI;
 
@@ -10,17 +15,17 @@ use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
 
 /// Largest part of critical damping of a wave that is shown.
-pub const MOST_DAMPING: f64 = 0.2;
-/// Smallest peak, as a part of the largest of the same wavenumber.
-pub const LEAST_PEAK: f64 = 0.01;
-/// How far a branch may lie beside its straight continuation, as a part of its frequency; a resonance of the tread's thickness, which wanders with the fit, is no branch.
+pub const MOST_DAMPING: f64 = 0.15;
+/// Smallest peak of the velocity, as a part of the largest of all waves: 50 dB less.
+pub const LEAST_PEAK: f64 = 0.003;
+/// How far a wave may lie beside its branch's continuation, as a part of its frequency: fitted poles of weak waves wander by more than that, and make no branch.
 const JUMP: f64 = 0.015;
-/// The same for its second wavenumber, whose direction nobody knows.
+/// The same for the second wavenumber, whose direction nobody knows.
 const FIRST_JUMP: f64 = 0.08;
 /// Frequency below which both are parts of this one \[Hz\].
 const LOWEST: f64 = 100.0;
 /// Fewest wavenumbers of a branch that is shown.
-const SHORTEST: usize = 4;
+const SHORTEST: usize = 8;
 
 /// A branch: integer wavenumbers n >= 0, rising by 1, and their frequencies in the material frame \[Hz\].
 #[derive(Clone, Debug, PartialEq)]
@@ -31,61 +36,95 @@ pub struct DispersionBranch {
     pub frequencies: Vec<f64>,
 }
 
-impl DispersionBranch {
-    /// Where the branch is expected to go on, and how far from there it may.
+/// A wave of one wavenumber.
+#[derive(Clone, Copy, Debug)]
+struct Wave {
+    frequency: f64,
+    /// Velocity for unit force in the resonance \[m/(N s)\].
+    peak: f64,
+}
+
+/// Waves that are taken for one branch.
+struct Followed {
+    first: usize,
+    waves: Vec<Wave>,
+}
+
+impl Followed {
+    /// Where the branch is expected to go on, and how far from there it may \[Hz\].
     fn next(&self) -> (f64, f64) {
-        let last = self.frequencies.len() - 1;
-        let (slope, jump) = match last {
-            0 => (0.0, FIRST_JUMP),
-            _ => (self.frequencies[last] - self.frequencies[last - 1], JUMP),
+        let mut latest = self.waves.iter().rev().map(|wave| wave.frequency);
+        let last = latest.next().unwrap_or(0.0);
+        let [now, before, earlier] = [Some(last), latest.next(), latest.next()].map(|f| f.map(|f| f * f));
+        let (square, jump) = match (now, before, earlier) {
+            (Some(now), Some(before), Some(earlier)) => (3.0 * (now - before) + earlier, JUMP),
+            (Some(now), Some(before), None) if self.first == 0 => (4.0 * now - 3.0 * before, JUMP),
+            (Some(now), Some(before), None) => (2.0 * now - before, 2.0 * JUMP),
+            _ => (last * last, FIRST_JUMP),
         };
-        (self.frequencies[last] + slope, jump * self.frequencies[last].max(LOWEST))
+        (square.max(0.0).sqrt(), jump * last.max(LOWEST))
+    }
+
+    /// The longest part with peaks of at least `least` and frequencies below `highest`.
+    fn shown(&self, least: f64, highest: f64) -> Option<DispersionBranch> {
+        let taken = |wave: &Wave| wave.peak >= least && wave.frequency < highest;
+        let mut first = self.first;
+        let mut parts = Vec::new();
+        for part in self.waves.chunk_by(|a, b| taken(a) == taken(b)) {
+            if part.len() >= SHORTEST && taken(&part[0]) {
+                let frequencies = part.iter().map(|wave| wave.frequency).collect();
+                parts.push(DispersionBranch { first, frequencies });
+            }
+            first += part.len();
+        }
+        parts.into_iter().max_by_key(|part| part.frequencies.len())
     }
 }
 
 /// The branches below `highest` \[Hz\] as a field shows them; none if the model does not hold it.
 pub fn dispersion_branches(model: &RationalModel, field: Field, highest: f64) -> Vec<DispersionBranch> {
-    let (mut open, mut closed): (Vec<DispersionBranch>, Vec<DispersionBranch>) = (Vec::new(), Vec::new());
+    let (mut open, mut closed): (Vec<Followed>, Vec<Followed>) = (Vec::new(), Vec::new());
+    let mut largest = 0.0_f64;
     for n in 0..=model.largest_wavenumber() {
-        let mut waves = waves(model, n, field, highest);
-        let mut kept = Vec::new();
-        for mut branch in open {
+        let waves = waves(model, n, field);
+        largest = waves.iter().fold(largest, |largest, wave| largest.max(wave.peak));
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (index, branch) in open.iter().enumerate() {
             let (expected, jump) = branch.next();
-            let nearest = waves
-                .iter()
-                .copied()
-                .enumerate()
-                .min_by(|a, b| (a.1 - expected).abs().total_cmp(&(b.1 - expected).abs()));
-            match nearest {
-                Some((index, frequency)) if (frequency - expected).abs() < jump => {
-                    waves.swap_remove(index);
-                    branch.frequencies.push(frequency);
-                    kept.push(branch);
-                }
-                _ => closed.push(branch),
+            let distances = waves.iter().map(|wave| (wave.frequency - expected).abs()).enumerate();
+            let near = distances.filter(|(_, distance)| *distance < jump);
+            pairs.extend(near.map(|(wave, distance)| (distance / waves[wave].frequency, index, wave)));
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut continued, mut used) = (vec![false; open.len()], vec![false; waves.len()]);
+        for (_, branch, wave) in pairs {
+            if !continued[branch] && !used[wave] {
+                (continued[branch], used[wave]) = (true, true);
+                open[branch].waves.push(waves[wave]);
             }
         }
-        waves.sort_by(f64::total_cmp);
-        kept.extend(waves.into_iter().map(|frequency| DispersionBranch { first: n, frequencies: vec![frequency] }));
+        let mut kept = Vec::new();
+        for (branch, continued) in open.into_iter().zip(continued) {
+            if continued { kept.push(branch) } else { closed.push(branch) }
+        }
+        let new = waves.iter().zip(used).filter(|(_, used)| !used);
+        kept.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave] }));
         open = kept;
     }
-    closed.extend(open);
-    closed.retain(|branch| branch.frequencies.len() >= SHORTEST);
-    closed.sort_by(|a, b| a.first.cmp(&b.first).then(a.frequencies[0].total_cmp(&b.frequencies[0])));
-    closed
+    let all = closed.into_iter().chain(open);
+    let mut branches: Vec<_> = all.filter_map(|branch| branch.shown(LEAST_PEAK * largest, highest)).collect();
+    branches.sort_by(|a, b| a.first.cmp(&b.first).then(a.frequencies[0].total_cmp(&b.frequencies[0])));
+    branches
 }
 
-/// Frequencies of the waves of n periods.
-fn waves(model: &RationalModel, n: usize, field: Field, highest: f64) -> Vec<f64> {
+/// The waves of n periods.
+fn waves(model: &RationalModel, n: usize, field: Field) -> Vec<Wave> {
     let Some(modes) = model.modes(n, field) else { return Vec::new() };
-    let pairs = || {
-        modes.poles[..modes.pairs].iter().zip(modes.residues).map(|(pole, residue)| (pole, residue.norm() / -pole.re))
-    };
-    let largest = pairs().fold(0.0_f64, |largest, (_, peak)| largest.max(peak));
-    pairs()
-        .filter(|(pole, peak)| -pole.re < MOST_DAMPING * pole.norm() && *peak >= LEAST_PEAK * largest)
-        .map(|(pole, _)| pole.im / (2.0 * PI))
-        .filter(|frequency| *frequency < highest)
+    modes.poles[..modes.pairs]
+        .iter()
+        .zip(modes.residues)
+        .filter(|(pole, _)| -pole.re < MOST_DAMPING * pole.norm())
+        .map(|(pole, residue)| Wave { frequency: pole.im / (2.0 * PI), peak: pole.norm() * residue.norm() / -pole.re })
         .collect()
 }
 
@@ -101,11 +140,20 @@ mod tests {
         let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
         let branches = dispersion_branches(&model, Field::Surface, 1500.0);
         let lowest = branches.iter().find(|branch| branch.first == 0).unwrap();
-        // m = 1 resonances of the default tyre, n = 0..6 \[Hz\]: maxima of the compliance, the damped poles lie within 2 %.
+        // m = 1 resonances of the default tyre, n = 0..6 \[Hz\]: maxima of the compliance. With damping up to 0.025 of critical they lie 6e-4 below the pole at most, they are given to
+        // 5e-4, and the other modes' slope and the fit shift them by about as much.
         for (found, resonance) in lowest.frequencies.iter().zip([91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0]) {
-            assert!((found / resonance - 1.0).abs() < 0.02, "{found} {resonance}");
+            assert!((found / resonance - 1.0).abs() < 2e-3, "{found} {resonance}");
         }
-        assert!(lowest.frequencies.len() > 20 && branches.iter().all(|branch| branch.frequencies.len() >= SHORTEST));
+        // To the upper end of the band, and smooth: second differences are 8 Hz where the branch begins, and small beside the frequency.
+        assert_eq!(lowest.frequencies.len(), 31, "1500 Hz is between n = 30 and 31: {:?}", lowest.frequencies);
+        for branch in &branches {
+            assert!(branch.frequencies.len() >= SHORTEST);
+            for three in branch.frequencies.windows(3) {
+                let bend = three[0] - 2.0 * three[1] + three[2];
+                assert!(bend.abs() < 8.0 + 0.01 * three[1], "{:?}", branch.frequencies);
+            }
+        }
         assert!(dispersion_branches(&model, Field::UnderTread, 1500.0).is_empty());
     }
 }

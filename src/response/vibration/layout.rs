@@ -145,6 +145,11 @@ impl SegmentLayout {
         (self.phase + step) % self.substeps
     }
 
+    /// Place of a column at a step of a segment.
+    pub fn place(&self, step: usize, column: usize) -> usize {
+        column * self.substeps + self.phase_of(step)
+    }
+
     /// First step of a segment at a substep.
     pub fn first_step(&self, phase: usize) -> usize {
         (phase + self.substeps - self.phase) % self.substeps

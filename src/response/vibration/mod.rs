@@ -10,7 +10,7 @@
 //!
 //! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
 //! - [`accumulator`]: forces, step by step, to mean powers |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967); `share`: the bins in parts for the threads;
-//! - [`transfer`]: the velocity for unit force; [`points`]: the same for points beside the axle, coherent over n;
+//! - [`transfer`]: the velocity for unit force; [`points`]: the same for points beside the axle, coherent over n; [`elements`]: for points that turn with the tyre;
 //! - [`spectra`]: velocities everywhere, maps, dissipated power; [`contact_power`]: the power put in, in the time domain;
 //! - [`dispersion`]: the tyre's own waves.
 //!
@@ -21,6 +21,7 @@
 pub mod accumulator;
 pub mod contact_power;
 pub mod dispersion;
+pub mod elements;
 pub mod layout;
 pub mod points;
 mod share;
@@ -32,7 +33,10 @@ pub mod transfer;
 pub use accumulator::{PatchSpectra, VibrationAccumulator};
 pub use contact_power::ContactPower;
 pub use dispersion::{DispersionBranch, dispersion_branches};
+pub use elements::ElementVelocities;
 pub use layout::SegmentLayout;
 pub use points::VelocityTable;
-pub use spectra::{Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, field_spectra, point_spectrum};
+pub use spectra::{
+    Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, point_spectrum,
+};
 pub use transfer::{TransferKind, TyreResponse, VibrationField};

@@ -2,6 +2,9 @@
 //!
 //! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half of either end: the interpolation between the elements that has no
 //! wave shorter than two of them. For every bin one transform of length N a substep; what is kept is as long as the window is wide.
+//!
+//! Beside the patch levels are those of the elements that pass to 0.04 dB (`bdf2`, N = 256, flat stones, segments of 1 s). In its middle the road holds the tread, velocities are what the forces'
+//! shares leave of each other, some 26 dB less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB above.
 
 use std::f64::consts::PI;
 
@@ -45,6 +48,34 @@ impl VelocityTable {
             VibrationField::Tread | VibrationField::Belt => value,
             VibrationField::Tangential => Complex64::i() * value * wavenumber.signum() as f64,
         }
+    }
+
+    /// From the wavenumbers n to distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A normal velocity is even in d, a tangential one odd.
+    pub(super) fn turn_to_distances(&mut self) {
+        let (elements, bins) = (self.layout.elements, self.layout.bins());
+        let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);
+        let mut row = vec![Complex64::ZERO; elements];
+        let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
+        for bin in 0..bins {
+            row.fill(Complex64::ZERO);
+            for index in 0..self.layout.wavenumbers() {
+                let n = self.layout.wavenumber(index);
+                row[n.rem_euclid(elements as i64) as usize] += self.layout.share(index) * self.at(n, bin as i64);
+            }
+            transform.process_with_scratch(&mut row, &mut scratch);
+            for (distance, value) in row[..=elements / 2].iter().enumerate() {
+                self.values[distance * bins + bin] = *value;
+            }
+        }
+    }
+
+    /// T_d at the bins of the material frame as a factor and what it multiplies, after [`Self::turn_to_distances`].
+    pub(super) fn over_distance(&self, distance: i64) -> (f64, &[Complex64]) {
+        let (elements, bins) = (self.layout.elements, self.layout.bins());
+        let ahead = distance.rem_euclid(elements as i64) as usize;
+        let nearest = ahead.min(elements - ahead);
+        let behind = self.field == VibrationField::Tangential && ahead > nearest;
+        (if behind { -1.0 } else { 1.0 }, &self.values[nearest * bins..][..bins])
     }
 
     /// Bytes of a table.

@@ -207,6 +207,14 @@ fn spectrum(patch: &PatchSpectra, power: Vec<f64>) -> PowerSpectrum {
 
 /// Spectrum at a point of the non-rotating frame.
 pub fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
-    let bins = patch.points[point].iter().enumerate();
-    spectrum(patch, bins.map(|(bin, power)| patch.layout.sides(bin) * power).collect())
+    spectrum(patch, one_sided(patch, &patch.points[point]))
+}
+
+fn one_sided(patch: &PatchSpectra, powers: &[f64]) -> Vec<f64> {
+    powers.iter().enumerate().map(|(bin, power)| patch.layout.sides(bin) * power).collect()
+}
+
+/// Spectrum at an element, the mean pattern that passes it left out.
+pub fn element_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
+    spectrum(patch, one_sided(patch, &patch.elements[point]))
 }

@@ -3,8 +3,11 @@
 //! The standard transfer, [`TransferKind::Rule`], is that of the run's multistep rule: the s by which it stands for i w is mu(zeta)/dt at zeta = exp(-i w dt), difference quotients of the rule for
 //! derivatives. The velocities are then those that the run's own recursion gives. The tyre's own transfer, s = i w, looks more exact and is not: the forces of a rolling contact have a notch
 //! wherever the tyre they were found with resonates, and that is the rule's tyre. Peaks of another one, (w dt)^2/3 higher and less damped, stand beside the notches. Measured, N = 128, 4 steps an
-//! element, `bdf2`, against elements followed in the time domain: +0.4 dB at 100 Hz, +1.4 at 200, +5 at 630. How far the two are apart is a measure of the rule's error. A rule of several stages, or
-//! the hold, has no such single s; there i w is taken.
+//! element, `bdf2`, against elements followed in the time domain: +0.4 dB at 100 Hz, +1.4 at 200, +5 at 630. How far the two are apart is a measure of the rule's error.
+//!
+//! A rule of several stages has as many rates as stages; taken is the one nearest to i w, which moves the resonances as the rule does. The course of its forces within a step is not known,
+//! only their mean, and the velocities are right to some decibel: at points before and behind the patch, N = 256, a step an element, `sdirk2` is up to 1.1 dB from the elements that pass in
+//! the bands to 630 Hz (1.8 dB with i w), `sdirk3` 1.3 (3.6), `sdirk2` 12 dB at 1 kHz, w dt = 2.2, where the level is lowest (20 dB); `bdf2` 0.04 dB to 1 kHz (35 dB). The hold has i w.
 
 use num_complex::Complex64;
 use pulp::Arch;
@@ -42,7 +45,7 @@ impl VibrationField {
 pub enum TransferKind {
     /// i w.
     Exact,
-    /// mu(zeta)/dt of a multistep rule; i w for the others, whose transfer is not one number.
+    /// mu(zeta)/dt of a rule, of several the one nearest to i w; i w for the hold.
     Rule(TimeRule),
 }
 
@@ -51,10 +54,7 @@ impl TransferKind {
     pub fn symbol(self, angular_frequency: f64, time_step: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angular_frequency);
         match self {
-            Self::Rule(rule) if rule.is_multistep() => {
-                let zeta = Complex64::from_polar(1.0, -angular_frequency * time_step);
-                rule.rates(zeta).and_then(|rates| rates.all().first().map(|&rate| rate / time_step)).unwrap_or(exact)
-            }
+            Self::Rule(rule) if angular_frequency != 0.0 => exact * rule.relative_rate(angular_frequency * time_step),
             _ => exact,
         }
     }

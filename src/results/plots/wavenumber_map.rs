@@ -10,7 +10,7 @@ use crate::response::vibration::{DispersionBranch, WavenumberMap};
 /// Most waves round the tyre that are drawn: shorter ones are local deformation without waves of their own.
 const MOST_WAVES: usize = 100;
 /// Highest frequency drawn \[Hz\].
-const HIGHEST: f64 = 1500.0;
+const HIGHEST: f64 = 2000.0;
 /// Colours reach this far below the highest level \[dB\].
 const DEEPEST: f64 = 70.0;
 

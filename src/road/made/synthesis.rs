@@ -84,8 +84,9 @@ impl Texture {
             .take_while(|&m| (f64::from(m) - 0.5) / period < spectrum.highest().min(lateral_nyquist))
             .count() as u32;
         // In one column alone all components are one process along x.
+        let together = if lattice.columns > 1 { 1 } else { components };
         let streams: Vec<Range<u32>> =
-            if lattice.columns > 1 { (0..components).map(|m| m..m + 1).collect() } else { vec![0..components] };
+            (0..components).step_by(together.max(1) as usize).map(|m| m..m + together).collect();
         let filters = streams
             .par_iter()
             .map(|stream| filter(&spectrum, stream.clone(), period, spacing, lattice.dx, reach, &forward, &backward))

@@ -16,6 +16,9 @@ pub struct Vibration {
     /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the non-rotating frame are wanted \[m\].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<f64>,
+    /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre. The element e meets the road at the distance e dx from its beginning.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub elements: Vec<usize>,
     /// Maps over wavenumber and frequency.
     pub map: bool,
     /// Length of the averaged segments, brought to whole revolutions \[s\].
@@ -35,6 +38,7 @@ impl Default for Vibration {
             tangential: false,
             frames: Frames::Both,
             points: Vec::new(),
+            elements: Vec::new(),
             map: false,
             segment: Self::SEGMENT,
         }

@@ -1,6 +1,6 @@
 //! `[outputs.vibration]`.
 
-use super::super::kind::{Bounds, Flag, Numbers, OneOf};
+use super::super::kind::{Bounds, Count, Flag, Numbers, OneOf};
 use super::super::table::{Nested, Table};
 use super::super::{Frames, Problem, Scene, Tread, Vibration};
 
@@ -14,6 +14,7 @@ fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
     let tangential = table.or("tangential", &Flag, default.tangential);
     let frames = table.or("frames", &OneOf::<Frames>::new(), default.frames);
     let points = table.optional("points", &Numbers(Bounds::any("m")));
+    let elements = table.optional("elements", &Numbers(Count(0)));
     let map = table.or("map", &Flag, default.map);
     let segment = table.or("segment", &Bounds::positive("s"), default.segment);
     let read = Vibration {
@@ -22,6 +23,7 @@ fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
         tangential: tangential?,
         frames: frames?,
         points: points?.unwrap_or_default(),
+        elements: elements?.unwrap_or_default(),
         map: map?,
         segment: segment?,
     };
@@ -34,6 +36,11 @@ fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
         let right = "frames = \"both\" or \"non-rotating\", or leave the points out";
         return table.complain("points", Problem::DoesNotBelong { owner: "frames = \"material\"".to_owned(), right });
     }
+    if !read.elements.is_empty() && !read.frames.material() {
+        let right = "frames = \"both\" or \"material\", or leave the elements out";
+        let owner = "frames = \"non-rotating\"".to_owned();
+        return table.complain("elements", Problem::DoesNotBelong { owner, right });
+    }
     Some(read)
 }
 
@@ -42,17 +49,24 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Some(vibration) = &scene.outputs.vibration else { return Some(()) };
     let half = 0.5 * scene.tyre.circumference;
     let outside = vibration.points.iter().enumerate().filter(|(_, position)| position.abs() > half);
-    let complaints: Vec<()> = outside
-        .map(|(index, position)| {
-            let wrong = format!("{position} m is outside the tyre, which reaches {half} m to either side of the axle");
-            let right = format!("write a position from -{half} to {half} m along the circumference");
-            table.complain::<()>(&format!("outputs.vibration.points[{index}]"), Problem::Complaint { wrong, right });
-        })
-        .collect();
+    let mut fits = true;
+    for (index, position) in outside {
+        let wrong = format!("{position} m is outside the tyre, which reaches {half} m to either side of the axle");
+        let right = format!("write a position from -{half} to {half} m along the circumference");
+        table.complain::<()>(&format!("outputs.vibration.points[{index}]"), Problem::Complaint { wrong, right });
+        fits = false;
+    }
+    let count = scene.numerics.elements;
+    for (index, element) in vibration.elements.iter().enumerate().filter(|(_, element)| **element >= count) {
+        let wrong = format!("the tyre has no element {element}: numerics.elements = {count}");
+        let right = format!("write a whole number from 0 to {}", count.saturating_sub(1));
+        table.complain::<()>(&format!("outputs.vibration.elements[{index}]"), Problem::Complaint { wrong, right });
+        fits = false;
+    }
     if vibration.tangential && scene.contact.tread == Tread::Bedding {
         let wrong = "a bedding's springs have no tangential motion".to_owned();
         let right = "tangential = false, or contact.tread = \"elastic\"".to_owned();
         return table.complain("outputs.vibration.tangential", Problem::Complaint { wrong, right });
     }
-    complaints.is_empty().then_some(())
+    fits.then_some(())
 }

@@ -208,13 +208,15 @@ fn effects() -> impl Strategy<Value = Effects> {
 
 fn vibration() -> impl Strategy<Value = Vibration> {
     let frames = prop_oneof![Just(Frames::Both), Just(Frames::Material), Just(Frames::NonRotating)];
-    (any::<[bool; 4]>(), frames, prop::collection::vec(-1.0..1.0_f64, 0..4), positive()).prop_map(
-        |([tread, belt, tangential, map], frames, points, segment)| Vibration {
+    let (points, elements) = (prop::collection::vec(-1.0..1.0_f64, 0..4), prop::collection::vec(0_usize.., 0..4));
+    (any::<[bool; 4]>(), frames, points, elements, positive()).prop_map(
+        |([tread, belt, tangential, map], frames, points, elements, segment)| Vibration {
             tread,
             belt,
             tangential,
             frames,
             points: if frames.non_rotating() { points } else { Vec::new() },
+            elements: if frames.material() { elements } else { Vec::new() },
             map,
             segment,
         },
@@ -236,6 +238,7 @@ fn scene() -> impl Strategy<Value = Scene> {
             if let Some(vibration) = &mut outputs.vibration {
                 // Parts of the half circumference so far.
                 vibration.points.iter_mut().for_each(|point| *point *= 0.5 * tyre.circumference);
+                vibration.elements.iter_mut().for_each(|element| *element %= numerics.elements);
                 vibration.tangential &= contact.tread != Tread::Bedding;
                 vibration.belt |= !vibration.tangential;
             }

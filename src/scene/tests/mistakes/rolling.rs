@@ -198,6 +198,17 @@ fn vibration() {
         "means nothing with frames = \"material\"",
         "frames = \"both\"",
     );
+    wrong("elements = [511, 512]", 29, "outputs.vibration.elements[1]", "no element 512", "from 0 to 511");
+    wrong("elements = [3, -1]", 29, "outputs.vibration.elements[1]", "-1 is too small", "at least 0");
+    wrong("elements = [0.5]", 29, "outputs.vibration.elements[0]", "", "a whole number of at least 0");
+    wrong("elements = []", 29, "outputs.vibration.elements", "empty", "a whole number");
+    wrong(
+        "frames = \"non-rotating\"\nelements = [0]",
+        30,
+        "outputs.vibration.elements",
+        "means nothing with frames = \"non-rotating\"",
+        "frames = \"both\"",
+    );
     wrong("frames = \"road\"", 29, "outputs.vibration.frames", "\"road\" is not known", "\"non-rotating\"");
     wrong("tread = false\nbelt = false", 28, "outputs.vibration", "neither tread, belt", "leave the table out");
     wrong("segment = 0", 29, "outputs.vibration.segment", "0 is out of range", "above 0 s");
@@ -207,8 +218,9 @@ fn vibration() {
     let found = complaints(&text);
     assert_eq!((found.len(), found[0].line, found[0].key.as_str()), (1, 29, "outputs.vibration.tangential"));
     assert!(found[0].wrong.contains("bedding"), "{}", found[0].wrong);
-    let scene = accepted("plots = true", &vibration("tangential = true\npoints = [0.975, 0]"));
-    let expected = Vibration { tangential: true, points: vec![0.975, 0.0], ..Vibration::default() };
+    let scene = accepted("plots = true", &vibration("tangential = true\npoints = [0.975, 0]\nelements = [511, 0]"));
+    let (points, elements) = (vec![0.975, 0.0], vec![511, 0]);
+    let expected = Vibration { tangential: true, points, elements, ..Vibration::default() };
     assert_eq!(scene.outputs.vibration, Some(expected));
     assert_eq!(accepted("plots = true", "plots = false").outputs.vibration, None, "nothing is computed unasked");
 }

@@ -1,6 +1,6 @@
 //! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene, before any of it is done.
 //!
-//! What only the run can know is expected: the length of the patch from a static solution with [`COARSE`] elements, the poles of a fit that is not in the cache from those of the
+//! What only the run can know is expected: the length of the patch from a static solution with a few hundred elements, the poles of a fit that is not in the cache from those of the
 //! default tyre, the share of active sets that need a factorisation from rough roads of all kinds.
 
 use serde::Serialize;

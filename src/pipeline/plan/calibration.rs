@@ -3,7 +3,7 @@
 //! 1. a fit of a small model;
 //! 2. some hundred steps on a smooth and on a rough road, coarse and fine, on one thread: each stage's time over its work; cost for a point in contact and for a multiply-add of the
 //!    search are told apart by the two resolutions;
-//! 3. what these runs do not touch is taken to differ from its typical cost as its next of kin does ([`KIN`]).
+//! 3. what these runs do not touch is taken to differ from its typical cost as its next of kin does.
 //!
 //! The record belongs to one build of the program on one kind of processor; any other is measured anew.
 

@@ -3,7 +3,7 @@
 //! 1. [`decisions`]: which effects are on, off or reduced, and why; every later stage asks them;
 //! 2. sizes: time step, steps, lags;
 //! 3. [`amounts`]: work of each stage in units, memory by what holds it;
-//! 4. [`forecast`]: both on this machine, from costs of the units ([`unit`]) that [`calibration`] has measured.
+//! 4. [`forecast`]: both on this machine, from costs of the units ([`mod@unit`]) that [`calibration`] has measured.
 //!
 //! The plan is data: it is made without any of the work, can be printed as a table or as JSON, and [`super::run()`] follows it.
 

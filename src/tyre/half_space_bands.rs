@@ -17,6 +17,7 @@ use std::ops::Mul;
 use std::sync::LazyLock;
 
 use num_complex::Complex64;
+use pulp::Simd;
 
 use super::layer::LayerAt;
 use super::surface_asymptote::closed_form;
@@ -24,13 +25,22 @@ use super::surface_asymptote::closed_form;
 /// Chebyshev terms of a band.
 pub const BAND_TERMS: usize = 20;
 
-/// Adds weight T_j(x), x the place of k^2 in the band.
-pub fn add(moments: &mut [f64; BAND_TERMS], weight: f64, k_squared: f64, [low, high]: [f64; 2]) {
-    let x = (2.0 * k_squared - low - high) / (high - low);
-    let (mut current, mut next) = (weight, weight * x);
+/// Adds weight T_j(x), x the place of k^2 in the band, in every lane.
+#[inline(always)]
+pub fn add<S: Simd>(
+    simd: S,
+    moments: &mut [S::f64s; BAND_TERMS],
+    weight: S::f64s,
+    k_squared: S::f64s,
+    [low, high]: [f64; 2],
+) {
+    let scale = simd.splat_f64s(2.0 / (high - low));
+    let x = simd.mul_f64s(simd.sub_f64s(k_squared, simd.splat_f64s(0.5 * (low + high))), scale);
+    let twice = simd.add_f64s(x, x);
+    let (mut current, mut next) = (weight, simd.mul_f64s(weight, x));
     for moment in moments {
-        *moment += current;
-        (current, next) = (next, 2.0 * x * next - current);
+        *moment = simd.add_f64s(*moment, current);
+        (current, next) = (next, simd.sub_f64s(simd.mul_f64s(twice, next), current));
     }
 }
 

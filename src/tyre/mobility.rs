@@ -121,7 +121,7 @@ fn moments(weights: &PatchWeights, kx: impl Fn(usize) -> f64, ky: impl Fn(usize)
         for (index, lateral) in weights.lateral.iter().enumerate() {
             let k_squared = kx(n).powi(2) + ky(index).powi(2);
             if k_squared >= cut_off * cut_off {
-                super::moments::add(&mut total, longitudinal * lateral, k_squared);
+                super::moments::add(pulp::Scalar::new(), &mut total, longitudinal * lateral, k_squared);
             }
         }
     }

@@ -9,12 +9,14 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::half_space_bands::{self, BAND_TERMS};
 use super::influence::Projection;
 use super::surface_asymptote::TERMS;
-use crate::numeric::tail_sum;
+use crate::numeric::lanes::load;
+use crate::numeric::{MOST_LANES, tail_sum};
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
 #[derive(Clone, Debug, PartialEq)]
@@ -103,13 +105,14 @@ impl Moments {
     }
 }
 
-/// Adds weight k^-(2j+1).
-pub(super) fn add(moments: &mut [f64; TERMS], weight: f64, k_squared: f64) {
-    let inverse = 1.0 / k_squared;
-    let mut term = weight * inverse.sqrt();
+/// Adds weight k^-(2j+1), in every lane.
+#[inline(always)]
+pub(super) fn add<S: Simd>(simd: S, moments: &mut [S::f64s; TERMS], weight: S::f64s, k_squared: S::f64s) {
+    let inverse = simd.div_f64s(simd.splat_f64s(1.0), k_squared);
+    let mut term = simd.mul_f64s(weight, simd.sqrt_f64s(inverse));
     for moment in moments {
-        *moment += term;
-        term *= inverse;
+        *moment = simd.add_f64s(*moment, term);
+        term = simd.mul_f64s(term, inverse);
     }
 }
 
@@ -185,26 +188,11 @@ fn for_wavenumber(
 ) -> (Vec<[f64; TERMS]>, Vec<[f64; BAND_TERMS]>) {
     let count = classes.cut_offs.len();
     let squares: Vec<f64> = classes.cut_offs.iter().map(|cut_off| cut_off * cut_off).collect();
-    let mut bands = vec![[0.0; BAND_TERMS]; count];
-    let mut above = [0.0; TERMS];
     let lobes = (classes.highest() * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
     let [aliases, far_aliases] = longitudinal(projection, n, lobes);
-    for &(ky_squared, lateral) in lateral {
-        for &(kx_squared, longitudinal) in &aliases {
-            let k_squared = kx_squared + ky_squared;
-            match squares.partition_point(|&square| square <= k_squared) {
-                0 => {}
-                shell if shell == count => add(&mut above, lateral * longitudinal, k_squared),
-                shell => {
-                    let band = [squares[shell - 1], squares[shell]];
-                    half_space_bands::add(&mut bands[shell - 1], lateral * longitudinal, k_squared, band);
-                }
-            }
-        }
-        for &(kx_squared, longitudinal) in &far_aliases {
-            add(&mut above, lateral * longitudinal, kx_squared + ky_squared);
-        }
-    }
+    let mut bands = vec![[0.0; BAND_TERMS]; count];
+    let above =
+        Arch::new().dispatch(Sums { squares: &squares, lateral, aliases: [&aliases, &far_aliases], bands: &mut bands });
     let mut values = vec![above; count];
     for class in (0..count - 1).rev() {
         values[class] = values[class + 1];
@@ -213,6 +201,97 @@ fn for_wavenumber(
         }
     }
     (values, bands)
+}
+
+/// The sums over m and aliases, terms of the same shell side by side: power moments above the highest cut-off, and those of the bands.
+struct Sums<'a> {
+    /// Cut-offs, squared.
+    squares: &'a [f64],
+    lateral: &'a [Weighted],
+    /// Explicit ones, then those beyond every cut-off.
+    aliases: [&'a [Weighted]; 2],
+    bands: &'a mut [[f64; BAND_TERMS]],
+}
+
+/// Terms of one shell that wait until they fill a vector.
+#[derive(Clone, Copy)]
+struct Waiting {
+    weights: [f64; MOST_LANES],
+    k_squared: [f64; MOST_LANES],
+    count: usize,
+}
+
+impl WithSimd for Sums<'_> {
+    type Output = [f64; TERMS];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [f64; TERMS] {
+        let Self { squares, lateral, aliases: [explicit, far], bands } = self;
+        let count = squares.len();
+        let nothing = Waiting { weights: [0.0; MOST_LANES], k_squared: [squares[0]; MOST_LANES], count: 0 };
+        let mut waiting = vec![nothing; count + 1];
+        let zero = simd.splat_f64s(0.0);
+        let mut sums = ShellSums { simd, squares, bands: vec![[zero; BAND_TERMS]; count], above: [zero; TERMS] };
+        for &(ky_squared, lateral) in lateral {
+            // Neighbouring aliases are in the same shell or the next: number of cut-offs at or below k.
+            let mut shell = 0;
+            for &(kx_squared, longitudinal) in explicit {
+                let k_squared = kx_squared + ky_squared;
+                while shell < count && squares[shell] <= k_squared {
+                    shell += 1;
+                }
+                while shell > 0 && squares[shell - 1] > k_squared {
+                    shell -= 1;
+                }
+                if shell > 0 {
+                    sums.push(&mut waiting[shell], shell, lateral * longitudinal, k_squared);
+                }
+            }
+            for &(kx_squared, longitudinal) in far {
+                sums.push(&mut waiting[count], count, lateral * longitudinal, kx_squared + ky_squared);
+            }
+        }
+        for (shell, waiting) in waiting.iter_mut().enumerate().skip(1) {
+            waiting.weights[waiting.count..].fill(0.0);
+            sums.add(waiting, shell);
+        }
+        for (band, sums) in bands.iter_mut().zip(&sums.bands) {
+            *band = sums.map(|sum| simd.reduce_sum_f64s(sum));
+        }
+        sums.above.map(|sum| simd.reduce_sum_f64s(sum))
+    }
+}
+
+/// Sums lane by lane.
+struct ShellSums<'a, S: Simd> {
+    simd: S,
+    squares: &'a [f64],
+    bands: Vec<[S::f64s; BAND_TERMS]>,
+    above: [S::f64s; TERMS],
+}
+
+impl<S: Simd> ShellSums<'_, S> {
+    #[inline(always)]
+    fn push(&mut self, waiting: &mut Waiting, shell: usize, weight: f64, k_squared: f64) {
+        waiting.weights[waiting.count] = weight;
+        waiting.k_squared[waiting.count] = k_squared;
+        waiting.count += 1;
+        if waiting.count == S::F64_LANES {
+            self.add(waiting, shell);
+            waiting.count = 0;
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, waiting: &Waiting, shell: usize) {
+        let (weight, k_squared) = (load(self.simd, &waiting.weights), load(self.simd, &waiting.k_squared));
+        if shell == self.squares.len() {
+            add(self.simd, &mut self.above, weight, k_squared);
+        } else {
+            let band = [self.squares[shell - 1], self.squares[shell]];
+            half_space_bands::add(self.simd, &mut self.bands[shell - 1], weight, k_squared, band);
+        }
+    }
 }
 
 #[cfg(test)]

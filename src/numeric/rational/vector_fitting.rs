@@ -4,8 +4,8 @@
 //! of the residues by QR: Deschrijver et al. 2008, *IEEE Microw. Wirel. Compon. Lett.* 18, 383):
 //!
 //! 1. sigma(s) = d + sum c_r phi_r(s), and sigma H_q = constant_q + sum c_qr phi_r(s) for each response q, are both linear in the unknowns;
-//! 2. the columns of c_qr are the same for all responses (weights are one number a response and one a point): eliminated once by Householder reflections, what
-//!    is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma over the samples is 1;
+//! 2. the columns of c_qr are the same for all responses (weights are one number a response and one a point): eliminated once by Householder reflections or, where poles need
+//!    less accuracy, by normal equations ([`Elimination`]); what is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma over the samples is 1;
 //! 3. the zeros of sigma, eigenvalues of A - b c^T/d, are the new poles; unstable ones are mirrored.
 //!
 //! Everything is real: a pair has the basis functions 1/(s - p) + 1/(s - conj p) and i/(s - p) - i/(s - conj p), each sample gives a real and an
@@ -16,9 +16,10 @@
 use faer::Mat;
 use num_complex::Complex64;
 
+use super::basis::{Columns, Points};
 use super::least_squares::{back_substitute, eliminate};
 use super::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
-use super::{PartialFractions, RationalError, secular};
+use super::{PartialFractions, RationalError, normal_equations, secular};
 
 /// Samples of Q responses at common points.
 #[derive(Clone, Debug, Default)]
@@ -60,12 +61,31 @@ fn basis(poles: &[Complex64], s: Complex64, mut column: impl FnMut(usize, Comple
     }
 }
 
+/// How a relocation eliminates the residues.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Elimination {
+    /// Householder reflections: the reference.
+    Reflections,
+    /// Normal equations with a ridge (see `normal_equations`), reflections where those have lost their digits: some four times faster, for residuals down to 1e-6.
+    Products,
+}
+
 /// One relocation: the poles that fit the samples better than `poles`. `with_constant`: whether the responses have one.
-pub fn relocate(samples: &Samples, poles: &[Complex64], with_constant: bool) -> Result<Vec<Complex64>, RationalError> {
+pub fn relocate(
+    samples: &Samples,
+    poles: &[Complex64],
+    with_constant: bool,
+    elimination: Elimination,
+) -> Result<Vec<Complex64>, RationalError> {
     let count = order(poles);
     let left = count + usize::from(with_constant);
     let right = count + 1;
     samples.check(left + right, "vector fitting")?;
+    if elimination == Elimination::Products
+        && let Some(sigma) = normal_equations::sigma(samples, poles, with_constant)
+    {
+        return zeros(poles, &sigma);
+    }
     let (points, responses) = (samples.points.len(), samples.responses.len());
     let rows = 2 * points;
     let mut matrix = Mat::<f64>::zeros(rows, left + right * responses);
@@ -197,24 +217,25 @@ pub fn regularised_residues(
     samples.check(left, "residue fit")?;
     let (points, responses) = (samples.points.len(), samples.responses.len());
     let ridges = if ridge > 0.0 { left } else { 0 };
+    let prepared = Points::new(&samples.points, &samples.point_weights);
+    let mut columns = Columns::zeros(prepared.rows(), left);
+    prepared.fill(poles, with_constant, &mut columns.entries);
+    let half = columns.rows / 2;
     let mut matrix = Mat::<f64>::zeros(2 * points + ridges, left + responses);
-    for index in 0..ridges {
-        matrix[(2 * points + index, index)] = ridge;
-    }
-    for (k, &s) in samples.points.iter().enumerate() {
-        let point = samples.point_weights[k];
-        basis(poles, s, |index, value| {
-            let weighted = value * point;
-            matrix[(k, index)] = weighted.re;
-            matrix[(points + k, index)] = weighted.im;
-        });
-        if with_constant {
-            matrix[(k, count)] = point;
+    for index in 0..left {
+        let column = columns.column(index);
+        let target = matrix.col_as_slice_mut(index);
+        target[..points].copy_from_slice(&column[..points]);
+        target[points..2 * points].copy_from_slice(&column[half..half + points]);
+        if ridges > 0 {
+            target[2 * points + index] = ridge;
         }
-        for (q, response) in samples.responses.iter().enumerate() {
-            let value = response[k] * (samples.weights[q] * point);
-            matrix[(k, left + q)] = value.re;
-            matrix[(points + k, left + q)] = value.im;
+    }
+    for (q, response) in samples.responses.iter().enumerate() {
+        let target = matrix.col_as_slice_mut(left + q);
+        for (k, &value) in response.iter().enumerate() {
+            let value = value * (samples.weights[q] * samples.point_weights[k]);
+            (target[k], target[points + k]) = (value.re, value.im);
         }
     }
     eliminate(matrix.as_mut(), left);
@@ -288,10 +309,17 @@ mod tests {
         second.residues.iter_mut().for_each(|residue| *residue = *residue * 0.3 + residue.re);
         second.constant = -1.0;
         let samples = samples_of(&[exact.clone(), second]);
-        let mut poles = starting_poles(2, 100.0, 2e4);
-        for _ in 0..12 {
-            poles = relocate(&samples, &poles, true).unwrap();
+        let relocated = |elimination| {
+            let mut poles = starting_poles(2, 100.0, 2e4);
+            for _ in 0..12 {
+                poles = relocate(&samples, &poles, true, elimination).unwrap();
+            }
+            poles
+        };
+        for (found, pole) in relocated(Elimination::Products).iter().zip(&exact.poles) {
+            assert!((found - pole).norm() < 1e-5 * pole.norm(), "products: {found} {pole}");
         }
+        let poles = relocated(Elimination::Reflections);
         for (found, pole) in poles.iter().zip(&exact.poles) {
             assert!((found - pole).norm() < 1e-8 * pole.norm(), "{found} {pole}");
         }
@@ -308,8 +336,14 @@ mod tests {
         let mut samples = samples_of(&[model()]);
         samples.responses[0][3] = Complex64::new(f64::NAN, 0.0);
         let poles = starting_poles(3, 10.0, 1e4);
-        assert!(matches!(relocate(&samples, &poles, false), Err(RationalError::NotFinite { .. })));
+        assert!(matches!(
+            relocate(&samples, &poles, false, Elimination::Reflections),
+            Err(RationalError::NotFinite { .. })
+        ));
         let few = Samples { points: samples.points[..4].to_vec(), ..samples };
-        assert!(matches!(relocate(&few, &poles, false), Err(RationalError::TooFewSamples { samples: 4, .. })));
+        assert!(matches!(
+            relocate(&few, &poles, false, Elimination::Reflections),
+            Err(RationalError::TooFewSamples { samples: 4, .. })
+        ));
     }
 }

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::numeric::rational::Parts;
 use crate::tyre::influence::{InfluenceSum, SumAt};
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
@@ -17,6 +18,9 @@ pub const RUNGS: usize = 2048;
 pub const REAL_RUNGS: usize = 24;
 /// Where the ladder turns from linear to logarithmic \[rad/s\].
 const KNEE: f64 = 2.0 * PI * 10.0;
+
+/// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
+const BEYOND: usize = 20;
 
 /// The ladders and the stack on their rungs.
 #[derive(Clone, Debug)]
@@ -29,6 +33,10 @@ pub struct Ladder {
     pub axis_at: Vec<SumAt>,
     /// The stack on the positive real axis.
     pub real_at: Vec<SumAt>,
+    /// Where passivity is checked: every eighth rung of the axis, and beyond the band.
+    pub checked: Vec<Complex64>,
+    /// The same in parts.
+    pub checked_parts: Parts,
 }
 
 impl Ladder {
@@ -41,6 +49,9 @@ impl Ladder {
             .map(|rung| Complex64::new(top * 0.5_f64.powf(0.4 * (REAL_RUNGS - 1 - rung) as f64), 0.0))
             .collect();
         let at = |points: &[Complex64]| points.par_iter().map(|&s| sum.at(s)).collect();
-        Self { axis_at: at(&axis), real_at: at(&real), axis, real }
+        let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, axis[RUNGS].im * 2f64.powf(0.5 * i as f64)));
+        let checked: Vec<_> = axis.iter().skip(4).step_by(8).copied().chain(beyond).collect();
+        let checked_parts = Parts::new(checked.iter().copied(), 1.0);
+        Self { checked, checked_parts, axis_at: at(&axis), real_at: at(&real), axis, real }
     }
 }

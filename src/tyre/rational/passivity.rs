@@ -2,14 +2,11 @@
 
 use num_complex::Complex64;
 
-use super::ladder::RUNGS;
 use super::sampled::{Errors, Sampled};
 use super::wavenumber::Target;
 use crate::numeric::rational::PartialFractions;
 use crate::numeric::rational::vector_fitting::residues;
 
-/// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
-const BEYOND: usize = 20;
 /// Rounds of mending.
 const MENDING_ROUNDS: usize = 8;
 
@@ -49,13 +46,13 @@ pub fn passive(
 
 /// Smallest Re(s H)/|s|, relative to the local scale of the errors, on every eighth rung and beyond the band, and where.
 pub fn least_power(sampled: &Sampled<'_>, model: &PartialFractions) -> (f64, Complex64) {
-    let top = sampled.ladder.axis[RUNGS].im;
-    let beyond = (1..=BEYOND).map(|i| Complex64::new(0.0, top * 2f64.powf(0.5 * i as f64)));
-    let inside = sampled.ladder.axis.iter().skip(4).step_by(8).copied();
-    inside
-        .chain(beyond)
-        .map(|s| {
-            let value = model.evaluate(s);
+    let checked = &sampled.ladder.checked;
+    let values = model.evaluate_all(&sampled.ladder.checked_parts);
+    checked
+        .iter()
+        .enumerate()
+        .map(|(k, &s)| {
+            let value = values.get(k);
             (-value.im / sampled.local_scale(value), s)
         })
         .fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })

@@ -7,9 +7,9 @@
 use num_complex::Complex64;
 
 use super::ladder::{Ladder, REAL_RUNGS, RUNGS};
-use crate::numeric::rational::PartialFractions;
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::numeric::rational::vector_fitting::Samples;
+use crate::numeric::rational::{PartialFractions, Parts};
 use crate::tyre::influence_batch::FaceValues;
 
 /// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at large s, where H_n is a hundredth of its resonances: with errors
@@ -93,7 +93,7 @@ impl<'a> Sampled<'a> {
 
     /// Whether the belt moves more than a share of its scale anywhere.
     pub fn bottom_exceeds(&self, share: f64) -> bool {
-        self.axis.iter().flatten().any(|value| value[1].norm() > share * self.scales[1])
+        self.axis.iter().flatten().any(|value| value[1].norm_sqr() > (share * self.scales[1]).powi(2))
     }
 
     /// Brings `fresh` up to date with the grid and evaluates what is missing.
@@ -129,9 +129,10 @@ impl<'a> Sampled<'a> {
         }
         let mut scales = [0.0_f64; 2];
         for value in self.axis.iter().flatten() {
-            scales[0] = scales[0].max(value[0].norm());
-            scales[1] = scales[1].max(value[1].norm());
+            scales[0] = scales[0].max(value[0].norm_sqr());
+            scales[1] = scales[1].max(value[1].norm_sqr());
         }
+        scales = scales.map(f64::sqrt);
         self.scales = [scales[0], if self.bottom_scale > 0.0 { self.bottom_scale } else { scales[1] }];
     }
 
@@ -165,7 +166,7 @@ impl<'a> Sampled<'a> {
     /// What an error of the driven face is relative to where its value is `value`.
     pub fn local_scale(&self, value: Complex64) -> f64 {
         let largest = self.scales[0];
-        value.norm().max(LEAST_SCALE * largest).min(largest).max(f64::MIN_POSITIVE)
+        value.norm_sqr().sqrt().max(LEAST_SCALE * largest).min(largest).max(f64::MIN_POSITIVE)
     }
 
     /// How much more an error counts where the driven face's value is `value` than where it is largest.
@@ -173,42 +174,58 @@ impl<'a> Sampled<'a> {
         self.scales[0].max(f64::MIN_POSITIVE) / self.local_scale(value)
     }
 
-    /// Errors of both faces at a point with the exact `values`.
-    fn errors_at(&self, models: &[PartialFractions], s: Complex64, values: [Complex64; 2]) -> [f64; 2] {
-        let scales = [self.local_scale(values[0]), self.scales[1].max(f64::MIN_POSITIVE)];
-        std::array::from_fn(|face| {
-            let error = (models[face].evaluate(s) - values[face]).norm() / scales[face];
-            // Not a number would lose every comparison and pass for no error.
-            if error.is_finite() { error } else { f64::INFINITY }
-        })
+    /// Errors of both faces at rungs, in their order.
+    fn errors_at(&self, models: &[PartialFractions], rungs: &[Rung]) -> Vec<[f64; 2]> {
+        let points = Parts::new(rungs.iter().map(|&rung| self.point(rung)), 1.0);
+        let modelled: Vec<Parts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
+        let at = |(k, &rung): (usize, &Rung)| {
+            let values = match rung {
+                Rung::Axis(rung) => self.value(rung),
+                Rung::Real(rung) => self.real[rung],
+            };
+            let scales = [self.local_scale(values[0]), self.scales[1].max(f64::MIN_POSITIVE)];
+            std::array::from_fn(|face| {
+                let error = (modelled[face].get(k) - values[face]).norm_sqr().sqrt() / scales[face];
+                // Not a number would lose every comparison and pass for no error.
+                if error.is_finite() { error } else { f64::INFINITY }
+            })
+        };
+        rungs.iter().enumerate().map(at).collect()
+    }
+
+    fn point(&self, rung: Rung) -> Complex64 {
+        match rung {
+            Rung::Axis(rung) => self.ladder.axis[rung],
+            Rung::Real(rung) => self.ladder.real[rung],
+        }
     }
 
     pub fn errors(&self, models: &[PartialFractions]) -> Errors {
         let worst = self.ladder.axis[0];
         let mut errors = Errors { fitted: 0.0, fresh: 0.0, between: 0.0, axis: 0.0, real: 0.0, bottom: 0.0, worst };
-        for &rung in &self.grid {
-            let s = self.ladder.axis[rung];
-            let [driven, bottom] = self.errors_at(models, s, self.value(rung));
-            let error = driven.max(bottom);
+        let axis = self.grid.iter().chain(&self.fresh).map(|&rung| Rung::Axis(rung));
+        let rungs: Vec<Rung> = axis.chain((0..REAL_RUNGS).map(Rung::Real)).collect();
+        let all = self.errors_at(models, &rungs);
+        let (on_grid, others) = all.split_at(self.grid.len());
+        let (between, real) = others.split_at(self.fresh.len());
+        for (&rung, [driven, bottom]) in self.grid.iter().zip(on_grid) {
+            let error = driven.max(*bottom);
             if error > errors.fitted {
-                (errors.fitted, errors.worst) = (error, s);
+                (errors.fitted, errors.worst) = (error, self.ladder.axis[rung]);
             }
         }
-        for &rung in &self.fresh {
-            let both = self.errors_at(models, self.ladder.axis[rung], self.value(rung));
+        for both in between {
             errors.axis = errors.axis.max(both[0]);
             errors.bottom = errors.bottom.max(both[1]);
             errors.between = errors.between.max(both[0]).max(both[1]);
         }
         errors.fresh = errors.between;
-        for rung in 0..REAL_RUNGS {
-            let s = self.ladder.real[rung];
-            let both = self.errors_at(models, s, self.real[rung]);
+        for (rung, both) in real.iter().enumerate() {
             errors.real = errors.real.max(both[0]);
             errors.bottom = errors.bottom.max(both[1]);
             let error = both[0].max(both[1]);
             if error > errors.fitted.max(errors.fresh) {
-                errors.worst = s;
+                errors.worst = self.ladder.real[rung];
             }
             let kind = if rung % 2 == 1 { &mut errors.fitted } else { &mut errors.fresh };
             *kind = kind.max(error);
@@ -219,12 +236,10 @@ impl<'a> Sampled<'a> {
     /// Moves fresh rungs with a large error into the grid. `false` if there is nothing left to halve.
     pub fn refine(&mut self, models: &[PartialFractions], tolerance: f64, sample: &mut Sample<'_>) -> bool {
         let limit = 0.5 * tolerance;
-        let errors = |rung: usize| {
-            let [driven, bottom] = self.errors_at(models, self.ladder.axis[rung], self.value(rung));
-            driven.max(bottom)
-        };
+        let rungs: Vec<Rung> = self.fresh.iter().map(|&rung| Rung::Axis(rung)).collect();
+        let errors = self.errors_at(models, &rungs).into_iter().map(|[driven, bottom]| driven.max(bottom));
         let mut joining: Vec<(f64, usize)> =
-            self.fresh.iter().map(|&rung| (errors(rung), rung)).filter(|&(error, _)| error > limit).collect();
+            errors.zip(self.fresh.iter().copied()).filter(|&(error, _)| error > limit).collect();
         joining.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         joining.truncate(MOST_JOINING);
         if joining.is_empty() {

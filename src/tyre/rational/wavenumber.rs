@@ -16,7 +16,7 @@ use super::model::{Entry, FitStatistics};
 use super::passivity::{least_power, passive};
 use super::sampled::{Errors, Sample, Sampled};
 use crate::numeric::rational::partial_fractions::{fold_conjugates, order, sort, stabilise};
-use crate::numeric::rational::vector_fitting::{relocate, residues};
+use crate::numeric::rational::vector_fitting::{Elimination, relocate, residues};
 use crate::numeric::rational::{PartialFractions, RationalError, aaa};
 
 /// Intervals of the first grid.
@@ -37,6 +37,8 @@ const FARTHEST: f64 = 30.0;
 const MOST_GROWTH: usize = 2;
 /// Rounds of adding rungs or poles.
 const ROUNDS: usize = 120;
+/// Tolerance from which on relocations may take products instead of reflections: below, most of them lose their digits.
+const PRODUCTS_FROM: f64 = 1e-6;
 /// The belt has a say in the poles from this many tolerances on.
 const BELT_FROM: f64 = 1e4;
 
@@ -138,8 +140,10 @@ impl Attempt<'_> {
         let mut poles = poles.to_vec();
         if relocations > 0 {
             let pole_samples = if with_bottom { &samples } else { &self.sampled.samples(false) };
+            let elimination =
+                if self.target.tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products };
             for _ in 0..relocations {
-                poles = relocate(pole_samples, &poles, self.target.constant)?;
+                poles = relocate(pole_samples, &poles, self.target.constant, elimination)?;
                 self.bound(&mut poles);
             }
             self.relocations += relocations;

@@ -268,7 +268,7 @@ impl Work<'_> {
         // Far from its start a fit is worth tidying; close to it, its start was tidy.
         let (removals, removal_below) = match stride {
             0 => (8, 1.0),
-            1..=4 => (2, 0.3),
+            1..=4 => (2, 0.6),
             _ => (6, 0.7),
         };
         let target = Target {

@@ -23,8 +23,6 @@ use crate::numeric::rational::{PartialFractions, RationalError, aaa};
 const FIRST_INTERVALS: usize = 64;
 /// Relocations that have to fail before samples or poles are added.
 const IDLE_RELOCATIONS: usize = 2;
-/// Relocations that may make up for a pole that was taken away.
-const REMOVAL_RELOCATIONS: usize = 2;
 /// Samples per pole past which more samples are no remedy.
 const MOST_SAMPLES: usize = 4;
 /// A model that generates energy has poles to spare where its error is below this fraction of the tolerance.
@@ -107,6 +105,8 @@ struct Attempt<'a> {
     target: &'a Target,
     sampled: Sampled<'a>,
     relocations: usize,
+    /// Whether it starts from no poles.
+    from_scratch: bool,
 }
 
 /// Fits one wavenumber. `sample` evaluates the exact functions on a list of rungs, in their order.
@@ -123,31 +123,33 @@ pub fn fit_wavenumber(
     };
     let mut sampled = Sampled::new(ladder, grid, target.bottom_scale);
     sampled.refresh(sample);
-    let mut attempt = Attempt { target, sampled, relocations: 0 };
+    let mut attempt = Attempt { target, sampled, relocations: 0, from_scratch: start.poles.is_empty() };
     attempt.run(start, sample)
 }
 
 impl Attempt<'_> {
-    /// Relocates and refits.
+    /// How relocations eliminate residues unless they have to be exact: poles that are yet to be found come out fewer by reflections.
+    fn elimination(&self) -> Elimination {
+        if self.from_scratch || self.target.tolerance < PRODUCTS_FROM {
+            Elimination::Reflections
+        } else {
+            Elimination::Products
+        }
+    }
+
+    /// Relocates once and refits.
     fn improve(
         &mut self,
         poles: &[Complex64],
-        relocations: usize,
+        elimination: Elimination,
     ) -> Result<(Vec<Complex64>, Vec<PartialFractions>, Errors), RationalError> {
         // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs no more.
         let with_bottom = self.sampled.bottom_exceeds((BELT_FROM * self.target.tolerance).min(0.05));
         let samples = self.sampled.samples(true);
-        let mut poles = poles.to_vec();
-        if relocations > 0 {
-            let pole_samples = if with_bottom { &samples } else { &self.sampled.samples(false) };
-            let elimination =
-                if self.target.tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products };
-            for _ in 0..relocations {
-                poles = relocate(pole_samples, &poles, self.target.constant, elimination)?;
-                self.bound(&mut poles);
-            }
-            self.relocations += relocations;
-        }
+        let pole_samples = if with_bottom { &samples } else { &self.sampled.samples(false) };
+        let mut poles = relocate(pole_samples, poles, self.target.constant, elimination)?;
+        self.bound(&mut poles);
+        self.relocations += 1;
         let models = residues(&samples, &poles, self.target.constant)?;
         let errors = self.sampled.errors(&models);
         Ok((poles, models, errors))
@@ -189,7 +191,7 @@ impl Attempt<'_> {
         let mut may_thin = true;
         for _ in 0..ROUNDS {
             self.sampled.enough_samples(order(&poles), sample);
-            let (moved, models, errors) = self.improve(&poles, 1).map_err(broken)?;
+            let (moved, models, errors) = self.improve(&poles, self.elimination()).map_err(broken)?;
             poles = moved;
             best = best.min(errors.largest());
             let errors = if errors.largest() <= self.target.tolerance
@@ -286,8 +288,8 @@ impl Attempt<'_> {
             let mut fewer = poles.clone();
             fewer.remove(least);
             let mut found = false;
-            for _ in 0..REMOVAL_RELOCATIONS {
-                let Ok((moved, refitted, new)) = self.improve(&fewer, 1) else { break };
+            for elimination in [self.elimination(), Elimination::Reflections] {
+                let Ok((moved, refitted, new)) = self.improve(&fewer, elimination) else { break };
                 fewer = moved;
                 if new.largest() <= self.target.tolerance {
                     let (refitted, new) = passive(&self.sampled, self.target, &fewer, refitted, new);

@@ -55,7 +55,9 @@ const FIT_EVALUATIONS: f64 = 2e6;
 /// Bytes for a pole: the model, and the recursion's coefficients and states.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
 /// Bytes that a fit holds for each thread, and what the allocator keeps of them.
-const FIT_BYTES: f64 = 34e6;
+const FIT_BYTES: f64 = 26e6;
+/// Share of it that the allocator still keeps in the steps (measured).
+const KEPT_OF_FIT: f64 = 0.3;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
 const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
@@ -163,7 +165,8 @@ impl Amounts {
     /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
-        steps.max(self.fit_memory_per_thread * threads as f64)
+        let fit = self.fit_memory_per_thread * threads as f64;
+        fit.max(steps + KEPT_OF_FIT * fit)
     }
 
     fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {

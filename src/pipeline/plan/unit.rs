@@ -90,11 +90,11 @@ pub struct UnitCosts {
 
 /// Measured on one core of an AMD EPYC with AVX-512, release build: what plans are checked with where nothing was measured.
 const TYPICAL: [(Unit, f64); 27] = [
-    (Unit::Fit, 0.75),
+    (Unit::Fit, 0.49),
     (Unit::Pole, 5e-6),
     (Unit::Evaluation, 7e-8),
     (Unit::StaticPair, 8e-7),
-    (Unit::TextureMultiplyAdd, 1.5e-10),
+    (Unit::TextureMultiplyAdd, 7e-11),
     (Unit::ResampledHeight, 1e-8),
     (Unit::SpringCell, 2.7e-8),
     (Unit::HalfSpacePair, 3.2e-9),

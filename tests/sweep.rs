@@ -113,7 +113,7 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
 fn a_killed_sweep_goes_on_from_its_checkpoints() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
-    fs::write(place.join("scene.toml"), scene(6.0)).unwrap();
+    fs::write(place.join("scene.toml"), scene(40.0)).unwrap();
     let arguments = |out| ["scene.toml", "--speed", "60,80", "--out", out, "--threads", "2"];
     let whole = output(place, &arguments("whole"));
     assert!(whole.status.success(), "{}", text(&whole.stderr));

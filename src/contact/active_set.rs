@@ -15,7 +15,7 @@
 use pulp::Arch;
 
 use super::factors::{FactorCache, FactorCounts, Singular};
-use super::sweeps::{OwnForce, Sweeps, displace, mirrored};
+use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
@@ -119,11 +119,8 @@ impl ActiveSet {
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        let columns = self.estimate.len();
-        let by = by.min(columns);
-        self.estimate.copy_within(by.., 0);
-        self.estimate[columns - by..].fill(0.0);
-        self.factors.advance(by);
+        move_on(&mut self.estimate, by);
+        self.factors.advance(by.min(self.estimate.len()));
     }
 
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.

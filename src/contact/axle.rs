@@ -8,6 +8,7 @@ use super::error::ContactError;
 use super::geometry::Geometry;
 use super::moving_axle::MovingAxle;
 use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::scene::Axle;
 
 /// Static contact on a smooth road.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +32,34 @@ pub struct StaticTyre<'a> {
     pub circumference: f64,
 }
 
+/// How far the rigid tyre may come down \[m\] under an axle that has it at `at_rest` \[m\] on a smooth road.
+pub fn deepest(axle: &Axle, at_rest: f64) -> f64 {
+    match axle {
+        Axle::Indentation { .. } => at_rest,
+        // Room for the corrections on a rough road.
+        Axle::Load { .. } => 1.25 * at_rest,
+        // A mass that lands comes down further.
+        Axle::Mass { .. } => 2.0 * at_rest,
+    }
+}
+
+/// Half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\] above its plane.
+pub fn window_reach(axle: &Axle, at_rest: f64, highest: f64, radius: f64, element: f64) -> f64 {
+    1.05 * Geometry::half_chord(radius, deepest(axle, at_rest) + highest) + 2.0 * element
+}
+
 impl StaticTyre<'_> {
+    /// The contact that an axle has on a smooth road.
+    ///
+    /// # Errors
+    /// As [`Self::at`], and [`ContactError::LoadNotReached`].
+    pub fn under(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
+        match *axle {
+            Axle::Load { load, .. } | Axle::Mass { load, .. } => self.under_load(load),
+            Axle::Indentation { indentation, .. } => self.at(indentation),
+        }
+    }
+
     /// Force on a smooth road at an indentation \[m\].
     pub fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
         let elements = self.influence.len();

@@ -30,7 +30,7 @@ use pulp::Arch;
 use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
 use super::ldlt::{Aligned, LINE, Singular, factorised, finite, scratch_for, solve_with};
 use super::slice_queue::SliceQueue;
-use super::sweeps::{OwnForce, Sweeps, displace, mirrored};
+use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::meter::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;
@@ -136,10 +136,7 @@ impl ImplicitSet {
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        let columns = self.estimate.len();
-        let by = by.min(columns);
-        self.estimate.copy_within(by.., 0);
-        self.estimate[columns - by..].fill(0.0);
+        move_on(&mut self.estimate, by);
     }
 
     /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what they make of them:

@@ -16,6 +16,14 @@ pub fn displace(arch: Arch, displacement: &mut [f64], row: &[f64], forces: impl 
     add_windows(arch, displacement, row, forces.map(|(point, force)| (last - point, force)));
 }
 
+/// Forces after the window has moved on by a number of elements: what was column i is column i - `by`.
+pub fn move_on(forces: &mut [f64], by: usize) {
+    let columns = forces.len();
+    let by = by.min(columns);
+    forces.copy_within(by.., 0);
+    forces[columns - by..].fill(0.0);
+}
+
 /// The law of a point by itself.
 pub trait OwnForce {
     /// Its force while all others stay as they are, from its force so far and u = G0 F there.

@@ -23,4 +23,4 @@ pub use ring::Ring;
 pub use running_moments::RunningMoments;
 pub use state::{StateError, StateReader, StateWriter, nanoseconds};
 pub use straight_line::StraightLine;
-pub use transform_length::transform_length;
+pub use transform_length::{transform_length, transform_multiply_adds};

@@ -1,4 +1,4 @@
-//! Lengths that a mixed-radix Fourier transform likes.
+//! Lengths that a mixed-radix Fourier transform likes, and what one takes.
 
 /// The smallest even number >= `least` without prime factors above 5; at least 2.
 pub fn transform_length(least: usize) -> usize {
@@ -15,6 +15,11 @@ pub fn transform_length(least: usize) -> usize {
         length += 2;
     }
     length
+}
+
+/// Multiply-adds of a complex transform: about 5/2 N log2 N, the logarithm rounded down. A real one takes half.
+pub fn transform_multiply_adds(length: usize) -> f64 {
+    2.5 * length as f64 * f64::from(length.max(2).ilog2())
 }
 
 #[cfg(test)]

@@ -76,6 +76,28 @@ pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
     }
 }
 
+/// The model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
+///
+/// # Errors
+/// A fit that was [`refused`]; [`RunError::Interrupted`].
+pub fn planned_model(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    right: &str,
+    stop: &AtomicBool,
+    meter: &mut Meter,
+    warnings: &mut Vec<String>,
+) -> Result<RationalModel, RunError> {
+    let options = fit_options(&loaded.scene, contact_field(plan.decisions.tread));
+    let fetched = meter
+        .time(Stage::Influence, || fetch(&plan.decisions.tyre, &options, stop))
+        .map_err(|error| refused(loaded, error, right))?;
+    warnings.extend(fetched.warnings);
+    // A warm model took its evaluations in an earlier run.
+    meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { fetched.model.evaluations() });
+    Ok(fetched.model)
+}
+
 /// The warning of a rule that is marginal.
 fn ringing(rule: TimeRule, time_step: f64) -> String {
     format!(
@@ -127,14 +149,8 @@ impl Past<'_> {
     pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let scene = &self.loaded.scene;
         let (rule, time_step) = (scene.numerics.time_rule, self.plan.time_step);
-        let options = fit_options(scene, self.field);
-        let fetched = meter
-            .time(Stage::Influence, || fetch(&self.plan.decisions.tyre, &options, self.stop))
-            .map_err(|error| refused(self.loaded, error, "another tolerance, or history = \"direct\""))?;
-        warnings.extend(fetched.warnings);
-        let model = fetched.model;
-        // A warm model took its evaluations in an earlier run.
-        meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });
+        let right = "another tolerance, or history = \"direct\"";
+        let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
         meter.count(Counter::Poles, model.order() as u64);
         meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)

@@ -11,7 +11,7 @@ use super::error::RunError;
 use super::past::{Past, contact_field};
 use super::plan::{Decisions, Plan};
 use super::road_ahead::RoadAhead;
-use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre};
+use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, deepest, window_reach};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
@@ -69,16 +69,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     }
 
     let radius = tyre.circumference / (2.0 * PI);
-    let deepest = match scene.rolling.axle {
-        Axle::Indentation { indentation, .. } => indentation,
-        // Room for the corrections on a rough road.
-        Axle::Load { .. } => 1.25 * at_rest.indentation,
-        // A mass that lands comes down further.
-        Axle::Mass { .. } => 2.0 * at_rest.indentation,
-    };
-    let reach = 1.05 * Geometry::half_chord(radius, deepest + surface.highest()) + 2.0 * plan.element;
+    let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
-    let chord = Geometry::half_chord(radius, deepest);
+    let chord = Geometry::half_chord(radius, deepest(&scene.rolling.axle, at_rest.indentation));
     let travel = plan.speed * plan.time_step * plan.steps as f64;
     let start = match (scene.rolling.start, surface.extent()) {
         (Some(start), _) => start,
@@ -171,10 +164,7 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
     let circumference = scene.tyre.circumference;
     let row = sum.static_row(Field::Surface);
     let elastic = StaticTyre { influence: &row, circumference };
-    let on = |tyre: &StaticTyre<'_>| match scene.rolling.axle {
-        Axle::Load { load, .. } | Axle::Mass { load, .. } => tyre.under_load(load),
-        Axle::Indentation { indentation, .. } => tyre.at(indentation),
-    };
+    let on = |tyre: &StaticTyre<'_>| tyre.under(&scene.rolling.axle);
     if field != Field::UnderTread {
         return Ok((on(&elastic)?, EqualBedding { scale: 1.0, spring: 0.0 }));
     }

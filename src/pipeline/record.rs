@@ -116,33 +116,24 @@ impl Record {
         rows: Option<u64>,
     ) -> Result<Self, RunError> {
         let outputs = &scene.outputs;
-        let moves = moves(scene);
         let shown = if outputs.plots { shown.start..shown.end.min(plan.steps) } else { 0..0 };
         let rows_shown = shown.end.saturating_sub(shown.start) as usize;
-        let counted = (plan.steps - plan.warm_up_steps) as usize;
-        let spectrum = (outputs.spectra || outputs.plots)
-            .then(|| SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok())
-            .flatten();
         Ok(Self {
-            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, moves, rows)?) } else { None },
-            warm_up: plan.warm_up_steps,
+            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, moves(scene), rows)?) } else { None },
             shown,
             drawn: Drawn {
                 time: Vec::with_capacity(rows_shown),
                 first_element: Vec::with_capacity(rows_shown),
                 force: Vec::with_capacity(rows_shown * columns),
             },
-            force: RunningMoments::default(),
-            indentation: moves.then(RunningMoments::default),
-            spectrum,
-            vibration: None,
-            sum_of_lengths: 0.0,
+            ..Self::in_memory(scene, plan, outputs.spectra || outputs.plots)
         })
     }
 
-    /// A recorder that writes and draws nothing.
-    pub fn in_memory(scene: &Scene, plan: &Plan) -> Self {
+    /// A recorder that writes and draws nothing; with the spectrum of the force where that is wanted.
+    pub fn in_memory(scene: &Scene, plan: &Plan, spectrum: bool) -> Self {
         let counted = (plan.steps - plan.warm_up_steps) as usize;
+        let accumulator = || SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok();
         Self {
             arrays: None,
             warm_up: plan.warm_up_steps,
@@ -150,9 +141,9 @@ impl Record {
             drawn: Drawn::default(),
             force: RunningMoments::default(),
             indentation: moves(scene).then(RunningMoments::default),
-            spectrum: SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok(),
-            sum_of_lengths: 0.0,
+            spectrum: spectrum.then(accumulator).flatten(),
             vibration: None,
+            sum_of_lengths: 0.0,
         }
     }
 

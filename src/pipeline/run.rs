@@ -77,7 +77,7 @@ impl Run {
         loaded.check_time_domain()?;
         let mut meter = Meter::default();
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let mut record = Record::in_memory(&loaded.scene, plan);
+        let mut record = Record::in_memory(&loaded.scene, plan, true);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         Ok(Self::new(plan, prepared, record, meter))
     }

@@ -26,7 +26,7 @@ use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use super::{HistoryWork, PastForces};
 use crate::meter::Work;
 use crate::numeric::windows::add_windows;
-use crate::numeric::{Ring, StateError, StateReader, StateWriter};
+use crate::numeric::{Ring, StateError, StateReader, StateWriter, transform_multiply_adds};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
@@ -184,9 +184,9 @@ impl WithRecursion for NextBlock<'_> {
         groups.iter().for_each(|group| self.work.sums += group.work());
         *self.work = HistoryWork {
             sums: self.work.sums,
-            // A real transform of length N takes about 5/4 N log2 N multiply-adds; its input, its output and its scratch.
+            // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
             transforms: Work {
-                multiply_adds: 2 * instants as u64 * (5 * length * u64::from(length.ilog2())) / 4,
+                multiply_adds: (instants as f64 * transform_multiply_adds(*elements)) as u64,
                 bytes: 2 * instants as u64 * 3 * 8 * length,
             },
             transform_time: transformed + begin.elapsed(),

@@ -8,17 +8,17 @@ use serde::Serialize;
 use super::Plan;
 use super::decisions::Decisions;
 use super::unit::Unit;
-use crate::contact::axle::StaticTyre;
+use crate::contact::axle::{StaticTyre, window_reach};
 use crate::contact::factors::largest_memory;
-use crate::contact::geometry::Geometry;
 use crate::contact::history::modes::INSTANTS;
 use crate::meter::{Counter, Stage};
+use crate::numeric::transform_multiply_adds;
 use crate::pipeline::road_ahead::CHUNK_ROWS;
 use crate::pipeline::vibration::point_bytes;
 use crate::response::vibration::{ElementVelocities, SegmentLayout};
 use crate::road::Lattice;
 use crate::road::made::{Sizes, TargetSpectrum};
-use crate::scene::{Axle, History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
+use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
@@ -208,7 +208,7 @@ impl Amounts {
         let padded = (wavenumbers / GROUP).ceil() * GROUP / wavenumbers;
         let pass = PER_POLE * padded * self.poles;
         let instant = pass + 0.5 * (INSTANTS as f64 - 1.0) * points * columns;
-        let transform = 2.5 * elements * elements.log2().floor();
+        let transform = transform_multiply_adds(numerics.elements);
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
         let place = if pass * INSTANTS as f64 >= crate::contact::history::modes::PARALLEL_FROM as f64 {
             Place::MarchOnAll
@@ -411,20 +411,13 @@ fn expected(scene: &Scene, tyre: &Tyre, element: f64) -> Expected {
     let sum = InfluenceSum::with(tyre, Projection::new(tyre, COARSE), Truncation::Tail, COARSE_TOLERANCE, 1.0);
     let row = sum.static_row(Field::Surface);
     let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
-    let found = match scene.rolling.axle {
-        Axle::Load { load, .. } | Axle::Mass { load, .. } => at_rest.under_load(load),
-        Axle::Indentation { indentation, .. } => at_rest.at(indentation),
-    };
+    let axle = &scene.rolling.axle;
+    let found = at_rest.under(axle);
     let elements = scene.numerics.elements as f64;
     // What has no static solution is refused when it is looked for.
     let (depth, length) = found.map_or((0.01, 0.1), |found| (found.indentation, found.length));
     let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
-    let depth = match scene.rolling.axle {
-        Axle::Load { .. } => 1.25 * depth,
-        Axle::Mass { .. } => 2.0 * depth,
-        Axle::Indentation { .. } => depth,
-    };
-    let reach = 1.05 * Geometry::half_chord(tyre.radius(), depth + peaks) + 2.0 * element;
+    let reach = window_reach(axle, depth, peaks, tyre.radius(), element);
     Expected {
         points: (length / element).clamp(1.0, elements),
         columns: (2.0 * (reach / element).ceil() + 2.0).clamp(4.0, elements),

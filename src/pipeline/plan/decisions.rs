@@ -51,6 +51,8 @@ impl Decisions {
         let (texture, slices, lateral_points) = texture(scene);
         let (coupling, slice_coupling) = slice_coupling(scene, slices);
         let tread = scene.contact.tread;
+        let (effects, vibration) = (&scene.effects, vibration(scene));
+        let wanted = |field: fn(&Vibration) -> bool| vibration.as_ref().is_some_and(field);
         let rows = vec![
             tension,
             texture,
@@ -58,13 +60,18 @@ impl Decisions {
             tread_coupling(tread),
             axle(scene),
             history(scene),
-            velocity("tread vibration", "tread_vibration", scene, |wanted| wanted.tread),
-            velocity("belt vibration", "belt_vibration", scene, |wanted| wanted.belt),
-            velocity("tangential motion", "tangential_motion", scene, |wanted| wanted.tangential),
+            velocity("tread vibration", effects.tread_vibration, "tread_vibration", wanted(|wanted| wanted.tread)),
+            velocity("belt vibration", effects.belt_vibration, "belt_vibration", wanted(|wanted| wanted.belt)),
+            velocity(
+                "tangential motion",
+                effects.tangential_motion,
+                "tangential_motion",
+                wanted(|wanted| wanted.tangential),
+            ),
             later("radiation"),
             later("friction"),
         ];
-        Self { slices, lateral_points, tread, slice_coupling, vibration: vibration(scene), tyre, rows, notes }
+        Self { slices, lateral_points, tread, slice_coupling, vibration, tyre, rows, notes }
     }
 }
 
@@ -207,13 +214,7 @@ fn vibration(scene: &Scene) -> Option<Vibration> {
     scene.outputs.vibration.clone().or_else(asked_by_effects)
 }
 
-fn velocity(effect: &'static str, key: &str, scene: &Scene, field: fn(&Vibration) -> bool) -> Decision {
-    let switch = match key {
-        "tread_vibration" => scene.effects.tread_vibration,
-        "belt_vibration" => scene.effects.belt_vibration,
-        _ => scene.effects.tangential_motion,
-    };
-    let on = vibration(scene).as_ref().is_some_and(field);
+fn velocity(effect: &'static str, switch: Switch, key: &str, on: bool) -> Decision {
     let asked = if on { "auto: outputs.vibration asks for it" } else { "auto: no output asks for it" };
     let reason = given(switch, key).unwrap_or_else(|| asked.to_owned());
     let form = if on { "per wavenumber, from the forces" } else { "" }.to_owned();

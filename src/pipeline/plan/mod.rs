@@ -53,6 +53,11 @@ pub struct Plan {
 impl Plan {
     /// The plan of a scene, a fit expected where there is one.
     pub fn new(scene: &Scene) -> Self {
+        Self::decided(scene).with_amounts(scene, None)
+    }
+
+    /// What is decided and how large it is; its amounts are still to come.
+    fn decided(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;
         let speed = rolling.speed();
         let element = tyre.circumference / numerics.elements as f64;
@@ -62,7 +67,7 @@ impl Plan {
         let warm_up_steps = steps_of(rolling.warm_up);
         let steps = warm_up_steps + steps_of(rolling.duration).max(1.0);
         let lags = (steps_of(numerics.memory) + 1.0).min(steps + 1.0).max(2.0);
-        let mut plan = Self {
+        Self {
             decisions: Decisions::new(scene),
             choices: Vec::new(),
             speed,
@@ -72,15 +77,19 @@ impl Plan {
             steps: steps as u64,
             lags: lags as usize,
             amounts: Amounts::default(),
-        };
-        plan.amounts = Amounts::new(scene, &plan, None);
-        plan
+        }
+    }
+
+    /// With the work of a run whose model is kept with so many poles, or still to be fitted.
+    fn with_amounts(mut self, scene: &Scene, kept: Option<usize>) -> Self {
+        self.amounts = Amounts::new(scene, &self, kept);
+        self
     }
 
     /// The plan of a loaded scene: with what was chosen in it, and with the fitted model that the cache holds, if there is one.
     pub fn of(loaded: &LoadedScene) -> Self {
         let scene = &loaded.scene;
-        let mut plan = Self::new(scene);
+        let mut plan = Self::decided(scene);
         plan.choices = loaded.choices().to_vec();
         if scene.numerics.accuracy.is_some() {
             let note = format!(
@@ -88,12 +97,9 @@ impl Plan {
             );
             plan.decisions.notes.push(note);
         }
-        if scene.numerics.history == History::Modal
-            && let Some(kept) = kept_poles(scene, &plan)
-        {
-            plan.amounts = Amounts::new(scene, &plan, Some(kept));
-        }
-        plan
+        let modal = scene.numerics.history == History::Modal;
+        let kept = if modal { kept_poles(scene, &plan) } else { None };
+        plan.with_amounts(scene, kept)
     }
 
     /// What it will take on this machine. `process`: what the process itself holds \[bytes\].

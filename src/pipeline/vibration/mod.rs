@@ -7,7 +7,7 @@ mod results;
 use std::sync::atomic::AtomicBool;
 
 use super::error::RunError;
-use super::past::{contact_field, fetch, fit_options, refused};
+use super::past::planned_model;
 use super::plan::{Plan, bytes};
 use super::prepare::Prepared;
 use crate::contact::march::March;
@@ -91,13 +91,8 @@ impl VibrationRecorder {
         let model = match prepared.model.take() {
             Some(model) => model,
             None => {
-                let options = fit_options(scene, contact_field(plan.decisions.tread));
-                let fetched = meter
-                    .time(Stage::Influence, || fetch(&plan.decisions.tyre, &options, stop))
-                    .map_err(|error| refused(loaded, error, "another tolerance, or no [outputs.vibration]"))?;
-                prepared.warnings.extend(fetched.warnings);
-                meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { fetched.model.evaluations() });
-                fetched.model
+                let right = "another tolerance, or no [outputs.vibration]";
+                planned_model(loaded, plan, right, stop, meter, &mut prepared.warnings)?
             }
         };
         let top = layout.angular_frequency(layout.bins() - 1);
@@ -147,14 +142,8 @@ impl VibrationRecorder {
         let layout = *self.accumulator.layout();
         let kind = TransferKind::Rule(self.rule);
         let mut tables = Vec::new();
-        for &field in &self.fields {
-            let response = TyreResponse {
-                model: &self.model,
-                scale: self.scale,
-                spring: self.spring,
-                tangential: self.tangential.as_ref(),
-            };
-            if let Some(table) = VelocityTable::new(&layout, &response, kind, field) {
+        for index in 0..self.fields.len() {
+            if let Some(table) = VelocityTable::new(&layout, &self.response(), kind, self.fields[index]) {
                 table.add_points(&mut self.accumulator, &self.wanted.points);
                 if !self.wanted.elements.is_empty() {
                     tables.push(table);

@@ -6,6 +6,8 @@
 
 use std::f64::consts::PI;
 
+use crate::numeric::transform_multiply_adds;
+
 /// Sizes of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentLayout {
@@ -69,12 +71,11 @@ impl SegmentLayout {
         (self.places() + self.substeps * self.base_bins()) as u64
     }
 
-    /// Multiply-adds of a segment: a complex transform of length N takes about 5/2 N log2 N, a real one half of that; two for every power.
+    /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every power.
     pub fn multiply_adds(&self) -> f64 {
-        let cost = |length: usize| (length * length.max(2).ilog2() as usize) as f64;
-        let over_time = self.places() as f64 * cost(self.base_length());
-        let over_columns = (self.substeps * self.base_bins()) as f64 * cost(self.elements);
-        1.25 * (over_time + 2.0 * over_columns) + 2.0 * (self.bins() * self.wavenumbers()) as f64
+        let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
+        let over_columns = (self.substeps * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
+        over_time + over_columns + 2.0 * (self.bins() * self.wavenumbers()) as f64
     }
 
     /// Bins of a one-sided spectrum, 0..=K/2.

@@ -2,6 +2,7 @@
 
 use super::target::TargetSpectrum;
 use crate::meter::Work;
+use crate::numeric::transform_multiply_adds;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::RoadError;
 use crate::road::lattice::{Lattice, positive};
@@ -81,14 +82,10 @@ impl Sizes {
         })
     }
 
-    /// A transform takes about 5/2 M log2 M multiply-adds.
-    fn transform(&self) -> f64 {
-        2.5 * self.length as f64 * f64::from(self.length.ilog2())
-    }
-
     /// What making the filters takes: two transforms and a spectrum for each stream.
     pub fn opening(&self) -> Work {
-        let multiply_adds = self.lines * self.length as f64 * DENSITY + self.streams * 2.0 * self.transform();
+        let multiply_adds =
+            self.lines * self.length as f64 * DENSITY + self.streams * 2.0 * transform_multiply_adds(self.length);
         Work { multiply_adds: multiply_adds as u64, bytes: (4.0 * self.streams * self.length as f64) as u64 }
     }
 
@@ -96,7 +93,8 @@ impl Sizes {
     pub fn chunk(&self) -> Work {
         let length = self.length as f64;
         let noise = 40.0 * length;
-        let multiply_adds = self.streams * (2.0 * self.transform() + noise + 2.0 * length * self.columns);
+        let multiply_adds =
+            self.streams * (2.0 * transform_multiply_adds(self.length) + noise + 2.0 * length * self.columns);
         let bytes =
             length * (16.0 * STREAMS as f64 + 8.0 * self.columns) + 3.0 * 8.0 * self.chunk_rows as f64 * self.columns;
         Work { multiply_adds: multiply_adds as u64, bytes: bytes as u64 }

@@ -149,9 +149,12 @@ impl Amounts {
             fit_memory_per_thread: 0.0,
             result_bytes: 0.0,
         };
+        if plan.needs_model(scene) {
+            amounts.model(scene, kept);
+        }
         match scene.numerics.history {
             History::Direct => amounts.direct(scene, plan),
-            History::Modal => amounts.modal(scene, plan, kept),
+            History::Modal => amounts.modal(scene, plan),
         }
         amounts.road(scene, plan);
         amounts.contact(scene, plan);
@@ -173,6 +176,14 @@ impl Amounts {
         self.work.push(Amount { stage, unit, amount, place });
     }
 
+    /// Adds to what a counter is expected to say.
+    fn count(&mut self, counter: Counter, amount: f64) {
+        match self.counters.iter_mut().find(|known| known.0 == counter) {
+            Some(known) => known.1 += amount,
+            None => self.counters.push((counter, amount)),
+        }
+    }
+
     fn hold(&mut self, what: &'static str, bytes: f64) {
         self.memory.push((what, bytes));
     }
@@ -182,14 +193,15 @@ impl Amounts {
         let Expected { points, columns, .. } = self.expected;
         let evaluations = wavenumbers * lags * terms(scene, plan);
         self.add(Stage::Influence, Unit::Evaluation, evaluations, Place::BeforeOnAll);
-        self.counters.push((Counter::ComplianceEvaluations, evaluations));
+        self.count(Counter::ComplianceEvaluations, evaluations);
         // The first steps have less of a past.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
         self.hold("weights and forces of the past", 8.0 * lags * (3.0 * wavenumbers + 3.0 * columns + 9.0));
     }
 
-    fn modal(&mut self, scene: &Scene, plan: &Plan, kept: Option<usize>) {
+    /// The fitted model that the recursion and the vibration need.
+    fn model(&mut self, scene: &Scene, kept: Option<usize>) {
         let numerics = &scene.numerics;
         let elements = numerics.elements as f64;
         let decades = -numerics.pole_tolerance.log10();
@@ -200,8 +212,13 @@ impl Amounts {
             self.add(Stage::Influence, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = FIT_BYTES;
         }
-        self.counters.push((Counter::ComplianceEvaluations, if kept.is_none() { FIT_EVALUATIONS } else { 0.0 }));
-        self.counters.push((Counter::Poles, self.poles));
+        self.count(Counter::ComplianceEvaluations, if kept.is_none() { FIT_EVALUATIONS } else { 0.0 });
+    }
+
+    fn modal(&mut self, scene: &Scene, plan: &Plan) {
+        let numerics = &scene.numerics;
+        let elements = numerics.elements as f64;
+        self.count(Counter::Poles, self.poles);
         let Expected { points, columns, .. } = self.expected;
         let stages = numerics.time_rule.nodes().len() as f64;
         let (wavenumbers, steps) = (wavenumbers(scene), plan.steps as f64);
@@ -255,7 +272,7 @@ impl Amounts {
             Slices::Winkler | Slices::None => (Unit::SpringCell, rows * across),
         };
         self.add(Stage::Slices, unit, cells, Place::Behind);
-        self.counters.push((Counter::Slices, rows));
+        self.count(Counter::Slices, rows);
     }
 
     fn contact(&mut self, scene: &Scene, plan: &Plan) {
@@ -265,7 +282,7 @@ impl Amounts {
         self.add(Stage::Axle, Unit::StaticPair, columns * columns, Place::Before);
         let column = if smooth { Unit::LevelColumn } else { Unit::RoughColumn };
         self.add(Stage::Penetration, column, solutions * columns, Place::March);
-        self.counters.push((Counter::Steps, plan.steps as f64));
+        self.count(Counter::Steps, plan.steps as f64);
         if plan.decisions.tread == Tread::Uncoupled {
             // Each point by itself: as simple as pressing it into a level slice.
             self.add(Stage::ActiveSet, Unit::LevelColumn, solutions * columns, Place::March);
@@ -286,8 +303,8 @@ impl Amounts {
             self.add(Stage::ActiveSet, point, 2.0 * solutions * points, Place::March);
         }
         self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search, Place::March);
-        self.counters.push((Counter::Solves, solutions * solves));
-        self.counters.push((Counter::Factorisations, factorisations));
+        self.count(Counter::Solves, solutions * solves);
+        self.count(Counter::Factorisations, factorisations);
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 
@@ -322,7 +339,7 @@ impl Amounts {
         // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is one.
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
         let times = if at_places { 2.0 * fields + 1.0 } else { fields + 1.0 };
-        let poles = 0.5 * self.poles.max(fit_of(elements as f64).0);
+        let poles = 0.5 * self.poles;
         self.add(Stage::Vibration, Unit::VibrationPole, times * poles * layout.bins() as f64, Place::Before);
         if vibration.tangential {
             self.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
@@ -333,7 +350,7 @@ impl Amounts {
             self.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
         }
         let evaluations = times * wavenumbers(scene) * layout.bins() as f64;
-        self.counters.push((Counter::VibrationEvaluations, evaluations));
+        self.count(Counter::VibrationEvaluations, evaluations);
         let held = point_bytes(&layout, wanted, vibration);
         self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
     }
@@ -343,7 +360,7 @@ impl Amounts {
         if outputs.arrays {
             self.result_bytes = 8.0 * steps * (self.expected.columns + 3.0);
             self.add(Stage::Output, Unit::OutputByte, self.result_bytes, Place::March);
-            self.counters.push((Counter::BytesWritten, self.result_bytes));
+            self.count(Counter::BytesWritten, self.result_bytes);
         }
         if outputs.plots {
             self.add(Stage::Response, Unit::Plot, 2.0, Place::Before);

@@ -80,6 +80,11 @@ impl Plan {
         }
     }
 
+    /// Whether a fitted model is needed: by the recursion, or by the vibration.
+    fn needs_model(&self, scene: &Scene) -> bool {
+        scene.numerics.history == History::Modal || self.decisions.vibration.is_some()
+    }
+
     /// With the work of a run whose model is kept with so many poles, or still to be fitted.
     fn with_amounts(mut self, scene: &Scene, kept: Option<usize>) -> Self {
         self.amounts = Amounts::new(scene, &self, kept);
@@ -97,8 +102,7 @@ impl Plan {
             );
             plan.decisions.notes.push(note);
         }
-        let modal = scene.numerics.history == History::Modal;
-        let kept = if modal { kept_poles(scene, &plan) } else { None };
+        let kept = if plan.needs_model(scene) { kept_poles(scene, &plan) } else { None };
         plan.with_amounts(scene, kept)
     }
 

@@ -1,7 +1,7 @@
 //! `tyrewave`: the sound of a tyre rolling on a rough road.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
-//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`pipeline`] -> [`cli`].
+//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`pipeline`] -> [`profile`] -> [`cli`].
 //! [`numeric`] and [`meter`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and
 //! serves the road's slices.
 //!
@@ -14,6 +14,7 @@ pub mod half_space;
 pub mod meter;
 pub mod numeric;
 pub mod pipeline;
+pub mod profile;
 pub mod response;
 pub mod results;
 pub mod road;

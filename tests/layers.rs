@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Lowest first; modules of one level do not know each other.
-const LEVELS: [&[&str]; 9] = [
+const LEVELS: [&[&str]; 10] = [
     &["numeric", "meter"],
     &["half_space"],
     &["scene"],
@@ -15,6 +15,7 @@ const LEVELS: [&[&str]; 9] = [
     &["response"],
     &["results"],
     &["pipeline"],
+    &["profile"],
     &["cli"],
 ];
 

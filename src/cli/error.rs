@@ -8,6 +8,8 @@ use super::heights::HeightsError;
 use crate::half_space::HalfSpaceError;
 use crate::pipeline::RunError;
 use crate::pipeline::sweep::SweepError;
+use crate::profile::ProfileError;
+use crate::profile::measure::Found;
 use crate::results::{PlotError, ResultsError};
 use crate::road::slices::SliceError;
 use crate::scene::SceneError;
@@ -89,6 +91,20 @@ pub enum CliError {
     /// The user stopped a sweep.
     #[error("interrupted; the same command goes on where the sweep was")]
     SweepStopped,
+    /// Performance could not be recorded or compared.
+    #[error(transparent)]
+    Profile(ProfileError),
+    /// A workload found something else than it must; boxed, since it is large.
+    #[error("workload {workload} is wrong and was not recorded: {} is {}, not {} within {:e}", found.what, found.value, found.expected, found.tolerance)]
+    WrongResult {
+        /// Its name.
+        workload: &'static str,
+        /// What it found.
+        found: Box<Found>,
+    },
+    /// A comparison of performance went against the second one.
+    #[error("not as good as what it was held against")]
+    Worse,
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
@@ -108,7 +124,13 @@ impl CliError {
         match self {
             Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
-            Self::SweepFailed { .. } => FAILED,
+            Self::SweepFailed { .. } | Self::WrongResult { .. } | Self::Worse => FAILED,
+            Self::Profile(error) => match error {
+                ProfileError::File { what: "write", .. } => NOT_WRITABLE,
+                ProfileError::File { .. } | ProfileError::Nonsense { .. } => USAGE,
+                ProfileError::Interrupted => INTERRUPTED,
+                _ => FAILED,
+            },
             Self::Sweep(_) => USAGE,
             Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } | Self::Heights(_) | Self::Slice(_) => USAGE,
             Self::HalfSpace(HalfSpaceError::NotConverged { .. } | HalfSpaceError::NotPositiveDefinite { .. }) => FAILED,
@@ -139,6 +161,15 @@ impl From<RunError> for CliError {
         match error {
             RunError::Interrupted { kept } => Self::Interrupted { kept },
             other => Self::Run(other),
+        }
+    }
+}
+
+impl From<ProfileError> for CliError {
+    fn from(error: ProfileError) -> Self {
+        match error {
+            ProfileError::Interrupted => Self::Interrupted { kept: None },
+            other => Self::Profile(other),
         }
     }
 }

@@ -15,11 +15,13 @@ pub mod interrupt;
 pub mod mobility;
 pub mod options;
 pub mod plan;
+pub mod profile;
 pub mod progress;
 pub mod resume;
 pub mod road;
 pub mod rules;
 pub mod run;
+pub mod scaling;
 pub mod slice;
 pub mod slices;
 pub mod sweep;
@@ -30,6 +32,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use indicatif::ProgressBar;
 
 pub use error::CliError;
 pub use interrupt::Interrupt;
@@ -82,6 +85,8 @@ pub enum Command {
     Mobility(mobility::MobilityArguments),
     /// Describe and draw a scene's road.
     Road(road::RoadArguments),
+    /// Record what fixed workloads cost, and compare two records or programs.
+    Profile(profile::ProfileArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
     /// Fit and check the influence functions of a scene's tyre, and draw them.
@@ -132,6 +137,11 @@ impl Context {
     pub fn progress(&self) -> TerminalProgress {
         TerminalProgress::new(self.options.quiet)
     }
+
+    /// A bar over so many equal pieces of work.
+    pub fn bar(&self, title: &str, pieces: u64) -> ProgressBar {
+        progress::pieces(self.options.quiet, title, pieces)
+    }
 }
 
 impl Command {
@@ -144,6 +154,7 @@ impl Command {
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
+            Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
             Self::Influence(arguments) => arguments.execute(context),
             Self::Rules(arguments) => arguments.execute(context),
@@ -204,6 +215,7 @@ mod tests {
             "resume",
             "sweep",
             "mobility",
+            "profile",
             "road",
             "compliance",
             "influence",

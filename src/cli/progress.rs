@@ -91,6 +91,14 @@ impl Drop for TerminalProgress {
     }
 }
 
+/// A bar over equal pieces of work on standard error, each named as it comes; `quiet`: not drawn.
+pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    ProgressBar::with_draw_target(Some(pieces), target)
+        .with_prefix(title.to_owned())
+        .with_style(style("{prefix} {bar:30} {percent:>3} %, {elapsed}, {msg}"))
+}
+
 /// A style from a template of ours; should indicatif ever dislike it, its own does.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())

@@ -3,7 +3,9 @@
 //! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of threads;
 //! times are neither.
 
+pub mod machine;
 pub mod process;
+pub mod thread_time;
 
 use std::time::{Duration, Instant};
 

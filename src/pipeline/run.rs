@@ -147,17 +147,30 @@ impl Run {
         Ok(result)
     }
 
-    /// Hands what the steps have cost to the meter; once, at the end.
-    pub(super) fn settle(&mut self) {
-        let Self { prepared: Prepared { march, .. }, meter, .. } = self;
-        let (totals, counts) = (march.totals(), march.search_counts());
+    /// Time that the stages of its steps have taken so far.
+    pub fn spent(&self, stage: Stage) -> Duration {
+        let within = self.march_costs().into_iter().find(|(of, ..)| *of == stage).map(|(_, time, _)| time);
+        self.meter.cost(stage).wall + within.unwrap_or_default()
+    }
+
+    /// What the march has cost so far, by stage.
+    fn march_costs(&self) -> [(Stage, Duration, Work); 4] {
+        let (totals, search) = (self.prepared.march.totals(), self.prepared.march.search_counts().work);
         let HistoryWork { sums, transforms, transform_time } = totals.history;
-        for (stage, time, work) in [
+        [
             (Stage::History, totals.history_time - transform_time, sums),
             (Stage::Transforms, transform_time, transforms),
             (Stage::Penetration, totals.slices_time, totals.slices),
-            (Stage::ActiveSet, totals.search_time, counts.work),
-        ] {
+            (Stage::ActiveSet, totals.search_time, search),
+        ]
+    }
+
+    /// Hands what the steps have cost to the meter; once, at the end.
+    pub(super) fn settle(&mut self) {
+        let costs = self.march_costs();
+        let Self { prepared: Prepared { march, .. }, meter, .. } = self;
+        let (totals, counts) = (march.totals(), march.search_counts());
+        for (stage, time, work) in costs {
             // A stage that this run does not have leaves no trace.
             if time > Duration::ZERO || work != Work::default() {
                 meter.add_time(stage, time);

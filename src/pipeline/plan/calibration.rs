@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::Plan;
 use super::amounts::{Amount, fit_share};
 use super::unit::{Unit, UnitCosts};
+use crate::meter::machine::{instruction_set, processor};
 use crate::meter::{Meter, Stage};
 use crate::numeric::digest::sha256;
 use crate::pipeline::error::RunError;
@@ -103,10 +104,8 @@ fn machine() -> String {
     let program = std::env::current_exe().and_then(fs::metadata).ok();
     let size = program.as_ref().map_or(0, fs::Metadata::len);
     let time = program.and_then(|file| file.modified().ok()).map(|time| format!("{time:?}")).unwrap_or_default();
-    let processors = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = processors.lines().find(|line| line.starts_with("model name")).unwrap_or_default();
-    let arch = format!("{:?}", pulp::Arch::new());
-    sha256(&[env!("CARGO_PKG_VERSION"), &size.to_string(), &time, model, &arch])
+    let model = processor().unwrap_or_default();
+    sha256(&[env!("CARGO_PKG_VERSION"), &size.to_string(), &time, &model, instruction_set()])
 }
 
 fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {

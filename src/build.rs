@@ -1,0 +1,12 @@
+//! Hands the compiler's version to the program: records of performance are stamped with it.
+
+use std::process::Command;
+
+fn main() {
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let version = Command::new(compiler).arg("--version").output().ok();
+    let version = version.and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
+    println!("cargo:rustc-env=TYREWAVE_COMPILER={}", version.trim());
+    println!("cargo:rustc-env=TYREWAVE_OPTIMISATION={}", std::env::var("OPT_LEVEL").unwrap_or_default());
+    println!("cargo:rerun-if-changed=src/build.rs");
+}

@@ -1,0 +1,220 @@
+//! `tyrewave profile`: performance recorded and compared.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use clap::{Args, Subcommand};
+
+use super::scaling::ScalingArguments;
+use super::{CliError, Context, print};
+use crate::meter::machine::instruction_set;
+use crate::profile::changes::AcceptedChanges;
+use crate::profile::interleave::{Program, measured_by};
+use crate::profile::record::RecordedWorkload;
+use crate::profile::verdict::{Effort, Side, judge};
+use crate::profile::{Measurement, ProfileError, Record, Workload, instructions, measure};
+
+/// Where records are committed.
+const RECORDS: &str = "profiles/record";
+/// Where changes are accepted.
+const ACCEPTED: &str = "profiles/accepted.toml";
+
+const EXAMPLES: &str = "\
+A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, compliance, influence), each with exact counters and a physical value that it \
+must find. Counters are compared exactly; times only between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval.
+
+Examples:
+  tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
+  tyrewave profile compare                             this program against the committed record: results and counters
+  tyrewave profile compare old/tyrewave new/tyrewave   two programs: results, counters and the time of every stage
+  tyrewave profile compare old/tyrewave --markdown performance.md --json performance.json
+  tyrewave profile scaling                             exponents of every cost, table and picture
+  tyrewave profile measure rough                       one workload, as JSON";
+
+/// Arguments of `tyrewave profile`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ProfileArguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: ProfileAction,
+}
+
+/// What can be done about performance.
+#[derive(Clone, Debug, Subcommand)]
+pub enum ProfileAction {
+    /// Do all workloads and write what they took, stamped with commit, compiler and machine.
+    Record(RecordArguments),
+    /// Hold a program or record against another one; exit code 1 if it is worse.
+    Compare(CompareArguments),
+    /// Measure how costs grow with sizes, and what threads give.
+    Scaling(ScalingArguments),
+    /// Do one workload and print what it took as JSON: what `compare` asks of each program.
+    Measure(MeasureArguments),
+}
+
+/// Arguments of `tyrewave profile record`.
+#[derive(Clone, Debug, Args)]
+pub struct RecordArguments {
+    /// Folder of the records.
+    #[arg(long, value_name = "FOLDER", default_value = RECORDS)]
+    pub out: PathBuf,
+    /// Do not count instructions, even if valgrind is there (it takes a few minutes).
+    #[arg(long)]
+    pub no_instructions: bool,
+}
+
+/// Arguments of `tyrewave profile compare`.
+#[derive(Clone, Debug, Args)]
+pub struct CompareArguments {
+    /// A record (.json) or a program to hold against; default: the record of this processor's instructions in profiles/record.
+    pub first: Option<PathBuf>,
+    /// A record (.json) or a program to judge; default: this program.
+    pub second: Option<PathBuf>,
+    /// Pairs of runs in a batch, when two programs are compared.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(12..=1000))]
+    pub pairs: u32,
+    /// Only these workloads.
+    #[arg(long = "workload", value_name = "NAME", value_parser = workload)]
+    pub workloads: Vec<Workload>,
+    /// File of the changes of counters that are wanted.
+    #[arg(long, value_name = "FILE", default_value = ACCEPTED)]
+    pub accepted: PathBuf,
+    /// Write the verdict as Markdown, too.
+    #[arg(long, value_name = "FILE")]
+    pub markdown: Option<PathBuf>,
+    /// Write the verdict as JSON, too.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// Arguments of `tyrewave profile measure`.
+#[derive(Clone, Debug, Args)]
+pub struct MeasureArguments {
+    /// The workload.
+    #[arg(value_parser = workload)]
+    pub workload: Workload,
+}
+
+fn workload(name: &str) -> Result<Workload, String> {
+    let names = || Workload::ALL.map(Workload::name).join(", ");
+    Workload::named(name).ok_or_else(|| format!("no such workload; there are {}", names()))
+}
+
+impl ProfileArguments {
+    /// Records, compares or measures.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        match self.action {
+            ProfileAction::Record(arguments) => arguments.execute(context),
+            ProfileAction::Compare(arguments) => arguments.execute(context),
+            ProfileAction::Scaling(arguments) => arguments.execute(context),
+            ProfileAction::Measure(MeasureArguments { workload }) => {
+                let measurement = measure(workload, context.interrupt.flag())?;
+                print(&format!("{}\n", serde_json::to_string(&measurement).unwrap_or_default()))
+            }
+        }
+    }
+}
+
+fn this_program() -> Result<PathBuf, CliError> {
+    std::env::current_exe().map_err(|source| CliError::Read { path: "this program".into(), source })
+}
+
+impl RecordArguments {
+    /// Runs per workload: shares are medians.
+    const RUNS: usize = 5;
+
+    fn execute(self, context: &Context) -> Result<(), CliError> {
+        let program = Program::new(this_program()?);
+        let counts = !self.no_instructions && instructions::can_count();
+        let progress = context.bar("recording", Workload::ALL.len() as u64);
+        let mut native = BTreeMap::new();
+        // What was counted was another processor, maybe: by its instructions.
+        let mut counted: BTreeMap<String, BTreeMap<String, RecordedWorkload>> = BTreeMap::new();
+        for workload in Workload::ALL {
+            progress.set_message(workload.name());
+            let mut measured: Vec<Measurement> = Vec::new();
+            for _ in 0..Self::RUNS {
+                if context.interrupt.flag().load(Ordering::Relaxed) {
+                    return Err(ProfileError::Interrupted.into());
+                }
+                measured.push(measured_by(&program, workload)?);
+            }
+            let found = &measured[0].found;
+            if !found.is_right() {
+                return Err(CliError::WrongResult { workload: workload.name(), found: Box::new(found.clone()) });
+            }
+            let recorded = RecordedWorkload::new(&measured, None);
+            native.insert(workload.name().to_owned(), recorded.clone());
+            if counts && let Some((count, by_tool)) = instructions::count(&program, workload) {
+                let set = by_tool.instruction_set.clone();
+                let shares = recorded.shares.clone();
+                let recorded = RecordedWorkload { shares, ..RecordedWorkload::new(&[by_tool], Some(count)) };
+                counted.entry(set).or_default().insert(workload.name().to_owned(), recorded);
+            }
+            progress.inc(1);
+        }
+        progress.finish_and_clear();
+        counted.entry(instruction_set().to_owned()).or_insert(native);
+        for (set, workloads) in counted {
+            let place = Record::place(&self.out, &set);
+            Record::new(&set, workloads).write(&place)?;
+            print(&format!("{}\n", place.display()))?;
+        }
+        Ok(())
+    }
+}
+
+/// The record that suits this processor best.
+fn committed() -> Result<PathBuf, CliError> {
+    let folder = Path::new(RECORDS);
+    let own = Record::place(folder, instruction_set());
+    if own.exists() {
+        return Ok(own);
+    }
+    let listed = std::fs::read_dir(folder).map_err(|source| CliError::Read { path: folder.to_owned(), source })?;
+    let mut records: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
+    records.sort();
+    let record = records.into_iter().find(|path| path.extension().is_some_and(|extension| extension == "json"));
+    Ok(record.unwrap_or(own))
+}
+
+impl CompareArguments {
+    fn execute(self, context: &Context) -> Result<(), CliError> {
+        let first = Side::of(self.first.map_or_else(committed, Ok)?)?;
+        let second = Side::of(self.second.map_or_else(this_program, Ok)?)?;
+        let accepted = AcceptedChanges::read(&self.accepted)?;
+        let workloads = if self.workloads.is_empty() { Workload::ALL.to_vec() } else { self.workloads };
+        let programs = matches!((&first, &second), (Side::Program(_), Side::Program(_)));
+        let effort = Effort { pairs: self.pairs as usize };
+        // A second batch only where it is needed: the bar may end early.
+        let steps = if programs { 2 * effort.pairs + 2 } else { 1 };
+        let progress = context.bar("comparing", (workloads.len() * steps) as u64);
+        let mut watch = |workload: Workload| {
+            progress.set_message(workload.name());
+            progress.inc(1);
+        };
+        let stop = context.interrupt.flag();
+        let verdict = judge(&first, &second, &workloads, &accepted, effort, stop, &mut watch)?;
+        progress.finish_and_clear();
+        let write = |path: &Path, text: String| {
+            std::fs::write(path, text).map_err(|source| ProfileError::File {
+                what: "write",
+                path: path.to_owned(),
+                source,
+            })
+        };
+        if let Some(path) = &self.markdown {
+            write(path, verdict.markdown())?;
+        }
+        if let Some(path) = &self.json {
+            write(path, serde_json::to_string_pretty(&verdict).unwrap_or_default() + "\n")?;
+        }
+        print(&verdict.text())?;
+        if verdict.passes() { Ok(()) } else { Err(CliError::Worse) }
+    }
+}

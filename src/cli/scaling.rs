@@ -1,0 +1,128 @@
+//! `tyrewave profile scaling`: cost against size and threads, as table, JSON and picture.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{CliError, Context, print};
+use crate::meter::Meter;
+use crate::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
+use crate::results::folder::ResultsFolder;
+use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::summary::{Cost, Summary};
+use crate::results::table::aligned;
+
+/// Cores that the limit is stated for.
+const WORKSTATION: usize = 64;
+
+/// Arguments of `tyrewave profile scaling`.
+#[derive(Clone, Debug, Args)]
+pub struct ScalingArguments {
+    /// Results folder.
+    #[arg(long, value_name = "FOLDER", default_value = "results/scaling")]
+    pub out: PathBuf,
+}
+
+impl ScalingArguments {
+    /// Measures all ladders; a minute or two.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let begin = std::time::Instant::now();
+        drop(ResultsFolder::create(&self.out)?);
+        let bar = context.bar("scaling", PIECES);
+        let scratch = std::env::temp_dir().join(format!("tyrewave-scaling-{}", std::process::id()));
+        let measured = Scaling::measure(&scratch, context.interrupt.flag(), &mut |piece| {
+            bar.set_message(piece);
+            bar.inc(1);
+        });
+        let _ = std::fs::remove_dir_all(&scratch);
+        bar.finish_and_clear();
+        let scaling = measured?;
+        let text = text(&scaling);
+        let folder = ResultsFolder::create(&self.out)?;
+        folder.write_text("scaling.txt", &text)?;
+        folder.write_text("scaling.json", &(serde_json::to_string_pretty(&scaling).unwrap_or_default() + "\n"))?;
+        folder.write_text("scaling.svg", &plot(&scaling)?)?;
+        let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
+        let place = folder.finish(Summary::begun("Scaling", serde_json::Value::Null, cost))?;
+        print(&format!("{text}\nresults in {}\n", place.display()))
+    }
+}
+
+/// A time of any size, readably.
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s >= 1.0 => format!("{s:.2} s"),
+        s if s >= 1e-3 => format!("{:.2} ms", 1e3 * s),
+        s if s >= 1e-6 => format!("{:.2} us", 1e6 * s),
+        s => format!("{:.0} ns", 1e9 * s),
+    }
+}
+
+fn text(scaling: &Scaling) -> String {
+    let row = |ladder: &Ladder| {
+        let exponent = |found: Option<f64>| found.map_or(String::new(), |exponent| format!("{exponent:.2}"));
+        let ends = |of: &dyn Fn(usize) -> String| match ladder.rungs.len() {
+            0 => String::new(),
+            count => format!("{} - {}", of(0), of(count - 1)),
+        };
+        [
+            ladder.axis.to_owned(),
+            ladder.cost.to_owned(),
+            ends(&|rung| format!("{:.0}", ladder.rungs[rung].size)),
+            ends(&|rung| time(ladder.rungs[rung].seconds)),
+            exponent(ladder.of_time()),
+            exponent(ladder.of_work()),
+            format!("{:.0}", ladder.expected),
+            ladder.reason.to_owned(),
+        ]
+    };
+    let rows: Vec<[String; 8]> = scaling.ladders.iter().map(row).collect();
+    let header = ["size", "cost", "from - to", "time", "exponent", "of the work", "expected", "why"];
+    let mut text = aligned(&header, &rows);
+    let row = |ladder: &ThreadLadder| {
+        let rung = |((threads, seconds), speedup): (&(usize, f64), f64)| {
+            format!("{threads}: {} ({speedup:.2}, efficiency {:.2})", time(*seconds), speedup / *threads as f64)
+        };
+        let rungs: Vec<String> = ladder.rungs.iter().zip(ladder.speedups()).map(rung).collect();
+        [
+            ladder.elements.to_string(),
+            rungs.join("; "),
+            format!("{:.0} %", 100.0 * ladder.serial),
+            format!("{:.1}", ladder.limit(WORKSTATION)),
+        ]
+    };
+    let rows: Vec<[String; 4]> = scaling.threads.iter().map(row).collect();
+    let header = ["elements", "threads: time of the steps (times faster)", "stays on one core", "at most, on 64 cores"];
+    let _ = write!(text, "\n{}", aligned(&header, &rows));
+    text
+}
+
+/// Times over sizes, both relative to the first, so that slopes are seen side by side.
+fn plot(scaling: &Scaling) -> Result<String, CliError> {
+    let names: Vec<String> = scaling.ladders.iter().map(|ladder| format!("{}: {}", ladder.axis, ladder.cost)).collect();
+    let series: Vec<Series<'_>> = scaling
+        .ladders
+        .iter()
+        .zip(&names)
+        .filter_map(|(ladder, name)| {
+            let first = ladder.rungs.first()?;
+            let points = ladder.rungs.iter().map(|rung| (rung.size / first.size, rung.seconds / first.seconds));
+            Some(Series { name, points: points.collect() })
+        })
+        .collect();
+    let points = || series.iter().flat_map(|series| &series.points);
+    let widest = points().fold(2.0_f64, |widest, point| widest.max(point.0));
+    let highest = points().fold(2.0_f64, |highest, point| highest.max(point.1));
+    let lowest = points().fold(1.0_f64, |lowest, point| lowest.min(point.1));
+    let plot = LinePlot {
+        title: "Cost against size",
+        x: Axis::logarithmic("Size, relative to the smallest [1]", 1.0..widest),
+        y: Axis::logarithmic("Time, relative to that of the smallest [1]", 0.8 * lowest..1.2 * highest),
+        series,
+    };
+    Ok(plot.to_svg()?)
+}

@@ -1,0 +1,183 @@
+//! Counters of two records side by side.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::ProfileError;
+use super::record::RecordedWorkload;
+
+/// A change that somebody has looked at and wants.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AcceptedChange {
+    /// Workload.
+    pub workload: String,
+    /// Counter.
+    pub counter: String,
+    /// What it was; 0: it was not there.
+    pub from: u64,
+    /// What it is; 0: it is gone.
+    pub to: u64,
+    /// Why that is right.
+    pub reason: String,
+}
+
+/// The file of accepted changes.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AcceptedChanges {
+    /// In the order in which they came.
+    #[serde(default)]
+    pub change: Vec<AcceptedChange>,
+}
+
+impl AcceptedChanges {
+    /// Reads the file; one that is not there accepts nothing.
+    ///
+    /// # Errors
+    /// [`ProfileError::File`], [`ProfileError::Nonsense`].
+    pub fn read(path: &Path) -> Result<Self, ProfileError> {
+        let text = match fs::read_to_string(path) {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
+            other => other.map_err(ProfileError::reading(path))?,
+        };
+        let nonsense = |wrong: String| ProfileError::Nonsense {
+            path: path.to_owned(),
+            wrong,
+            right: "tables [[change]] with workload, counter, from, to and a reason in words",
+        };
+        let changes: Self = toml::from_str(&text).map_err(|error| nonsense(error.to_string()))?;
+        match changes.change.iter().find(|change| change.reason.trim().is_empty()) {
+            Some(change) => Err(nonsense(format!("{} of {} has no reason", change.counter, change.workload))),
+            None => Ok(changes),
+        }
+    }
+
+    /// The reasons that lead from one value to another, each change going on where the one before ended; `None` if they do not.
+    fn reasons(&self, workload: &str, counter: &str, from: u64, to: u64) -> Option<String> {
+        let (mut at, mut reasons) = (from, Vec::new());
+        for change in self.change.iter().filter(|change| change.workload == workload && change.counter == counter) {
+            if at != to && change.from == at {
+                at = change.to;
+                reasons.push(change.reason.as_str());
+            }
+        }
+        (at == to).then(|| reasons.join("; "))
+    }
+}
+
+/// A counter that is not what it was.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Difference {
+    /// Counter.
+    pub counter: String,
+    /// Of the first record; 0: not there.
+    pub from: u64,
+    /// Of the second.
+    pub to: u64,
+    /// Why, where somebody has said so.
+    pub explained: Option<String>,
+}
+
+/// Counters that depend on which points are found in contact, or on what a fit converges to: another instruction set rounds otherwise and may find one point more.
+const ROUNDED: [&str; 8] = [
+    "poles",
+    "solves",
+    "factorisations",
+    "cache_hits",
+    "cache_misses",
+    "neighbours",
+    "cache_evictions",
+    "compliance_evaluations",
+];
+/// How far such counters, and the work that follows from them, may differ between instruction sets.
+const ROUNDING: f64 = 0.01;
+
+/// Counters of a workload that differ. With `other_instructions` those that depend on rounding may be a hundredth apart.
+pub fn differences(
+    workload: &str,
+    first: &RecordedWorkload,
+    second: &RecordedWorkload,
+    accepted: &AcceptedChanges,
+    other_instructions: bool,
+) -> Vec<Difference> {
+    let names: BTreeSet<&String> = first.counters.keys().chain(second.counters.keys()).collect();
+    let near = |counter: &str, from: u64, to: u64| {
+        let rounded = ROUNDED.contains(&counter) || counter.contains('.') || counter.ends_with("multiply_adds");
+        other_instructions && rounded && from.abs_diff(to) as f64 <= ROUNDING * from.max(to).max(100) as f64
+    };
+    names
+        .into_iter()
+        .map(|counter| {
+            let of = |record: &RecordedWorkload| record.counters.get(counter).copied().unwrap_or(0);
+            (counter, of(first), of(second))
+        })
+        .filter(|&(counter, from, to)| from != to && !near(counter, from, to))
+        .map(|(counter, from, to)| Difference {
+            counter: counter.clone(),
+            from,
+            to,
+            explained: accepted.reasons(workload, counter, from, to),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(counters: &[(&str, u64)]) -> RecordedWorkload {
+        let counters = counters.iter().map(|&(name, amount)| (name.to_owned(), amount)).collect();
+        RecordedWorkload { counters, ..RecordedWorkload::default() }
+    }
+
+    fn change(from: u64, to: u64) -> AcceptedChange {
+        let [workload, counter, reason] = ["rough", "solves", "because"].map(str::to_owned);
+        AcceptedChange { workload, counter, from, to, reason }
+    }
+
+    #[test]
+    fn every_counter_that_differs_is_told_and_a_chain_of_reasons_explains() {
+        let (a, b) = (with(&[("steps", 10), ("solves", 20), ("poles", 5)]), with(&[("steps", 10), ("solves", 23)]));
+        let none = AcceptedChanges::default();
+        let found = differences("rough", &a, &b, &none, false);
+        let told: Vec<_> = found.iter().map(|d| (d.counter.as_str(), d.from, d.to, d.explained.is_some())).collect();
+        assert_eq!(told, [("poles", 5, 0, false), ("solves", 20, 23, false)]);
+        let chain = AcceptedChanges { change: vec![change(20, 21), change(21, 23)] };
+        let found = differences("rough", &a, &b, &chain, false);
+        assert_eq!(found[1].explained.as_deref(), Some("because; because"));
+        for other in [vec![change(20, 22)], vec![change(21, 23)], vec![change(23, 20)]] {
+            assert!(differences("rough", &a, &b, &AcceptedChanges { change: other }, false)[1].explained.is_none());
+        }
+        assert!(differences("smooth", &a, &b, &chain, false)[1].explained.is_none());
+        assert!(differences("rough", &a, &a, &none, false).is_empty());
+    }
+
+    #[test]
+    fn other_instructions_may_round_otherwise_but_not_do_other_steps() {
+        let a = with(&[("steps", 1000), ("solves", 1000), ("active_set.bytes", 100_000)]);
+        let b = with(&[("steps", 1000), ("solves", 1009), ("active_set.bytes", 100_500)]);
+        let none = AcceptedChanges::default();
+        assert!(differences("rough", &a, &b, &none, true).is_empty());
+        assert_eq!(differences("rough", &a, &b, &none, false).len(), 2);
+        let c = with(&[("steps", 1001), ("solves", 1020), ("active_set.bytes", 100_500)]);
+        assert_eq!(differences("rough", &a, &c, &none, true).len(), 2);
+    }
+
+    #[test]
+    fn the_file_wants_reasons_and_may_be_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("accepted.toml");
+        assert_eq!(AcceptedChanges::read(&path).unwrap(), AcceptedChanges::default());
+        let text = "[[change]]\nworkload = \"rough\"\ncounter = \"solves\"\nfrom = 20\nto = 21\nreason = \"because\"\n";
+        fs::write(&path, text).unwrap();
+        assert_eq!(AcceptedChanges::read(&path).unwrap().change, [change(20, 21)]);
+        for wrong in [text.replace("because", " "), text.replace("from", "form"), "change = 3".to_owned()] {
+            fs::write(&path, &wrong).unwrap();
+            assert!(matches!(AcceptedChanges::read(&path), Err(ProfileError::Nonsense { .. })), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What can go wrong while performance is recorded or compared.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::pipeline::RunError;
+use crate::scene::SceneError;
+use crate::tyre::rational::FitError;
+
+/// Why a workload, a record or a comparison is not there.
+#[derive(Debug, Error)]
+pub enum ProfileError {
+    /// A rolling workload ended early.
+    #[error("workload {workload}: {source}")]
+    Run {
+        /// Its name.
+        workload: &'static str,
+        /// Why.
+        source: Box<RunError>,
+    },
+    /// A workload's scene was refused.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A workload's fit was refused.
+    #[error("workload influence: {0}")]
+    Fit(#[from] FitError),
+    /// The user stopped it.
+    #[error("interrupted")]
+    Interrupted,
+    /// A file cannot be read or written.
+    #[error("cannot {what} {}: {source}", path.display())]
+    File {
+        /// `read` or `write`.
+        what: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file is no record, or no list of accepted changes.
+    #[error("{}: {wrong}; {right}", path.display())]
+    Nonsense {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        wrong: String,
+        /// What would be right.
+        right: &'static str,
+    },
+    /// A program that was to be compared did not do what it was asked for.
+    #[error("{} profile measure {workload}: {wrong}", program.display())]
+    Program {
+        /// The program.
+        program: PathBuf,
+        /// The workload.
+        workload: String,
+        /// What is wrong.
+        wrong: String,
+    },
+}
+
+impl ProfileError {
+    /// The error of reading a file.
+    pub(super) fn reading(path: &std::path::Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::File { what: "read", path: path.to_owned(), source }
+    }
+}

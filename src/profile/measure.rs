@@ -1,0 +1,258 @@
+//! One workload done in this process.
+//!
+//! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed is told by its length from the same block
+//! of other runs, and the stage around it is not lost with it. See [`super::ratio`].
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+use super::error::ProfileError;
+use super::workload::{Truth, Workload};
+use crate::meter::machine::instruction_set;
+use crate::meter::thread_time::thread_time;
+use crate::meter::{Counter, Meter, Stage};
+use crate::numeric::nanoseconds;
+use crate::pipeline::{Plan, Run, RunError};
+use crate::scene::{DEFAULT, History, LoadedScene, Scene, Tyre};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::rational::{FitOptions, fit_unless_stopped};
+
+/// Steps of a block: a millisecond or so, and a multiple of the steps that the recursion takes at once.
+const STEPS_OF_A_BLOCK: u64 = 32;
+
+/// What a workload took and found. Maps are by the names of stages and counters, so that programs of different releases understand each other.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Measurement {
+    /// Name of the workload.
+    pub workload: String,
+    /// Instructions that its vectors were computed with.
+    #[serde(default)]
+    pub instruction_set: String,
+    /// Exact counters that are not zero: of the run, and of its stages as `stage.multiply_adds`, `stage.bytes`, `stage.calls`.
+    pub counters: BTreeMap<String, u64>,
+    /// The physical value.
+    pub found: Found,
+    /// Time of every block by stage \[ns\].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub blocks: BTreeMap<String, Vec<u64>>,
+}
+
+/// A physical value beside what it must be.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct Found {
+    /// What it is.
+    pub what: String,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub expected: f64,
+    /// Largest relative difference.
+    pub tolerance: f64,
+}
+
+impl Found {
+    fn new(truth: Truth, value: f64) -> Self {
+        Self { what: truth.what.to_owned(), value, expected: truth.expected, tolerance: truth.tolerance }
+    }
+
+    /// |value - expected|/|expected|.
+    pub fn error(&self) -> f64 {
+        (self.value - self.expected).abs() / self.expected.abs()
+    }
+
+    /// Whether the workload found what it must.
+    pub fn is_right(&self) -> bool {
+        self.error() <= self.tolerance
+    }
+}
+
+/// Wall time of a block, and the part of it that this thread had no processor for.
+struct BlockClock {
+    wall: Instant,
+    processor: Option<Duration>,
+}
+
+impl BlockClock {
+    fn start() -> Self {
+        Self { wall: Instant::now(), processor: thread_time() }
+    }
+
+    /// Time that others took \[ns\]; 0 where the system does not tell.
+    fn taken(&self) -> u64 {
+        let used = self.processor.zip(thread_time()).map(|(begin, end)| end.saturating_sub(begin));
+        used.map_or(0, |used| nanoseconds(self.wall.elapsed().saturating_sub(used)))
+    }
+
+    /// Time of the block without it \[ns\].
+    fn nanoseconds(&self) -> u64 {
+        let taken = self.taken();
+        nanoseconds(self.wall.elapsed()).saturating_sub(taken)
+    }
+}
+
+/// Does a workload on this thread: times are this thread's, so the pool should have no other.
+///
+/// # Errors
+/// Of the run or the fit; [`ProfileError::Interrupted`].
+pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, ProfileError> {
+    match workload.scene()? {
+        Some(loaded) => rolled(workload, &loaded, stop),
+        None if workload == Workload::Compliance => compliance(),
+        None => influence(stop),
+    }
+}
+
+/// The name that results use for a stage or a counter.
+fn name<T: Serialize>(value: &T) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+/// Force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is controlled, its variation elsewhere.
+fn force(workload: Workload, results: &crate::pipeline::Results) -> f64 {
+    let force = match workload {
+        Workload::Smooth => results.mean_force,
+        _ => results.rms_force_variation,
+    };
+    force.unwrap_or(f64::NAN)
+}
+
+fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Measurement, ProfileError> {
+    let failed = |source: RunError| match source {
+        RunError::Interrupted { .. } => ProfileError::Interrupted,
+        source => ProfileError::Run { workload: workload.name(), source: Box::new(source) },
+    };
+    let plan = Plan::of(loaded);
+    let mut run = Run::begin(loaded, &plan, stop).map_err(failed)?;
+    let mut blocks = Stage::OF_A_STEP.map(|stage| (name(&stage), Vec::new()));
+    let spent = |run: &Run| Stage::OF_A_STEP.map(|stage| run.spent(stage));
+    let (mut before, mut clock) = (spent(&run), BlockClock::start());
+    while run.step().map_err(failed)?.is_some() {
+        if run.next_step().is_multiple_of(STEPS_OF_A_BLOCK) {
+            let now = spent(&run);
+            for (((_, blocks), now), before) in blocks.iter_mut().zip(now).zip(before) {
+                blocks.push(nanoseconds(now - before));
+            }
+            // Where most of the time was, most of what was taken from it will have been.
+            let lasts = blocks.iter_mut().filter_map(|(_, blocks)| blocks.last_mut());
+            if let Some(longest) = lasts.max_by_key(|time| **time) {
+                *longest = longest.saturating_sub(clock.taken());
+            }
+            (before, clock) = (spent(&run), BlockClock::start());
+            if stop.load(Ordering::Relaxed) {
+                return Err(ProfileError::Interrupted);
+            }
+        }
+    }
+    let results = run.finish();
+    let mut counters = counters(&results.meter);
+    if loaded.scene.numerics.history == History::Modal {
+        // A kept model takes none.
+        counters.remove(&name(&Counter::ComplianceEvaluations));
+    }
+    Ok(Measurement {
+        workload: workload.name().to_owned(),
+        instruction_set: instruction_set().to_owned(),
+        counters,
+        found: Found::new(workload.truth(), force(workload, &results)),
+        blocks: blocks.into_iter().filter(|(_, blocks)| blocks.iter().any(|&time| time > 0)).collect(),
+    })
+}
+
+/// All that a meter counted and the work of the stages of a step.
+fn counters(meter: &Meter) -> BTreeMap<String, u64> {
+    let counted = Counter::ALL.into_iter().map(|counter| (name(&counter), meter.counted(counter)));
+    let works = Stage::OF_A_STEP.into_iter().flat_map(|stage| {
+        let (work, stage) = (meter.cost(stage).work, name(&stage));
+        [(format!("{stage}.multiply_adds"), work.multiply_adds), (format!("{stage}.bytes"), work.bytes)]
+    });
+    counted.chain(works).filter(|(_, amount)| *amount > 0).collect()
+}
+
+fn default_tyre() -> Result<Tyre, ProfileError> {
+    Ok(Scene::from_str(DEFAULT, "workload")?.scene.tyre)
+}
+
+/// Batches of frequencies for wavenumbers all over the spectrum; in vectors, checked against the scalar path.
+fn compliance() -> Result<Measurement, ProfileError> {
+    const ELEMENTS: usize = 512;
+    const ROUNDS: usize = 12;
+    let tyre = default_tyre()?;
+    let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, ELEMENTS), Truncation::Tail, 1e-8, 2.0 * PI * 20e3);
+    let at: Vec<_> = (0..64).map(|k| sum.at(Complex64::new(0.0, 1e3 * 1.05f64.powi(k)))).collect();
+    let (mut blocks, mut evaluations, mut ratio, mut values) = (Vec::new(), 0, 0.0, Vec::new());
+    for round in 0..ROUNDS {
+        for n in (0..=ELEMENTS / 2).step_by(16) {
+            values.clear();
+            let clock = BlockClock::start();
+            sum.faces(n, &at, Field::Surface, &mut values);
+            blocks.push(clock.nanoseconds());
+            evaluations += values.iter().map(|value| value.evaluations).sum::<u64>();
+            if round == 0 {
+                // The farthest from one.
+                for (value, at) in values.iter().zip(&at).step_by(7) {
+                    let scalar = sum.value(n, at, Field::Surface).value;
+                    let found = 1.0 + (value.driven - scalar).norm() / scalar.norm();
+                    ratio = f64::max(ratio, found);
+                }
+            }
+        }
+    }
+    let workload = Workload::Compliance;
+    Ok(Measurement {
+        workload: workload.name().to_owned(),
+        instruction_set: instruction_set().to_owned(),
+        counters: [(name(&Counter::ComplianceEvaluations), evaluations)].into(),
+        found: Found::new(workload.truth(), ratio),
+        blocks: [(name(&Stage::Influence), blocks)].into(),
+    })
+}
+
+/// Fits from nothing, checked between the points that were fitted.
+fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
+    const ELEMENTS: usize = 32;
+    const ROUNDS: usize = 3;
+    let tyre = default_tyre()?;
+    let options = FitOptions::new(&tyre, ELEMENTS, 80.0 / 3.6).with_tolerance(1e-4);
+    let (mut blocks, mut model) = (Vec::new(), None);
+    for _ in 0..ROUNDS {
+        let clock = BlockClock::start();
+        let fitted = fit_unless_stopped(&tyre, &options, stop)?;
+        blocks.push(clock.nanoseconds());
+        model = Some(fitted);
+    }
+    let Some(model) = model else { return Err(ProfileError::Interrupted) };
+    let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, ELEMENTS), Truncation::Tail, 1e-8, options.top);
+    let mut worst = 0.0_f64;
+    for n in 0..=ELEMENTS / 2 {
+        let samples: Vec<(Complex64, Complex64)> = (0..40)
+            .filter_map(|k| {
+                let s = Complex64::new(0.0, 2.0 * PI * 20.0 * 1.19f64.powi(k));
+                Some((sum.value(n, &sum.at(s), Field::Surface).value, model.evaluate(n, s, Field::Surface)?))
+            })
+            .collect();
+        let peak = samples.iter().fold(0.0_f64, |peak, (exact, _)| peak.max(exact.norm()));
+        let error = |(exact, fitted): &(Complex64, Complex64)| (exact - fitted).norm() / peak;
+        worst = samples.iter().map(error).fold(worst, f64::max);
+    }
+    let workload = Workload::Influence;
+    let rounds = ROUNDS as u64;
+    let counters = [
+        (name(&Counter::ComplianceEvaluations), rounds * model.evaluations()),
+        (name(&Counter::Poles), model.order() as u64),
+    ];
+    Ok(Measurement {
+        workload: workload.name().to_owned(),
+        instruction_set: instruction_set().to_owned(),
+        counters: counters.into(),
+        found: Found::new(workload.truth(), 1.0 + worst),
+        blocks: [(name(&Stage::Influence), blocks)].into(),
+    })
+}

@@ -1,0 +1,152 @@
+//! What interleaved times of two programs say.
+//!
+//! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times the median of the same block over all runs of both programs: what another process took of the
+//!    processor falls into few blocks, and is left out wherever it fell.
+//! 2. Runs that stand side by side are a pair; what drifts more slowly than that divides out of their ratio.
+//! 3. The median of the ratios has an interval of order statistics: x_(k) ... x_(n+1-k) holds it with probability 1 - 2 P(B(n, 1/2) < k), whatever the distribution
+//!    (W. J. Conover, *Practical Nonparametric Statistics*, section 3.2). Nothing is assumed but that pairs are independent.
+
+use serde::Serialize;
+
+/// Blocks longer than so many medians were disturbed.
+pub const CUT: f64 = 1.2;
+
+/// A ratio of times with its interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ratio {
+    /// Median of the pairs' ratios, second program over first.
+    pub median: f64,
+    /// Lower end of the interval; 0 for too few pairs.
+    pub low: f64,
+    /// Upper end; infinite for too few pairs.
+    pub high: f64,
+    /// Pairs.
+    pub pairs: usize,
+    /// Median time of the first program \[s\].
+    pub seconds: f64,
+}
+
+impl Ratio {
+    /// Of times \[s\], one of each program in a pair. `doubt`: probability that the interval misses the median.
+    pub fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
+        let mut ratios: Vec<f64> = second.iter().zip(first).map(|(b, a)| b / a).filter(|r| r.is_finite()).collect();
+        ratios.sort_by(f64::total_cmp);
+        let (low, high) = match rank(ratios.len(), doubt) {
+            Some(k) => (ratios[k - 1], ratios[ratios.len() - k]),
+            None => (0.0, f64::INFINITY),
+        };
+        Self { median: median(&mut ratios), low, high, pairs: ratios.len(), seconds: median(&mut first.to_vec()) }
+    }
+
+    /// Smallest change that these pairs could have told from none: from the median to the farther end of the interval.
+    pub fn resolution(&self) -> f64 {
+        (self.high - self.median).max(self.median - self.low)
+    }
+}
+
+/// The largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
+fn rank(pairs: usize, doubt: f64) -> Option<usize> {
+    // P(B(n, 1/2) < k), summed from below.
+    let mut term = 0.5_f64.powi(i32::try_from(pairs).ok()?);
+    let mut below = 0.0;
+    let mut found = None;
+    for k in 1..=pairs / 2 {
+        below += term;
+        if 2.0 * below > doubt {
+            break;
+        }
+        found = Some(k);
+        term *= (pairs - k + 1) as f64 / k as f64;
+    }
+    found
+}
+
+/// The middle of the values, which are sorted by this; NaN for none.
+pub fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => f64::NAN,
+        length if length % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\] (runs x blocks).
+pub fn stage_times(first: &[&[u64]], second: &[&[u64]]) -> (Vec<f64>, Vec<f64>) {
+    let all = || first.iter().chain(second);
+    let blocks = first.first().map_or(0, |run| run.len());
+    // Programs that do not go by the same blocks have no common medians.
+    let usual: Option<Vec<f64>> = all().all(|run| run.len() == blocks).then(|| {
+        (0..blocks).map(|block| median(&mut all().map(|run| run[block] as f64).collect::<Vec<_>>())).collect()
+    });
+    let seconds = |run: &&[u64]| match &usual {
+        Some(usual) => 1e-9 * run.iter().zip(usual).map(|(&time, usual)| (time as f64).min(CUT * usual)).sum::<f64>(),
+        None => 1e-9 * run.iter().sum::<u64>() as f64,
+    };
+    (first.iter().map(seconds).collect(), second.iter().map(seconds).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    #[test]
+    fn ranks_are_those_of_the_binomial_distribution() {
+        // Table A3 of the book: n = 20, P(B <= 5) = 0.0207, so that x_(6) ... x_(15) has 95.86 %.
+        assert_eq!(rank(20, 0.05), Some(6));
+        assert_eq!(rank(20, 0.0413), Some(5));
+        assert_eq!(rank(5, 0.05), None);
+        assert_eq!(rank(6, 0.05), Some(1));
+        assert_eq!(rank(0, 0.05), None);
+    }
+
+    /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much longer than a block.
+    fn run(rng: &mut ChaCha8Rng, factor: f64, drift: f64) -> Vec<u64> {
+        (0..100)
+            .map(|block| {
+                let usual = 1e6 * (1.0 + f64::from(block % 7)) * factor * drift;
+                let interrupted = if rng.random::<f64>() < 0.15 { 4e6 } else { 0.0 };
+                (usual * (1.0 + 0.05 * rng.random::<f64>()) + interrupted) as u64
+            })
+            .collect()
+    }
+
+    fn compared(rng: &mut ChaCha8Rng, factor: f64) -> Ratio {
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for _ in 0..30 {
+            let drift = 1.0 + 0.3 * rng.random::<f64>();
+            let mut of = |factor: f64| {
+                let own = drift * (1.0 + 0.02 * rng.random::<f64>());
+                run(rng, factor, own)
+            };
+            first.push(of(1.0));
+            second.push(of(factor));
+        }
+        let first: Vec<&[u64]> = first.iter().map(Vec::as_slice).collect();
+        let second: Vec<&[u64]> = second.iter().map(Vec::as_slice).collect();
+        let (a, b) = stage_times(&first, &second);
+        Ratio::new(&a, &b, 1e-3)
+    }
+
+    #[test]
+    fn a_change_of_five_percent_is_seen_through_interruptions_and_no_change_is_none() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for _ in 0..5 {
+            let slower = compared(&mut rng, 1.05);
+            assert!(slower.low > 1.01 && (slower.median - 1.05).abs() < 0.015, "{slower:?}");
+            let same = compared(&mut rng, 1.0);
+            assert!(same.low < 1.0 && same.high > 1.0 && same.resolution() < 0.04, "{same:?}");
+        }
+    }
+
+    #[test]
+    fn few_pairs_say_nothing() {
+        let ratio = Ratio::new(&[1.0; 4], &[2.0; 4], 1e-3);
+        assert!(ratio.low <= 0.0 && ratio.high.is_infinite() && ratio.resolution().is_infinite());
+        assert!(median(&mut []).is_nan());
+    }
+}

@@ -1,0 +1,135 @@
+//! All workloads as a file: what is committed, and what later programs are held against.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::error::ProfileError;
+use super::measure::{Found, Measurement};
+use super::stamp::Stamp;
+
+/// What `format` says in a record.
+const FORMAT: &str = "tyrewave profile";
+/// Raised when a reader would stumble.
+const FORMAT_VERSION: u32 = 1;
+
+/// What the workloads took on one machine.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Record {
+    /// Always `tyrewave profile`.
+    pub format: String,
+    /// Version of the layout.
+    pub format_version: u32,
+    /// Program, compiler and machine.
+    pub stamp: Stamp,
+    /// By the names of the workloads.
+    pub workloads: BTreeMap<String, RecordedWorkload>,
+}
+
+/// What one workload took.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct RecordedWorkload {
+    /// The physical value.
+    pub found: Found,
+    /// Exact counters.
+    pub counters: BTreeMap<String, u64>,
+    /// Instructions executed, where a tool counted them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instructions: Option<u64>,
+    /// Share of every stage in the time of all of them: for people, never compared.
+    #[serde(default)]
+    pub shares: BTreeMap<String, f64>,
+}
+
+impl RecordedWorkload {
+    /// Of measurements of one workload; shares are the medians of theirs.
+    pub fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
+        let Some(first) = measured.first() else { return Self::default() };
+        let stages = first.blocks.keys();
+        let share = |stage: &String, measurement: &Measurement| {
+            let of = |blocks: &Vec<u64>| blocks.iter().sum::<u64>() as f64;
+            measurement.blocks.get(stage).map_or(0.0, of) / measurement.blocks.values().map(of).sum::<f64>()
+        };
+        let shares = stages.map(|stage| {
+            let mut shares: Vec<f64> = measured.iter().map(|measurement| share(stage, measurement)).collect();
+            // Three digits: the next ones are noise.
+            (stage.clone(), (1e3 * super::ratio::median(&mut shares)).round() / 1e3)
+        });
+        Self { found: first.found.clone(), counters: first.counters.clone(), instructions, shares: shares.collect() }
+    }
+}
+
+impl Record {
+    /// A record made here and now.
+    pub fn new(instruction_set: &str, workloads: BTreeMap<String, RecordedWorkload>) -> Self {
+        let stamp = Stamp { instruction_set: instruction_set.to_owned(), ..Stamp::here() };
+        Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, stamp, workloads }
+    }
+
+    /// Where the record of an instruction set stands in a folder of records.
+    pub fn place(folder: &Path, instruction_set: &str) -> PathBuf {
+        folder.join(format!("{instruction_set}.json"))
+    }
+
+    /// Reads a record.
+    ///
+    /// # Errors
+    /// [`ProfileError::File`], [`ProfileError::Nonsense`].
+    pub fn read(path: &Path) -> Result<Self, ProfileError> {
+        let text = fs::read_to_string(path).map_err(ProfileError::reading(path))?;
+        let nonsense = |wrong: String, right| ProfileError::Nonsense { path: path.to_owned(), wrong, right };
+        let record: Self = serde_json::from_str(&text)
+            .map_err(|error| nonsense(format!("not a record: {error}"), "`tyrewave profile record` makes them"))?;
+        if record.format != FORMAT || record.format_version != FORMAT_VERSION {
+            let wrong = format!("\"{}\", version {}", record.format, record.format_version);
+            return Err(nonsense(wrong, "a record of this release; `tyrewave profile record` makes one"));
+        }
+        Ok(record)
+    }
+
+    /// Writes it, whole or not at all.
+    ///
+    /// # Errors
+    /// [`ProfileError::File`].
+    pub fn write(&self, path: &Path) -> Result<(), ProfileError> {
+        let failed = |source| ProfileError::File { what: "write", path: path.to_owned(), source };
+        let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(error.into()))?;
+        text.push('\n');
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            fs::create_dir_all(folder).map_err(failed)?;
+        }
+        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
+        fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
+            let _ = fs::remove_file(&temporary);
+            failed(source)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_comes_back_and_nonsense_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/record.json");
+        let blocks = BTreeMap::from([("history".to_owned(), vec![30, 45]), ("road".to_owned(), vec![20, 5])]);
+        let counters = BTreeMap::from([("steps".to_owned(), 7)]);
+        let found = Found { what: "force".into(), value: 1.5, expected: 1.5, tolerance: 1e-6 };
+        let measurement = Measurement { workload: "rough".into(), counters, found, blocks, ..Measurement::default() };
+        let workload = RecordedWorkload::new(&[measurement], Some(12));
+        assert!((workload.shares["history"] - 0.75).abs() < 1e-12);
+        let record = Record::new("x86-64-v3", [("rough".to_owned(), workload)].into());
+        record.write(&path).unwrap();
+        assert_eq!(Record::read(&path).unwrap(), record);
+        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        assert!(!record.stamp.machine.is_empty() && record.stamp.compiler.starts_with("rustc"), "{:?}", record.stamp);
+        for text in ["", "{}", "[1]", &serde_json::to_string(&Record { format_version: 9, ..record }).unwrap()] {
+            std::fs::write(&path, text).unwrap();
+            assert!(matches!(Record::read(&path), Err(ProfileError::Nonsense { .. })), "{text}");
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! What a record was made by and on.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde::{Deserialize, Serialize};
+
+use crate::meter::machine::{instruction_set, processor};
+
+/// Program, compiler and machine.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Stamp {
+    /// Version of tyrewave.
+    pub version: String,
+    /// Commit of the sources that stand where the record was made, `-modified` behind it if they differ from it; empty where there is no repository.
+    pub commit: String,
+    /// Compiler, and the optimisation it was asked for.
+    pub compiler: String,
+    /// Processor and number of cores.
+    pub machine: String,
+    /// Operating system.
+    pub system: String,
+    /// Instructions that the vectors use, see [`instruction_set`]: rounding, and with it discrete counters, may depend on it.
+    pub instruction_set: String,
+}
+
+impl Stamp {
+    /// Of this program, here and now.
+    pub fn here() -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            commit: commit(Path::new(".")).unwrap_or_default(),
+            compiler: format!("{}, optimisation {}", env!("TYREWAVE_COMPILER"), env!("TYREWAVE_OPTIMISATION")),
+            machine: format!("{}, {cores} cores", processor().unwrap_or_else(|| std::env::consts::ARCH.to_owned())),
+            system: std::env::consts::OS.to_owned(),
+            instruction_set: instruction_set().to_owned(),
+        }
+    }
+}
+
+fn commit(folder: &Path) -> Option<String> {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").arg("-C").arg(folder).args(arguments).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
+    // Records and pictures do not change the program.
+    let modified = !git(&["status", "--porcelain", "--", "src", "Cargo.toml", "Cargo.lock"])?.is_empty();
+    Some(if modified { format!("{commit}-modified") } else { commit })
+}

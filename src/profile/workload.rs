@@ -1,0 +1,146 @@
+//! The fixed pieces of work.
+//!
+//! Small enough that one takes a few tenths of a second, large enough that every stage has thousands of entries. They are part of the record:
+//! a change of one is a change of all its numbers.
+
+use serde::Serialize;
+
+use crate::scene::{Axle, DEFAULT, History, LoadedScene, Outputs, Road, Scene, SceneError, Slices, Switch, TimeRule};
+
+/// A piece of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Workload {
+    /// A smooth road at 80 km/h, N = 512.
+    Smooth,
+    /// Dense asphalt at 80 km/h, N = 512.
+    Rough,
+    /// The profile of dense asphalt at 200 km/h, N = 512, two steps per element by a rule of two stages.
+    HighSpeed,
+    /// Many steps of a coarse tyre on the profile of dense asphalt, the load followed.
+    LongRollout,
+    /// Dense asphalt with slices on the elastic half-space.
+    HalfSpaceSlices,
+    /// Convolution of the remembered forces, N = 128.
+    DirectHistory,
+    /// Surface compliance of the layered tyre, summed across the width.
+    Compliance,
+    /// Rational models of the influence functions.
+    Influence,
+}
+
+/// The physical value that a workload must find.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// What it is.
+    pub what: &'static str,
+    /// Its value by a path that shares as little as possible with the workload's own.
+    pub expected: f64,
+    /// Largest relative difference.
+    pub tolerance: f64,
+}
+
+/// A varying force that must be found.
+const fn variation(expected: f64) -> Truth {
+    Truth { what: "root mean square of the varying force [N]", expected, tolerance: 1e-5 }
+}
+
+impl Workload {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Smooth,
+        Self::Rough,
+        Self::HighSpeed,
+        Self::LongRollout,
+        Self::HalfSpaceSlices,
+        Self::DirectHistory,
+        Self::Compliance,
+        Self::Influence,
+    ];
+
+    /// Its name on the command line and in records.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth",
+            Self::Rough => "rough",
+            Self::HighSpeed => "high_speed",
+            Self::LongRollout => "long_rollout",
+            Self::HalfSpaceSlices => "half_space_slices",
+            Self::DirectHistory => "direct_history",
+            Self::Compliance => "compliance",
+            Self::Influence => "influence",
+        }
+    }
+
+    /// The workload of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|workload| workload.name() == name)
+    }
+
+    /// What it must find. Forces of rolling workloads are those of the same scene by direct sums that remember all of it
+    /// (a test that takes a minute repeats them); the others are checked against reference paths as they run.
+    pub const fn truth(self) -> Truth {
+        match self {
+            Self::Smooth => Truth { what: "mean force [N]", expected: 2767.912323979274, tolerance: 1e-5 },
+            Self::Rough => variation(60.21719620343048),
+            Self::HighSpeed => variation(498.00163624936584),
+            Self::LongRollout => variation(238.49668561282263),
+            Self::HalfSpaceSlices => variation(80.65776269116427),
+            // Against the recursion: the sum itself is the reference of the others.
+            Self::DirectHistory => variation(255.82539044118957),
+            Self::Compliance => {
+                Truth { what: "H_n by vectors, off by so much from scalars, plus 1", expected: 1.0, tolerance: 1e-10 }
+            }
+            Self::Influence => Truth {
+                what: "H_n between the fitted points, off by so much of its largest value from sums, plus 1",
+                expected: 1.0,
+                tolerance: 1e-4,
+            },
+        }
+    }
+
+    /// The scene of a workload that rolls; `None` for the others.
+    ///
+    /// # Errors
+    /// None that a released scene should give.
+    pub fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
+        let mut loaded = Scene::from_str(DEFAULT, self.name())?;
+        let scene = &mut loaded.scene;
+        scene.title = self.name().to_owned();
+        scene.outputs = Outputs { arrays: false, spectra: false, plots: false, ..Outputs::default() };
+        // A fixed height: nothing about the force is given by the scene.
+        scene.rolling.axle = Axle::Indentation { indentation: 0.012, ramp: 0.03 };
+        let (elements, speed, warm_up, duration) = match self {
+            Self::Smooth => (512, 80.0, 0.1, 0.4),
+            Self::Rough => (512, 80.0, 0.1, 0.5),
+            Self::HighSpeed => (512, 200.0, 0.03, 0.07),
+            Self::LongRollout => (96, 80.0, 0.5, 20.0),
+            Self::HalfSpaceSlices => (256, 80.0, 0.1, 0.4),
+            Self::DirectHistory => (128, 80.0, 0.1, 0.4),
+            Self::Compliance | Self::Influence => return Ok(None),
+        };
+        scene.numerics.elements = elements;
+        scene.rolling.speed_kmh = speed;
+        (scene.rolling.warm_up, scene.rolling.duration) = (warm_up, duration);
+        match self {
+            Self::Smooth => scene.road = Road::Smooth,
+            Self::HighSpeed => {
+                (scene.numerics.time_rule, scene.numerics.substeps) = (TimeRule::Sdirk2, 2);
+                // A road without texture across is made in no time.
+                scene.effects.texture = Switch::Off;
+            }
+            Self::LongRollout => {
+                scene.rolling.axle = Axle::Load { load: 3400.0, tolerance: 0.01 };
+                scene.effects.texture = Switch::Off;
+            }
+            Self::HalfSpaceSlices => scene.contact.slices = Slices::HalfSpace,
+            Self::DirectHistory => {
+                scene.numerics.history = History::Direct;
+                scene.numerics.memory = 0.5;
+                scene.effects.texture = Switch::Off;
+            }
+            Self::Rough | Self::Compliance | Self::Influence => {}
+        }
+        Ok(Some(loaded))
+    }
+}

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use tyrewave::meter::peak::multiply_add_rate;
 use tyrewave::scene::{Foundation, Law, Layer, Material, TimeRule, Tyre};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::flops::{FIRST_LAYER, FURTHER_LAYER};
@@ -45,35 +45,6 @@ fn tyre() -> Tyre {
     }
 }
 
-/// Best rate of independent fused multiply-adds on one core \[flop/s\]: what the kernel's rate is compared with.
-struct Peak;
-
-impl WithSimd for Peak {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        const CHAINS: usize = 12;
-        const ROUNDS: usize = 200_000;
-        let (factor, term) = (simd.splat_f64s(black_box(0.999_999)), simd.splat_f64s(black_box(1e-6)));
-        let mut best = 0.0_f64;
-        for _ in 0..20 {
-            let mut sums = [simd.splat_f64s(black_box(1.0)); CHAINS];
-            let begin = Instant::now();
-            for _ in 0..ROUNDS {
-                for sum in &mut sums {
-                    *sum = simd.mul_add_e_f64s(*sum, factor, term);
-                }
-            }
-            let seconds = begin.elapsed().as_secs_f64();
-            let total = sums.into_iter().fold(0.0, |a, sum| a + simd.reduce_sum_f64s(sum));
-            assert!(total.is_finite());
-            best = best.max((2 * CHAINS * ROUNDS * S::F64_LANES) as f64 / seconds);
-        }
-        best
-    }
-}
-
 fn compliance(criterion: &mut Criterion) {
     let tyre = tyre();
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 512), Truncation::Tail, 1e-8, 2.0 * PI * 20e3);
@@ -92,7 +63,7 @@ fn compliance(criterion: &mut Criterion) {
         sum.faces(40, black_box(&at), Field::Surface, &mut lanes);
         best.min(begin.elapsed().as_secs_f64() / evaluations as f64)
     });
-    let peak = Arch::new().dispatch(Peak);
+    let peak = multiply_add_rate();
     println!(
         "one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s of fused multiply-adds on this core",
         1e9 * best,

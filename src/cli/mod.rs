@@ -16,6 +16,7 @@ pub mod mobility;
 pub mod options;
 pub mod plan;
 pub mod profile;
+pub mod profiling;
 pub mod progress;
 pub mod resume;
 pub mod road;
@@ -38,6 +39,8 @@ pub use error::CliError;
 pub use interrupt::Interrupt;
 pub use options::{GlobalOptions, When};
 pub use progress::TerminalProgress;
+
+use crate::meter::AllocationProbe;
 
 /// What the whole program says under `--help` after the list of commands.
 const AFTER_HELP: &str = "\
@@ -130,6 +133,8 @@ pub struct Context {
     pub colour: bool,
     /// Whether the user has asked for the end.
     pub interrupt: Interrupt,
+    /// What the program's allocator counts.
+    pub allocations: Option<AllocationProbe>,
 }
 
 impl Context {
@@ -166,11 +171,11 @@ impl Command {
     }
 }
 
-/// The program: what `main` returns. The command is carried out on threads of its own pool.
-pub fn start() -> ExitCode {
+/// The program: what `main` returns. The command is carried out on threads of its own pool; `allocations` says what the program's allocator has counted, if it counts.
+pub fn start(allocations: Option<AllocationProbe>) -> ExitCode {
     let line = CommandLine::parse();
     let colour = line.options.color.allows_colour();
-    match carry_out(line, colour, Command::execute) {
+    match carry_out(line, colour, allocations, Command::execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{}", options::error_line(&error.render(colour), colour));
@@ -179,14 +184,20 @@ pub fn start() -> ExitCode {
     }
 }
 
-fn carry_out(line: CommandLine, colour: bool, execute: Execute) -> Result<(), CliError> {
+fn carry_out(
+    line: CommandLine,
+    colour: bool,
+    allocations: Option<AllocationProbe>,
+    execute: Execute,
+) -> Result<(), CliError> {
     let CommandLine { options, command } = line;
     let wanted = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(wanted)
         .build()
         .map_err(|source| CliError::Threads { threads: wanted, source })?;
-    let context = Context { options, threads: pool.current_num_threads(), colour, interrupt: Interrupt::listen()? };
+    let context =
+        Context { options, threads: pool.current_num_threads(), colour, interrupt: Interrupt::listen()?, allocations };
     pool.install(|| execute(command, &context))
 }
 
@@ -233,7 +244,7 @@ mod tests {
     #[test]
     fn a_command_runs_on_the_threads_asked_for_and_its_error_comes_back() {
         let line = CommandLine::try_parse_from(["tyrewave", "run", "a.toml", "--threads", "2", "-q"]).unwrap();
-        let outcome = carry_out(line, false, |command, context| {
+        let outcome = carry_out(line, false, None, |command, context| {
             assert_eq!((context.threads, rayon::current_num_threads()), (2, 2));
             assert!(context.options.quiet && matches!(command, Command::Run(_)));
             Err(CliError::Interrupted { kept: None })

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::profiling::ProfileOptions;
 use super::run::print_report;
 use super::{CliError, Context};
 use crate::pipeline;
@@ -27,9 +28,9 @@ pub struct ResumeArguments {
     /// Results folder of the run, or the folder of the unfinished run itself.
     #[arg(value_name = "RESULTS")]
     pub results: PathBuf,
-    /// Print stage times and work counters at the end.
-    #[arg(long)]
-    pub profile: bool,
+    /// What is shown of its cost.
+    #[command(flatten)]
+    pub profile: ProfileOptions,
 }
 
 impl ResumeArguments {
@@ -38,9 +39,10 @@ impl ResumeArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let mut progress = context.progress();
-        let report = pipeline::resume(&self.results, context.threads, context.interrupt.flag(), &mut progress)?;
+        let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
+        let (stop, mut progress) = (context.interrupt.flag(), context.progress());
+        let report = pipeline::resume_watched(&self.results, context.threads, watch, stop, &mut progress)?;
         drop(progress);
-        print_report(&report, context, self.profile)
+        print_report(&report, context, &profile.complete(&report)?)
     }
 }

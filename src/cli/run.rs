@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::profiling::ProfileOptions;
 use super::{CliError, Context, print};
 use crate::pipeline::plan::bytes;
 use crate::pipeline::{self, RunOptions, RunReport};
-use crate::results::profile_table::profile_table;
 use crate::scene::Scene;
 
 const EXAMPLES: &str = "\
@@ -20,7 +20,9 @@ An existing results folder is replaced when the run is complete, not before; a f
 Examples:
   tyrewave run scenes/default.toml                    results in results/default
   tyrewave run scenes/default.toml --out trial        results in trial
-  tyrewave run scenes/default.toml --profile          and a table of what took how long";
+  tyrewave run scenes/default.toml --profile          and a table of what took how long
+  tyrewave run scenes/default.toml --trace trace.json --folded stacks.txt
+                                                      and when: for Perfetto, and for flame graphs";
 
 /// Arguments of `tyrewave run`.
 #[derive(Clone, Debug, Args)]
@@ -31,9 +33,9 @@ pub struct RunArguments {
     /// Results folder; default: results/NAME, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Print stage times and work counters at the end.
-    #[arg(long)]
-    pub profile: bool,
+    /// What is shown of its cost.
+    #[command(flatten)]
+    pub profile: ProfileOptions,
 }
 
 impl RunArguments {
@@ -44,10 +46,11 @@ impl RunArguments {
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = Scene::load(&self.scene)?;
         let options = RunOptions { target: self.results_folder(), threads: context.threads };
+        let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
         let mut progress = context.progress();
-        let report = pipeline::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
+        let report = pipeline::run_watched(&loaded, &options, watch, context.interrupt.flag(), &mut progress)?;
         drop(progress);
-        print_report(&report, context, self.profile)
+        print_report(&report, context, &profile.complete(&report)?)
     }
 
     /// Where the results go.
@@ -58,15 +61,15 @@ impl RunArguments {
     }
 }
 
-/// Says how a run went, and what it cost where that is wanted.
-pub(super) fn print_report(report: &RunReport, context: &Context, profile: bool) -> Result<(), CliError> {
+/// Says how a run went, and what it cost if `profile` says anything.
+pub(super) fn print_report(report: &RunReport, context: &Context, profile: &str) -> Result<(), CliError> {
     if context.options.quiet {
         return Ok(());
     }
     let mut text = report_text(report);
-    if profile {
+    if !profile.is_empty() {
         text.push('\n');
-        text.push_str(&profile_table(&report.meter, report.wall));
+        text.push_str(profile);
     }
     print(&text)
 }

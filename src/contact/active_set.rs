@@ -16,7 +16,7 @@ use pulp::Arch;
 
 use super::factors::{FactorCache, FactorCounts, Singular};
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
-use crate::meter::Work;
+use crate::meter::{Clocks, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
@@ -41,6 +41,8 @@ pub struct SearchCounts {
     pub factors: FactorCounts,
     /// Arithmetic of guesses, factorisations and solutions.
     pub work: Work,
+    /// The part of it that factorised sets.
+    pub factorisation: Work,
 }
 
 /// How far the contact conditions are missed, at worst.
@@ -202,9 +204,20 @@ impl ActiveSet {
 
     /// What was done so far.
     pub fn counts(&self) -> SearchCounts {
-        let mut counts = SearchCounts { factors: self.factors.counts(), ..self.counts.clone() };
+        let (factors, factorisation) = (self.factors.counts(), self.factors.making());
+        let mut counts = SearchCounts { factors, factorisation, ..self.counts.clone() };
         counts.work += self.factors.work();
         counts
+    }
+
+    /// Which clocks are read from now on; none at first.
+    pub fn set_clocks(&mut self, clocks: Clocks) {
+        self.factors.set_clocks(clocks);
+    }
+
+    /// Time of the factorisations since it was last taken.
+    pub fn take_factorisation_time(&mut self) -> Spent {
+        self.factors.take_making_time()
     }
 
     /// Takes the state down: what the next search starts from, what was done so far, which factors are held.

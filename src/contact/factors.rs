@@ -19,7 +19,7 @@ pub use super::ldlt::Singular;
 use super::ldlt::{Aligned, LINE, factorised, finite, scratch_for, solve_with};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
-use crate::meter::Work;
+use crate::meter::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
@@ -84,6 +84,10 @@ pub struct FactorCache {
     scratch: MemBuffer,
     counts: FactorCounts,
     work: Work,
+    /// The part of the work that made factors, and its time.
+    making: Work,
+    making_time: Spent,
+    clocks: Clocks,
 }
 
 impl FactorCache {
@@ -106,6 +110,9 @@ impl FactorCache {
             scratch: scratch_for(points.max(MOST_DIFFERENT), 1 + MOST_DIFFERENT),
             counts: FactorCounts::default(),
             work: Work::default(),
+            making: Work::default(),
+            making_time: Spent::default(),
+            clocks: Clocks::OFF,
         }
     }
 
@@ -194,6 +201,21 @@ impl FactorCache {
         self.work
     }
 
+    /// The part of it that made factors of sets.
+    pub fn making(&self) -> Work {
+        self.making
+    }
+
+    /// Which clocks are read from now on; none at first.
+    pub fn set_clocks(&mut self, clocks: Clocks) {
+        self.clocks = clocks;
+    }
+
+    /// Time of the factorisations since it was last taken.
+    pub fn take_making_time(&mut self) -> Spent {
+        std::mem::take(&mut self.making_time)
+    }
+
     /// A slot for a new factor; the one that the clock rule points at where none is empty.
     fn free_slot(&mut self) -> usize {
         if self.filled < self.sizes.slots {
@@ -211,6 +233,7 @@ impl FactorCache {
     }
 
     fn factorise(&mut self, slot: usize, points: &[usize], influence: &[f64]) -> Result<(), Singular> {
+        let mut laps = Laps::begin(self.clocks);
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
         let memory = self.factors.part(slot * stride * most, stride * rows);
@@ -224,15 +247,20 @@ impl FactorCache {
         let done = factorised(matrix, &mut self.scratch);
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;
-        self.work += Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
+        let work = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
+        self.work += work;
+        self.making += work;
+        self.making_time += laps.lap();
         done
     }
 
     /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes again.
     pub fn save(&self, state: &mut StateWriter) {
         let FactorCounts { factorisations, hits, misses, neighbours, evictions } = self.counts;
-        let Work { multiply_adds, bytes } = self.work;
-        state.counts(&[factorisations, hits, misses, neighbours, evictions, multiply_adds, bytes]);
+        state.counts(&[factorisations, hits, misses, neighbours, evictions]);
+        for Work { multiply_adds, bytes } in [self.work, self.making] {
+            state.counts(&[multiply_adds, bytes]);
+        }
         state.counts(&[self.hand as u64, self.filled as u64]);
         self.neighbour.save(state);
         for slot in 0..self.filled {
@@ -246,10 +274,12 @@ impl FactorCache {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, influence: &[f64], state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut places) = ([0; 7], [0; 2]);
+        let (mut counts, mut works, mut places) = ([0; 5], [0; 4], [0; 2]);
         state.counts_into(&mut counts)?;
+        state.counts_into(&mut works[..2])?;
+        state.counts_into(&mut works[2..])?;
         state.counts_into(&mut places)?;
-        let [factorisations, hits, misses, neighbours, evictions, multiply_adds, bytes] = counts;
+        let [factorisations, hits, misses, neighbours, evictions] = counts;
         let [hand, filled] = places;
         self.neighbour.restore(state)?;
         if filled > self.sizes.slots as u64 || hand >= self.sizes.slots as u64 || self.filled > 0 {
@@ -278,7 +308,9 @@ impl FactorCache {
         self.filled = filled as usize;
         self.hand = hand as usize;
         self.counts = FactorCounts { factorisations, hits, misses, neighbours, evictions };
+        let [multiply_adds, bytes, making, made_bytes] = works;
         self.work = Work { multiply_adds, bytes };
+        self.making = Work { multiply_adds: making, bytes: made_bytes };
         Ok(())
     }
 }

@@ -31,7 +31,7 @@ use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCount
 use super::ldlt::{Aligned, LINE, Singular, factorised, finite, scratch_for, solve_with};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
-use crate::meter::Work;
+use crate::meter::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;
 
@@ -109,6 +109,8 @@ pub struct ImplicitSet {
     /// Forces of the last step, moved with the road, then of the sweeps.
     estimate: Vec<f64>,
     counts: SearchCounts,
+    factorisation_time: Spent,
+    clocks: Clocks,
 }
 
 impl ImplicitSet {
@@ -131,6 +133,8 @@ impl ImplicitSet {
             displacement: vec![0.0; columns],
             estimate: vec![0.0; columns],
             counts: SearchCounts::default(),
+            factorisation_time: Spent::default(),
+            clocks: Clocks::OFF,
         }
     }
 
@@ -267,6 +271,7 @@ impl ImplicitSet {
         let (rows, own) = (self.points.len(), self.influence[0]);
         forces.fill(0.0);
         if rows > 0 {
+            let mut laps = Laps::begin(self.clocks);
             let memory = self.matrix.part(0, self.stride * rows);
             for (row, (column, &j)) in memory.chunks_exact_mut(self.stride).zip(&self.points).enumerate() {
                 let root = self.roots[row];
@@ -278,6 +283,7 @@ impl ImplicitSet {
             }
             let matrix = MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, self.stride);
             factorised(matrix, &mut self.scratch)?;
+            self.factorisation_time += laps.lap();
             let factor = MatRef::from_column_major_slice_with_stride(memory, rows, rows, self.stride);
             let right = &mut right[..rows];
             solve_with(factor, MatMut::from_column_major_slice_mut(&mut *right, rows, 1), &mut self.scratch);
@@ -291,7 +297,10 @@ impl ImplicitSet {
         self.add_windows_work(rows);
         self.counts.factors.factorisations += 1;
         let entries = (rows * rows) as u64;
-        self.counts.work += Work { multiply_adds: entries * rows as u64 / 6 + 2 * entries, bytes: 16 * entries };
+        let factorisation = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
+        self.counts.factorisation += factorisation;
+        self.counts.work += factorisation;
+        self.counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
         Ok(())
     }
 
@@ -306,6 +315,16 @@ impl ImplicitSet {
         self.counts.clone()
     }
 
+    /// Which clocks are read from now on; none at first.
+    pub fn set_clocks(&mut self, clocks: Clocks) {
+        self.clocks = clocks;
+    }
+
+    /// Time of the factorisations since it was last taken.
+    pub fn take_factorisation_time(&mut self) -> Spent {
+        std::mem::take(&mut self.factorisation_time)
+    }
+
     /// Number of points of the last linear system.
     pub fn points(&self) -> usize {
         self.points.len()
@@ -314,8 +333,9 @@ impl ImplicitSet {
     /// Takes the state down: what the next search starts from, what was done so far.
     pub fn save(&self, state: &mut StateWriter) {
         state.numbers(&self.estimate);
-        let SearchCounts { solves, fallbacks, factors, work: Work { multiply_adds, bytes }, .. } = &self.counts;
-        state.counts(&[*solves, *fallbacks, factors.factorisations, *multiply_adds, *bytes]);
+        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &self.counts;
+        state.counts(&[*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes]);
+        state.counts(&[factorisation.multiply_adds, factorisation.bytes]);
         state.counts(&self.counts.histogram);
     }
 
@@ -325,10 +345,12 @@ impl ImplicitSet {
     /// [`StateError`].
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         state.numbers_into(&mut self.estimate)?;
-        let mut counts = [0; 5];
+        let (mut counts, mut parts) = ([0; 5], [0; 2]);
         state.counts_into(&mut counts)?;
-        let SearchCounts { solves, fallbacks, factors, work, .. } = &mut self.counts;
+        state.counts_into(&mut parts)?;
+        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &mut self.counts;
         [*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes] = counts;
+        [factorisation.multiply_adds, factorisation.bytes] = parts;
         state.counts_into(&mut self.counts.histogram)
     }
 }

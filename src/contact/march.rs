@@ -8,8 +8,6 @@
 //! 3. forces: the active set (elastic, bedding), or F_i = max(0, d_i)/G0_ii (uncoupled); with the implicit coupling the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
-use std::time::{Duration, Instant};
-
 use super::active_set::{Residuals, SearchCounts};
 use super::axle::AxleHeight;
 use super::error::ContactError;
@@ -19,8 +17,8 @@ use super::implicit_set::SlicesUnder;
 use super::search::Search;
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
-use crate::meter::Work;
-use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
+use crate::meter::{Clocks, Laps, Spent, Work};
+use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::{Numerics, SliceCoupling, Tread};
 
 /// What one step gave.
@@ -47,16 +45,27 @@ pub struct MarchTotals {
     pub largest_displacement: f64,
     /// Steps in which an outermost column carried force.
     pub edge_contacts: u64,
-    /// Work of the history.
+    /// Work of the history; its time is handed on with the others.
     pub history: HistoryWork,
     /// Work of the required displacements.
     pub slices: Work,
-    /// Time in the history, its transforms included.
-    pub history_time: Duration,
-    /// Time in the required displacements.
-    pub slices_time: Duration,
-    /// Time in the search.
-    pub search_time: Duration,
+    /// Times at which the contact was solved for: stages of steps.
+    pub instants: u64,
+}
+
+/// Time that the parts of steps took, where clocks were read. No part of the state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepTimes {
+    /// The history, without its transforms.
+    pub history: Spent,
+    /// Transforms of the history.
+    pub transforms: Spent,
+    /// Required displacements.
+    pub slices: Spent,
+    /// The search, without its factorisations.
+    pub search: Spent,
+    /// Factorisations.
+    pub factorisation: Spent,
 }
 
 impl MarchTotals {
@@ -87,6 +96,8 @@ pub struct March {
     mean: Vec<f64>,
     time_step: f64,
     totals: MarchTotals,
+    clocks: Clocks,
+    times: StepTimes,
 }
 
 impl March {
@@ -112,6 +123,8 @@ impl March {
             mean: if numerics.time_rule.nodes().len() > 1 { vec![0.0; columns] } else { Vec::new() },
             time_step,
             totals: MarchTotals::default(),
+            clocks: Clocks::OFF,
+            times: StepTimes::default(),
             geometry,
             kernel,
         }
@@ -163,6 +176,24 @@ impl March {
         self.search.counts()
     }
 
+    /// Which clocks are read in the steps from now on; none at first.
+    pub fn set_clocks(&mut self, clocks: Clocks) {
+        if self.clocks != clocks {
+            self.clocks = clocks;
+            self.history.set_clocks(clocks);
+            self.search.set_clocks(clocks);
+        }
+    }
+
+    /// Times since they were last taken.
+    pub fn take_times(&mut self) -> StepTimes {
+        let mut times = std::mem::take(&mut self.times);
+        times.factorisation = self.search.take_factorisation_time();
+        times.search -= times.factorisation;
+        times.history -= times.transforms;
+        times
+    }
+
     /// Number of the next step.
     pub fn next_step(&self) -> u64 {
         self.step
@@ -207,9 +238,12 @@ impl March {
         slices: &SliceQueue,
     ) -> Result<f64, ContactError> {
         let (step, indentation) = (self.step, axle.between(steps));
-        let begin = Instant::now();
-        self.totals.history += self.history.displacement(first_element, &mut self.old);
-        let after_history = Instant::now();
+        let mut laps = Laps::begin(self.clocks);
+        let history = self.history.displacement(first_element, &mut self.old);
+        self.times.history += laps.lap();
+        self.times.transforms += history.transform_time;
+        self.totals.history += HistoryWork { transform_time: Spent::default(), ..history };
+        self.totals.instants += 1;
         let takes_penetrations = self.search.takes_penetrations();
         for (column, (required, &old)) in self.required.iter_mut().zip(&self.old).enumerate() {
             let element = first_element + column as i64;
@@ -225,12 +259,10 @@ impl March {
         let columns = self.required.len() as u64;
         // Rise, penetration and a piece of the curve: about 8 numbers and as many operations.
         self.totals.slices += Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns };
-        let after_slices = Instant::now();
+        self.times.slices += laps.lap();
         let under = SlicesUnder { slices, first_element };
         let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step)?;
-        self.totals.search_time += after_slices.elapsed();
-        self.totals.slices_time += after_slices - after_history;
-        self.totals.history_time += after_history - begin;
+        self.times.search += laps.lap();
         let total_force: f64 = self.forces.iter().sum();
         let time = step as f64 * self.time_step;
         if !total_force.is_finite() || self.required.iter().any(|required| required.is_nan()) {
@@ -261,14 +293,7 @@ impl March {
     /// Takes down all that the next steps and the final totals depend on.
     pub fn save(&self, state: &mut StateWriter) {
         let totals = &self.totals;
-        state.counts(&[
-            self.step,
-            totals.edge_contacts,
-            nanoseconds(totals.history_time),
-            nanoseconds(totals.slices_time),
-            nanoseconds(totals.search_time),
-            nanoseconds(totals.history.transform_time),
-        ]);
+        state.counts(&[self.step, totals.edge_contacts, totals.instants, totals.history.passes]);
         for work in [totals.history.sums, totals.history.transforms, totals.slices] {
             state.counts(&[work.multiply_adds, work.bytes]);
         }
@@ -284,7 +309,7 @@ impl March {
     /// # Errors
     /// [`StateError`]; the march is of no use then.
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut numbers) = ([0; 6], [0.0; 5]);
+        let (mut counts, mut numbers) = ([0; 4], [0.0; 5]);
         state.counts_into(&mut counts)?;
         let mut works = [Work::default(); 3];
         for work in &mut works {
@@ -294,7 +319,7 @@ impl March {
         }
         let [sums, transforms, slices] = works;
         state.numbers_into(&mut numbers)?;
-        let [step, edge_contacts, history_time, slices_time, search_time, transform_time] = counts;
+        let [step, edge_contacts, instants, passes] = counts;
         let [tension, penetration, complementarity, largest_force, largest_displacement] = numbers;
         self.step = step;
         self.totals = MarchTotals {
@@ -302,11 +327,9 @@ impl March {
             largest_force,
             largest_displacement,
             edge_contacts,
-            history: HistoryWork { sums, transforms, transform_time: Duration::from_nanos(transform_time) },
+            history: HistoryWork { sums, transforms, passes, transform_time: Spent::default() },
             slices,
-            history_time: Duration::from_nanos(history_time),
-            slices_time: Duration::from_nanos(slices_time),
-            search_time: Duration::from_nanos(search_time),
+            instants,
         };
         state.numbers_into(&mut self.forces)?;
         self.search.restore(state)?;

@@ -4,6 +4,7 @@ use super::active_set::{ActiveSet, Residuals, SearchCounts};
 use super::error::ContactError;
 use super::implicit_set::{ImplicitSet, SlicesUnder, Unsolved};
 use super::tread::ContactKernel;
+use crate::meter::{Clocks, Spent};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::{Numerics, SliceCoupling, Tread};
 
@@ -85,6 +86,24 @@ impl Search {
             Self::Explicit(search) => search.counts(),
             Self::Implicit(search) => search.counts(),
             Self::Alone { .. } => SearchCounts::default(),
+        }
+    }
+
+    /// Which clocks are read from now on; none at first.
+    pub fn set_clocks(&mut self, clocks: Clocks) {
+        match self {
+            Self::Explicit(search) => search.set_clocks(clocks),
+            Self::Implicit(search) => search.set_clocks(clocks),
+            Self::Alone { .. } => {}
+        }
+    }
+
+    /// Time of the factorisations since it was last taken.
+    pub fn take_factorisation_time(&mut self) -> Spent {
+        match self {
+            Self::Explicit(search) => search.take_factorisation_time(),
+            Self::Implicit(search) => search.take_factorisation_time(),
+            Self::Alone { .. } => Spent::default(),
         }
     }
 

@@ -1,211 +1,254 @@
-//! What a run costs: wall time and calls per stage, exact work counters.
+//! What a run costs: time and calls per stage, exact work counters.
 //!
-//! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of threads;
-//! times are neither.
+//! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of threads; times are neither.
+//!
+//! How closely is a [`Watch`]:
+//!
+//! - by default every stage outside of the time steps is timed, and of the steps one block of [`BLOCK`] in [`BLOCKS`]: what the others took is taken to be like it. The rare long work
+//!   within the steps (road made there, segments of the vibration completed, checkpoints) is timed whenever it comes;
+//! - [closely](Timing::Closely), every second block of steps is timed. Outside of the steps a stage also has its processor time, the memory it asked for (where the program's allocator counts), and the peak of the resident memory
+//!   at its end; within them processor time, a system call, is read in one step of [`WATCHED_EVERY`], if it is timed, and stands for the others;
+//! - for a trace, [every](Timing::Every) step is timed, and what happened when is noted, see [`trace`].
+//!
+//! A clock read takes 23 ns and a step some 25 us or more; closely watched, a step at N = 512 has about seven reads. Measured, see the test `overhead` in `tests/profile.rs`: OVERHEAD_PLACEHOLDER
 
+pub mod clock;
+mod cost;
+mod counter;
 pub mod machine;
+pub mod peak;
 pub mod process;
+mod stage;
 pub mod thread_time;
+pub mod trace;
 
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+pub use clock::{Clocks, Laps, Spent};
+pub use cost::{AllocationProbe, Allocations, StageCost, Work, idle_share};
+pub use counter::Counter;
+pub use peak::MachinePeak;
+pub use stage::{Phase, Stage};
+pub use trace::Trace;
 
-/// A stage of the pipeline, in the order of the data's way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// Surface compliance summed to influence functions; convolution weights.
-    Influence,
-    /// Reading or making the road and resampling it.
-    Road,
-    /// Stiffness curves of the road slices.
-    Slices,
-    /// Waiting for road that is being made in the background.
-    RoadWait,
-    /// Static solution and axle height.
-    Axle,
-    /// Displacement left over from past forces, without its transforms.
-    History,
-    /// Transforms of forces and displacements between elements and wavenumbers.
-    Transforms,
-    /// Displacement that the road slices ask for.
-    Penetration,
-    /// Active-set search, its factorisations included.
-    ActiveSet,
-    /// Spectra of the vibration from the patch forces.
-    Vibration,
-    /// Writing arrays.
-    Output,
-    /// Spectra and plots.
-    Response,
+/// Steps that are timed one after the other where not all are: whole blocks of the history.
+pub const BLOCK: u64 = 64;
+/// Blocks of which one is timed.
+pub const BLOCKS: u64 = 16;
+/// Steps of which one has its processor time read, if it is timed at all; prime, so that every step of the history's blocks has its turn.
+pub const WATCHED_EVERY: u64 = 251;
+
+/// How closely stages are timed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Timing {
+    /// No clock is read within the steps: what the other ways are measured against.
+    Outside,
+    /// One block of [`BLOCK`] steps in [`BLOCKS`] stands for the others.
+    #[default]
+    Sampled,
+    /// Every second block of steps; processor time and memory are looked at, too.
+    Closely,
+    /// As closely, but every step.
+    Every,
 }
 
-impl Stage {
-    /// All stages in order.
-    pub const ALL: [Self; 12] = [
-        Self::Influence,
-        Self::Road,
-        Self::Slices,
-        Self::RoadWait,
-        Self::Axle,
-        Self::History,
-        Self::Transforms,
-        Self::Penetration,
-        Self::ActiveSet,
-        Self::Vibration,
-        Self::Output,
-        Self::Response,
-    ];
-
-    /// The stages that every time step goes through, in order.
-    pub const OF_A_STEP: [Self; 8] = [
-        Self::Road,
-        Self::Slices,
-        Self::History,
-        Self::Transforms,
-        Self::Penetration,
-        Self::ActiveSet,
-        Self::Vibration,
-        Self::Output,
-    ];
-
-    /// The stage named as people read it in a table.
-    pub const fn title(self) -> &'static str {
+impl Timing {
+    /// Share of the steps that are timed.
+    pub const fn share_of_steps(self) -> f64 {
         match self {
-            Self::Influence => "sum influence functions",
-            Self::Road => "make or read the road",
-            Self::Slices => "build slice stiffness curves",
-            Self::RoadWait => "wait for the road",
-            Self::Axle => "find the axle height",
-            Self::History => "convolve the force history",
-            Self::Transforms => "transform the force history",
-            Self::Penetration => "press into the road slices",
-            Self::ActiveSet => "search the active set",
-            Self::Vibration => "transform to vibration",
-            Self::Output => "write arrays",
-            Self::Response => "compute spectra and plots",
+            Self::Outside => 0.0,
+            Self::Sampled => 1.0 / BLOCKS as f64,
+            Self::Closely => 0.5,
+            Self::Every => 1.0,
         }
     }
 }
 
-/// An exact work counter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Counter {
-    /// Evaluations of the layered compliance at one wavenumber and one s.
-    ComplianceEvaluations,
-    /// Poles of the rational models, conjugates counted.
-    Poles,
-    /// Multiply-adds of the history.
-    HistoryMultiplyAdds,
-    /// Road slices made.
-    Slices,
-    /// Time steps.
-    Steps,
-    /// Active-set iterations (linear solves).
-    Solves,
-    /// Factorisations of an active-set matrix.
-    Factorisations,
-    /// Active sets whose factor was cached.
-    CacheHits,
-    /// Active sets whose factor was not cached.
-    CacheMisses,
-    /// Active sets solved with the factor of one that differs by few points.
-    Neighbours,
-    /// Factors dropped from the cache.
-    CacheEvictions,
-    /// Steps in which the least-index fallback took over.
-    Fallbacks,
-    /// Steps in which an outermost candidate of the window carried force.
-    WindowEdgeContacts,
-    /// Transforms of the vibration, over time and over the elements.
-    VibrationTransforms,
-    /// Velocities for unit force evaluated, by wavenumber and frequency.
-    VibrationEvaluations,
-    /// Bytes written to result arrays.
-    BytesWritten,
+/// How closely a run is watched.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Watch {
+    /// How closely stages are timed.
+    pub timing: Timing,
+    /// Whether is noted when what happened; only where every step is timed.
+    pub trace: bool,
+    /// What the program's allocator counts.
+    pub allocations: Option<AllocationProbe>,
 }
 
-impl Counter {
-    /// All counters in order.
-    pub const ALL: [Self; 16] = [
-        Self::ComplianceEvaluations,
-        Self::Poles,
-        Self::HistoryMultiplyAdds,
-        Self::Slices,
-        Self::Steps,
-        Self::Solves,
-        Self::Factorisations,
-        Self::CacheHits,
-        Self::CacheMisses,
-        Self::Neighbours,
-        Self::CacheEvictions,
-        Self::Fallbacks,
-        Self::WindowEdgeContacts,
-        Self::VibrationTransforms,
-        Self::VibrationEvaluations,
-        Self::BytesWritten,
-    ];
+impl Watch {
+    /// Closely, without a trace.
+    pub const CLOSELY: Self = Self { timing: Timing::Closely, trace: false, allocations: None };
+    /// Every step, without a trace.
+    pub const EVERY: Self = Self { timing: Timing::Every, trace: false, allocations: None };
 }
 
-impl Counter {
-    /// Whether none of it is worth telling.
-    pub const fn counts_trouble(self) -> bool {
-        matches!(self, Self::Fallbacks | Self::WindowEdgeContacts)
-    }
-}
-
-/// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches make of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Multiply-adds, two flops each.
-    pub multiply_adds: u64,
-    /// Bytes of tables and states read and written.
-    pub bytes: u64,
-}
-
-impl std::ops::AddAssign for Work {
-    fn add_assign(&mut self, other: Self) {
-        self.multiply_adds += other.multiply_adds;
-        self.bytes += other.bytes;
-    }
-}
-
-/// Calls and time of one stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StageCost {
-    /// How often the stage was entered.
-    pub calls: u64,
-    /// Time that the run spent in it: no two stages at once.
-    pub wall: Duration,
-    /// Time that the stage was at work in the background while the run was in others.
-    pub background: Duration,
-    /// Arithmetic and memory traffic, where they are counted.
-    pub work: Work,
-}
-
-/// Stage times and counters of one run. Fixed size: metering never allocates.
+/// Stage times and counters of one run. Fixed size: metering within the steps never allocates.
 #[derive(Clone, Debug, Default)]
 pub struct Meter {
     costs: [StageCost; Stage::ALL.len()],
     counts: [u64; Counter::ALL.len()],
+    watch: Watch,
+    /// What stages took in the steps that were timed, since they were last settled.
+    in_steps: [Spent; Stage::ALL.len()],
+    timed_steps: u64,
+    /// Clocks of the step under way.
+    clocks: Clocks,
+    /// All stages on the run's own thread: what is spent in a stage within another is told apart by it.
+    staged: Spent,
+    staged_allocations: Allocations,
+    trace: Option<Box<Trace>>,
+}
+
+/// A stage under way, see [`Meter::open`].
+#[derive(Clone, Copy, Debug)]
+pub struct Open {
+    began: Instant,
+    cpu: Option<Duration>,
+    allocations: Option<Allocations>,
+    staged: Spent,
+    staged_allocations: Allocations,
 }
 
 impl Meter {
-    /// Runs `work` as (part of) a stage.
+    /// A meter that watches a run as it is told.
+    pub fn new(watch: Watch) -> Self {
+        let trace = (watch.timing == Timing::Every && watch.trace).then(Box::default);
+        Self { watch, trace, ..Self::default() }
+    }
+
+    /// How closely stages are timed.
+    pub fn timing(&self) -> Timing {
+        self.watch.timing
+    }
+
+    /// Changes how closely steps are timed from now on.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.watch.timing = timing;
+    }
+
+    /// Whether processor time and memory are looked at.
+    pub fn watches_closely(&self) -> bool {
+        matches!(self.watch.timing, Timing::Closely | Timing::Every)
+    }
+
+    /// Runs `work` as (part of) a stage, outside of the steps or rarely within them.
     pub fn time<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
-        let begin = Instant::now();
+        let open = self.open();
         let result = work();
-        self.add_time(stage, begin.elapsed());
+        self.close(open, stage);
         result
+    }
+
+    /// Begins (part of) a stage that is not known yet, or that has others within it.
+    pub fn open(&self) -> Open {
+        let closely = self.watches_closely();
+        Open {
+            allocations: self.watch.allocations.filter(|_| closely).map(|probe| probe()),
+            staged: self.staged,
+            staged_allocations: self.staged_allocations,
+            cpu: if closely { process::cpu_time() } else { None },
+            began: Instant::now(),
+        }
+    }
+
+    /// Ends it: all since it was opened that no other stage has taken is this stage's.
+    pub fn close(&mut self, open: Open, stage: Stage) {
+        self.close_shared(open, &[(stage, 1.0)]);
+    }
+
+    /// As [`Self::close`], for stages that went on together, or in turns too short to be timed, each with its share of the time. Memory is the last one's.
+    pub fn close_shared(&mut self, open: Open, shares: &[(Stage, f64)]) {
+        let ended = Instant::now();
+        let elapsed = ended - open.began;
+        let mut spent = Spent { wall: elapsed, ..Spent::default() };
+        if let Some((before, now)) = open.cpu.zip(process::cpu_time()) {
+            (spent.watched, spent.cpu) = (elapsed, now.saturating_sub(before));
+        }
+        let mut within = self.staged;
+        within -= open.staged;
+        spent -= within;
+        let mut allocations = open.allocations.zip(self.watch.allocations).map(|(before, probe)| probe() - before);
+        if let Some(allocations) = &mut allocations {
+            *allocations = *allocations - (self.staged_allocations - open.staged_allocations);
+            self.staged_allocations += *allocations;
+        }
+        self.staged += spent;
+        let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase() == Phase::Contact);
+        // The system's account of the process is a text to be read: not among the steps.
+        let peak_memory = if self.watches_closely() && self.timed_steps == 0 { process::peak_memory() } else { None };
+        let mut began = open.began;
+        for (index, &(stage, share)) in shares.iter().enumerate() {
+            let spent = if shares.len() > 1 { spent.share(share) } else { spent };
+            let cost = &mut self.costs[stage as usize];
+            cost.calls += 1;
+            cost.add_spent(spent);
+            cost.peak_memory = cost.peak_memory.max(peak_memory);
+            if index + 1 == shares.len() {
+                cost.add_allocations(allocations);
+            }
+            let span = elapsed.mul_f64(share);
+            if let Some(trace) = &mut self.trace {
+                trace.add_staged(stage, spent.wall);
+                if !among_steps {
+                    trace.add_stage(stage, began, span);
+                }
+            }
+            began += span;
+        }
+    }
+
+    /// Begins a step of the run and says which clocks are read in it.
+    pub fn begin_step(&mut self, step: u64) -> Clocks {
+        let block = step / BLOCK;
+        let wall = match self.watch.timing {
+            Timing::Outside => false,
+            Timing::Sampled => block.is_multiple_of(BLOCKS),
+            Timing::Closely => block.is_multiple_of(2),
+            Timing::Every => true,
+        };
+        let cpu = wall && self.watches_closely() && step.is_multiple_of(WATCHED_EVERY);
+        self.clocks = Clocks { wall, cpu };
+        self.timed_steps += u64::from(wall);
+        self.clocks
+    }
+
+    /// Runs `work` as (part of) a stage of the step under way.
+    pub fn time_in_step<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
+        let mut laps = Laps::begin(self.clocks);
+        let result = work();
+        let spent = laps.lap();
+        self.costs[stage as usize].calls += 1;
+        self.add_in_steps(stage, spent);
+        result
+    }
+
+    /// Adds what a stage took in steps that were timed.
+    pub fn add_in_steps(&mut self, stage: Stage, spent: Spent) {
+        self.in_steps[stage as usize] += spent;
+        self.staged += spent;
+        if let Some(trace) = &mut self.trace {
+            trace.add_staged(stage, spent.wall);
+        }
+    }
+
+    /// Ends the steps, of which there were so many: those that were not timed are taken to be like the others.
+    pub fn settle_steps(&mut self, steps: u64) {
+        let factor = steps as f64 / self.timed_steps.max(1) as f64;
+        for (cost, spent) in self.costs.iter_mut().zip(&mut self.in_steps) {
+            cost.add_spent(std::mem::take(spent).extrapolated(factor));
+        }
+        self.timed_steps = 0;
     }
 
     /// Adds one call of a stage that was timed elsewhere.
     pub fn add_time(&mut self, stage: Stage, wall: Duration) {
+        self.staged.wall += wall;
         let cost = &mut self.costs[stage as usize];
         cost.calls += 1;
         cost.wall += wall;
+        if let Some(trace) = &mut self.trace {
+            trace.add_staged(stage, wall);
+        }
     }
 
     /// Adds one call of a stage that was at work in the background.
@@ -213,6 +256,19 @@ impl Meter {
         let cost = &mut self.costs[stage as usize];
         cost.calls += 1;
         cost.background += busy;
+    }
+
+    /// As [`Self::add_background`], with the time when it began.
+    pub fn add_background_since(&mut self, stage: Stage, began: Instant, busy: Duration) {
+        self.add_background(stage, busy);
+        if let Some(trace) = &mut self.trace {
+            trace.add_background(stage, began, busy);
+        }
+    }
+
+    /// Adds calls of a stage that are counted elsewhere.
+    pub fn add_calls(&mut self, stage: Stage, calls: u64) {
+        self.costs[stage as usize].calls += calls;
     }
 
     /// Adds what a stage has computed and moved.
@@ -227,11 +283,7 @@ impl Meter {
 
     /// Adds what a stage has cost in an earlier part of the same run.
     pub fn add_cost(&mut self, stage: Stage, earlier: StageCost) {
-        let cost = &mut self.costs[stage as usize];
-        cost.calls += earlier.calls;
-        cost.wall += earlier.wall;
-        cost.background += earlier.background;
-        cost.work += earlier.work;
+        self.costs[stage as usize].add(&earlier);
     }
 
     /// Sets a counter to what it was when an earlier part of the same run ended.
@@ -239,7 +291,7 @@ impl Meter {
         self.counts[counter as usize] = amount;
     }
 
-    /// What a stage has cost so far.
+    /// What a stage has cost so far; the steps since they were last settled are not in it.
     pub fn cost(&self, stage: Stage) -> StageCost {
         self.costs[stage as usize]
     }
@@ -247,5 +299,126 @@ impl Meter {
     /// The value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
         self.counts[counter as usize]
+    }
+
+    /// What stages took in the steps since those were last settled, by [`Stage`], and how many were timed.
+    pub fn unsettled(&self) -> (&[Spent; Stage::ALL.len()], u64) {
+        (&self.in_steps, self.timed_steps)
+    }
+
+    /// Adds what was unsettled when an earlier part of the same run ended.
+    pub fn add_unsettled(&mut self, in_steps: &[Spent; Stage::ALL.len()], timed_steps: u64) {
+        self.in_steps.iter_mut().zip(in_steps).for_each(|(here, &earlier)| *here += earlier);
+        self.timed_steps += timed_steps;
+    }
+
+    /// The run enters another phase.
+    pub fn enter(&mut self, phase: Phase) {
+        if let Some(trace) = &mut self.trace {
+            trace.enter(phase);
+        }
+    }
+
+    /// The steps from the last block's end to `step` are done: a trace has them together. Nothing without one.
+    pub fn end_block(&mut self, step: u64) {
+        if let Some(trace) = &mut self.trace {
+            trace.end_block(step);
+        }
+    }
+
+    /// What happened when, where that was to be noted.
+    pub fn trace(&self) -> Option<&Trace> {
+        self.trace.as_deref()
+    }
+
+    /// The same without it.
+    #[must_use]
+    pub fn without_trace(&self) -> Self {
+        let Self { costs, counts, watch, in_steps, timed_steps, clocks, staged, staged_allocations, trace: _ } = *self;
+        Self { costs, counts, watch, in_steps, timed_steps, clocks, staged, staged_allocations, trace: None }
+    }
+
+    /// As [`Self::trace`], to be changed.
+    pub fn trace_mut(&mut self) -> Option<&mut Trace> {
+        self.trace.as_deref_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_that_are_timed_stand_for_all_steps() {
+        let millisecond = Duration::from_millis(1);
+        let spent = Spent { wall: millisecond, ..Spent::default() };
+        for (timing, timed) in
+            [(Timing::Outside, 0), (Timing::Sampled, 3 * BLOCK), (Timing::Closely, 20 * BLOCK), (Timing::Every, 2500)]
+        {
+            let mut meter = Meter::new(Watch { timing, ..Watch::default() });
+            let mut clocked = 0;
+            for step in 0..2500 {
+                if meter.begin_step(step).wall {
+                    clocked += 1;
+                    meter.add_in_steps(Stage::History, spent);
+                }
+            }
+            assert_eq!(clocked, timed, "{timing:?}");
+            // A whole call beside the steps is not extrapolated.
+            meter.add_time(Stage::Output, 5 * millisecond);
+            meter.settle_steps(2500);
+            let expected = if timed > 0 { 2.5 } else { 0.0 };
+            let found = meter.cost(Stage::History).wall.as_secs_f64();
+            assert!((found - expected).abs() < 1e-6, "{timing:?}: {found}");
+            assert_eq!(meter.cost(Stage::Output).wall, 5 * millisecond);
+        }
+    }
+
+    #[test]
+    fn a_stage_within_another_is_told_apart_and_shares_make_the_whole() {
+        let mut meter = Meter::new(Watch::CLOSELY);
+        let begin = Instant::now();
+        let open = meter.open();
+        let inner = meter.open();
+        while inner.began.elapsed() < Duration::from_millis(4) {}
+        meter.close(inner, Stage::Output);
+        let after = Instant::now();
+        while after.elapsed() < Duration::from_millis(2) {}
+        meter.close_shared(open, &[(Stage::Influence, 0.25), (Stage::Fit, 0.75)]);
+        let all = begin.elapsed();
+        let wall = |stage| meter.cost(stage).wall;
+        assert!(wall(Stage::Output) >= Duration::from_millis(4));
+        let outer = wall(Stage::Influence) + wall(Stage::Fit);
+        assert!(outer + wall(Stage::Output) <= all && outer >= Duration::from_millis(1), "{outer:?} of {all:?}");
+        let ratio = wall(Stage::Fit).as_secs_f64() / wall(Stage::Influence).as_secs_f64();
+        assert!((ratio - 3.0).abs() < 1e-3, "{ratio}");
+        // Processor time and peak memory go with it where the system tells.
+        let cost = meter.cost(Stage::Output);
+        assert_eq!(cost.cpu_seconds().is_some(), process::cpu_time().is_some());
+        assert_eq!(cost.peak_memory.is_some(), process::peak_memory().is_some());
+        assert_eq!(cost.allocations, None);
+    }
+
+    #[test]
+    fn memory_asked_for_in_a_stage_is_counted_once() {
+        // A probe that finds one allocation of 10 bytes more whenever it is asked.
+        static COUNT: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+        let probe: AllocationProbe = || {
+            let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            Allocations { count, bytes: 10 * count }
+        };
+        let mut meter = Meter::new(Watch { allocations: Some(probe), ..Watch::CLOSELY });
+        let open = meter.open();
+        meter.time(Stage::Output, || ());
+        meter.close(open, Stage::Response);
+        // Asked at 0, 1, 2 and 3: one within the inner stage, two more within the outer.
+        assert_eq!(meter.cost(Stage::Output).allocations, Some(Allocations { count: 1, bytes: 10 }));
+        assert_eq!(meter.cost(Stage::Response).allocations, Some(Allocations { count: 2, bytes: 20 }));
+        let mut light = Meter::new(Watch { allocations: Some(probe), ..Watch::default() });
+        light.time(Stage::Output, || ());
+        assert_eq!(
+            (light.cost(Stage::Output).allocations, COUNT.load(std::sync::atomic::Ordering::Relaxed)),
+            (None, 4)
+        );
     }
 }

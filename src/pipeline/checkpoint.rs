@@ -14,7 +14,8 @@ use super::error::RunError;
 use super::prepare::Prepared;
 use super::road_ahead::Missing;
 use super::run::Run;
-use crate::meter::{Counter, Stage, StageCost};
+use crate::meter::process::cpu_time;
+use crate::meter::{Allocations, Counter, Spent, Stage, StageCost, Work};
 use crate::numeric::digest::{hexadecimal, sha256};
 use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
 use crate::results::ResultsError;
@@ -59,8 +60,8 @@ impl Identity {
     }
 }
 
-/// The body of a run's checkpoint; `wall` is the wall time of the run so far.
-fn encode(identity: &Identity, run: &Run, wall: Duration) -> Vec<u8> {
+/// The body of a run's checkpoint; `wall` and `cpu` are wall and processor time of the run so far.
+fn encode(identity: &Identity, run: &Run, wall: Duration, cpu: Option<Duration>) -> Vec<u8> {
     let mut state = StateWriter::default();
     state.text(env!("CARGO_PKG_VERSION"));
     state.text(&sha256(&[&identity.scene]));
@@ -69,10 +70,17 @@ fn encode(identity: &Identity, run: &Run, wall: Duration) -> Vec<u8> {
     }
     state.count(run.prepared.march.next_step());
     state.text(&influence_digest(&run.prepared));
-    state.count(nanoseconds(wall));
-    for stage in Stage::ALL {
-        let cost = run.meter.cost(stage);
-        state.counts(&[cost.calls, nanoseconds(cost.wall), nanoseconds(cost.background)]);
+    state.counts(&[nanoseconds(wall), cpu.map_or(0, nanoseconds)]);
+    let (in_steps, timed_steps) = run.meter.unsettled();
+    state.count(timed_steps);
+    for (stage, spent) in Stage::ALL.into_iter().zip(in_steps) {
+        let StageCost { calls, wall, background, work, watched, cpu, allocations, peak_memory } = run.meter.cost(stage);
+        let Work { multiply_adds, bytes } = work;
+        state.counts(&[calls, multiply_adds, bytes]);
+        state.counts(&[wall, background, watched, cpu, spent.wall, spent.watched, spent.cpu].map(nanoseconds));
+        // Nothing is what is not known.
+        let Allocations { count, bytes } = allocations.unwrap_or_default();
+        state.counts(&[u64::from(allocations.is_some()), count, bytes, peak_memory.unwrap_or(0)]);
     }
     state.counts(&Counter::ALL.map(|counter| run.meter.counted(counter)));
     run.record.save(&mut state);
@@ -128,32 +136,45 @@ impl Checkpoint {
         Ok(Self { path, begin, steps, loaded, body })
     }
 
-    /// Brings a prepared run to the state; returns the wall time that it had taken before.
+    /// Brings a prepared run to the state; returns the wall and processor time that it had taken before.
     ///
     /// # Errors
     /// [`CheckpointError::Unusable`]; the parts are of no use then.
-    pub fn restore(&self, run: &mut Run) -> Result<Duration, RunError> {
+    pub fn restore(&self, run: &mut Run) -> Result<[Duration; 2], RunError> {
         let unusable = |reason| CheckpointError::Unusable { path: self.path.clone(), reason };
         let mut state = StateReader::new(&self.body[self.begin..]);
         let influence = state.text().map_err(|error| unusable(error.into()))?;
         if influence != influence_digest(&run.prepared) {
             return Err(unusable(Unusable::Influence).into());
         }
-        let (wall, missing) = self.read_state(&mut state, run).map_err(|error| unusable(error.into()))?;
+        let (earlier, missing) = self.read_state(&mut state, run).map_err(|error| unusable(error.into()))?;
         state.end().map_err(|error| unusable(error.into()))?;
         run.prepared.road.refill(&missing, &mut run.meter)?;
-        Ok(wall)
+        Ok(earlier)
     }
 
-    fn read_state(&self, state: &mut StateReader<'_>, run: &mut Run) -> Result<(Duration, Missing), StateError> {
-        let wall = Duration::from_nanos(state.count()?);
-        for stage in Stage::ALL {
-            let mut cost = [0; 3];
-            state.counts_into(&mut cost)?;
-            let [calls, wall, background] = cost;
-            let [wall, background] = [wall, background].map(Duration::from_nanos);
-            run.meter.add_cost(stage, StageCost { calls, wall, background, ..StageCost::default() });
+    fn read_state(&self, state: &mut StateReader<'_>, run: &mut Run) -> Result<([Duration; 2], Missing), StateError> {
+        let mut earlier = [0; 2];
+        state.counts_into(&mut earlier)?;
+        let timed_steps = state.count()?;
+        let mut in_steps = [Spent::default(); Stage::ALL.len()];
+        for (stage, in_steps) in Stage::ALL.into_iter().zip(&mut in_steps) {
+            let (mut counts, mut times, mut memory) = ([0; 3], [0; 7], [0; 4]);
+            state.counts_into(&mut counts)?;
+            state.counts_into(&mut times)?;
+            state.counts_into(&mut memory)?;
+            let [calls, multiply_adds, bytes] = counts;
+            let work = Work { multiply_adds, bytes };
+            let times = times.map(Duration::from_nanos);
+            let [wall, background, watched, cpu, step_wall, step_watched, step_cpu] = times;
+            let [counted, count, bytes, peak] = memory;
+            let allocations = (counted > 0).then_some(Allocations { count, bytes });
+            let peak_memory = (peak > 0).then_some(peak);
+            let earlier = StageCost { calls, wall, background, work, watched, cpu, allocations, peak_memory };
+            run.meter.add_cost(stage, earlier);
+            *in_steps = Spent { wall: step_wall, watched: step_watched, cpu: step_cpu };
         }
+        run.meter.add_unsettled(&in_steps, timed_steps);
         let mut counts = [0; Counter::ALL.len()];
         state.counts_into(&mut counts)?;
         for (counter, amount) in Counter::ALL.into_iter().zip(counts) {
@@ -163,7 +184,11 @@ impl Checkpoint {
         run.prepared.axle.restore(state)?;
         let missing = run.prepared.road.restore(state)?;
         run.prepared.march.restore(state)?;
-        if run.prepared.march.next_step() == self.steps { Ok((wall, missing)) } else { Err(StateError::Value) }
+        if run.prepared.march.next_step() == self.steps {
+            Ok((earlier.map(Duration::from_nanos), missing))
+        } else {
+            Err(StateError::Value)
+        }
     }
 }
 
@@ -172,21 +197,32 @@ pub struct Checkpoints {
     identity: Identity,
     interval: Option<Duration>,
     last: Instant,
-    /// When this process began with the run, and the wall time before that.
+    /// When this process began with the run, what processor time it had taken by then, and the run's wall and processor time before that.
     begin: Instant,
-    earlier: Duration,
+    begin_cpu: Option<Duration>,
+    earlier: [Duration; 2],
 }
 
 impl Checkpoints {
-    /// Every `interval` seconds of wall time, not at all for 0; the run began at `begin` and had taken `earlier` before.
-    pub fn new(identity: Identity, interval: f64, begin: Instant, earlier: Duration) -> Self {
+    /// Every `interval` seconds of wall time, not at all for 0; the run began at `begin`, by when the process had taken so much processor time, and had taken `earlier` (wall, processor) before.
+    pub fn new(
+        identity: Identity,
+        interval: f64,
+        (begin, begin_cpu): (Instant, Option<Duration>),
+        earlier: [Duration; 2],
+    ) -> Self {
         let interval = Duration::try_from_secs_f64(interval).ok().filter(|interval| !interval.is_zero());
-        Self { identity, interval, last: Instant::now(), begin, earlier }
+        Self { identity, interval, last: Instant::now(), begin, begin_cpu, earlier }
     }
 
     /// Wall time of the whole run so far.
     pub fn wall(&self) -> Duration {
-        self.earlier + self.begin.elapsed()
+        self.earlier[0] + self.begin.elapsed()
+    }
+
+    /// Processor time of all threads for the whole run so far; `None` where the system does not tell.
+    pub fn cpu(&self) -> Option<Duration> {
+        cpu_time().zip(self.begin_cpu).map(|(now, begin)| self.earlier[1] + now.saturating_sub(begin))
     }
 
     /// Whether it is time for one.
@@ -203,10 +239,11 @@ impl Checkpoints {
         if !folder.holds_checkpoint() {
             folder.write_text(SCENE_FILE, self.identity.scene())?;
         }
-        let begin = Instant::now();
-        checkpoint::write(folder.working(), &encode(&self.identity, run, self.wall()))?;
+        run.collect_times();
+        let open = run.meter.open();
+        checkpoint::write(folder.working(), &encode(&self.identity, run, self.wall(), self.cpu()))?;
         folder.keep_if_stopped();
-        run.meter.add_time(Stage::Output, begin.elapsed());
+        run.meter.close(open, Stage::Output);
         self.last = Instant::now();
         Ok(())
     }

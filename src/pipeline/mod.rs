@@ -27,4 +27,4 @@ pub use error::RunError;
 pub use plan::Plan;
 pub use progress::{Progress, Unwatched};
 pub use run::{Results, Run};
-pub use to_folder::{RunOptions, RunReport, resume, run};
+pub use to_folder::{RunOptions, RunReport, resume, resume_watched, run, run_watched};

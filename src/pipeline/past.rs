@@ -8,12 +8,13 @@ use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, ModalHistory, PastForces, ScaledHistory};
 use crate::contact::stability::Stability;
 use crate::contact::tread::{ContactKernel, EqualBedding, LagKernel};
-use crate::meter::{Counter, Meter, Stage};
+use crate::meter::{Counter, Meter, Stage, Work};
 use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
 use crate::tyre::convolution_quadrature::Weights;
+use crate::tyre::flops;
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::rational::cache::{Cache, Fetched};
-use crate::tyre::rational::{FitError, FitOptions, RationalModel, fit_unless_stopped};
+use crate::tyre::rational::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
 /// What a way to carry the past is made from.
 pub struct Past<'a> {
@@ -40,11 +41,11 @@ pub struct Past<'a> {
 pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
     match Cache::open() {
         Ok(cache) => cache.fetch(tyre, options, stop),
-        Err(error) => Ok(Fetched {
-            model: fit_unless_stopped(tyre, options, stop)?,
-            warm: false,
-            warnings: vec![format!("no cache of influence models: {error}")],
-        }),
+        Err(error) => {
+            let (model, times) = fit_timed(tyre, options, stop)?;
+            let warnings = vec![format!("no cache of influence models: {error}")];
+            Ok(Fetched { model, warm: false, times: Some(times), warnings })
+        }
     }
 }
 
@@ -89,13 +90,28 @@ pub fn planned_model(
     warnings: &mut Vec<String>,
 ) -> Result<RationalModel, RunError> {
     let options = fit_options(&loaded.scene, contact_field(plan.decisions.tread));
-    let fetched = meter
-        .time(Stage::Influence, || fetch(&plan.decisions.tyre, &options, stop))
-        .map_err(|error| refused(loaded, error, right))?;
+    let open = meter.open();
+    let fetched = fetch(&plan.decisions.tyre, &options, stop).map_err(|error| refused(loaded, error, right))?;
+    match fetched.times {
+        None => meter.close(open, Stage::Influence),
+        Some(FitTimes { sums, poles }) => {
+            let share = poles.as_secs_f64() / (sums + poles).as_secs_f64();
+            meter.close_shared(open, &[(Stage::Influence, 1.0 - share), (Stage::Fit, share)]);
+        }
+    }
     warnings.extend(fetched.warnings);
     // A warm model took its evaluations in an earlier run.
-    meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { fetched.model.evaluations() });
+    let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
+    count_evaluations(plan, evaluations, meter);
     Ok(fetched.model)
+}
+
+/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many multiply-adds have.
+pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
+    let further = plan.decisions.tyre.layers.len().saturating_sub(1) as u64;
+    let flop = evaluations * (flops::FIRST_LAYER + further * flops::FURTHER_LAYER);
+    meter.count(Counter::ComplianceEvaluations, evaluations);
+    meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });
 }
 
 /// The warning of a rule that is marginal.
@@ -125,7 +141,7 @@ impl Past<'_> {
             Weights::unless_stopped(self.sum, self.field, rule, time_step, self.plan.lags, self.stop)
         });
         let weights = weights.ok_or(RunError::Interrupted { kept: None })?;
-        meter.count(Counter::ComplianceEvaluations, weights.evaluations);
+        count_evaluations(self.plan, weights.evaluations, meter);
         let truncated = weights.truncated();
         if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {
             warnings.push(format!(

@@ -153,7 +153,7 @@ impl Record {
     /// Of the arrays.
     pub fn push(&mut self, step: StepRecord<'_>, meter: &mut Meter) -> Result<(), RunError> {
         if let Some(arrays) = &mut self.arrays {
-            meter.time(Stage::Output, || {
+            meter.time_in_step(Stage::Output, || {
                 arrays.time.push(&[step.time])?;
                 arrays.total_force.push(&[step.total_force])?;
                 arrays.patch_force.push(step.forces)?;

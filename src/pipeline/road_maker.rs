@@ -43,10 +43,18 @@ enum Place {
     Behind(Receiver<(Box<Bench>, Chunk)>),
 }
 
-/// A chunk's curves, or why there are none, and the times that its heights and its curves took.
+/// A chunk's curves, or why there are none, and when its heights and its curves were begun and done.
 struct Chunk {
     curves: Result<Vec<StiffnessCurve>, RunError>,
-    times: [(Stage, Duration); 2],
+    times: [Instant; 3],
+}
+
+impl Chunk {
+    /// Stages with their begins and times.
+    fn stages(&self) -> [(Stage, Instant, Duration); 2] {
+        let [begin, made, end] = self.times;
+        [(Stage::Road, begin, made - begin), (Stage::Slices, made, end - made)]
+    }
 }
 
 impl RoadMaker {
@@ -95,11 +103,11 @@ impl RoadMaker {
             }
             (None, Place::Here(bench)) => {
                 let chunk = bench.make(rows);
-                chunk.times.into_iter().for_each(|(stage, time)| meter.add_time(stage, time));
+                chunk.stages().into_iter().for_each(|(stage, _, time)| meter.add_time(stage, time));
                 return chunk.curves;
             }
         };
-        chunk.times.into_iter().for_each(|(stage, time)| meter.add_background(stage, time));
+        chunk.stages().into_iter().for_each(|(stage, begin, time)| meter.add_background_since(stage, begin, time));
         chunk.curves
     }
 }
@@ -121,11 +129,11 @@ impl Bench {
     fn make(&mut self, rows: Range<i64>) -> Chunk {
         let begin = Instant::now();
         let heights = self.heights(rows);
-        let made = begin.elapsed();
+        let made = Instant::now();
         let curves = heights
             .map_err(RunError::from)
             .and_then(|()| self.builder.build_rows(&self.heights).map_err(RunError::from));
-        Chunk { curves, times: [(Stage::Road, made), (Stage::Slices, begin.elapsed() - made)] }
+        Chunk { curves, times: [begin, made, Instant::now()] }
     }
 
     fn heights(&mut self, rows: Range<i64>) -> Result<(), RoadError> {

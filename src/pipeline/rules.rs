@@ -13,7 +13,7 @@ use super::plan::Plan;
 use super::prepare::prepare;
 use crate::contact::ContactError;
 use crate::contact::stability::Stability;
-use crate::meter::Meter;
+use crate::meter::{Meter, Watch};
 use crate::scene::{Axle, History, LoadedScene, TimeRule};
 
 /// Ramp of the axle in a comparison, and what is left out at its begin \[s\].
@@ -133,7 +133,7 @@ fn rolled(
     if stop.load(Ordering::Relaxed) {
         return Err(RunError::Interrupted { kept: None });
     }
-    let mut meter = Meter::default();
+    let mut meter = Meter::new(Watch::EVERY);
     let mut prepared = prepare(&loaded, &plan, stop, &mut meter)?;
     let columns = prepared.march.geometry().columns as i64;
     // Whole elements, so that every number of substeps sees the same stretch of time.
@@ -142,6 +142,7 @@ fn rolled(
     let kept = (elements_of(plan.steps - plan.warm_up_steps).max(4) - 2) * substeps as u64;
     let mut force = Vec::with_capacity(kept as usize);
     for step in 0..skipped + kept {
+        prepared.march.set_clocks(meter.begin_step(step));
         let first = prepared.march.geometry().first_element(step);
         prepared.road.reach(first, first + columns, &mut meter, None)?;
         let result = prepared.march.step(&prepared.axle, prepared.road.slices())?;
@@ -149,6 +150,8 @@ fn rolled(
             force.push(result.total_force);
         }
     }
+    let times = prepared.march.take_times();
+    let parts = [times.history, times.transforms, times.search, times.factorisation];
     let (totals, counts) = (prepared.march.totals(), prepared.march.search_counts());
     let point = WorkPoint {
         rule,
@@ -156,7 +159,7 @@ fn rolled(
         error: 0.0,
         multiply_adds: totals.history.sums.multiply_adds,
         solves: counts.solves,
-        wall: totals.history_time + totals.search_time,
+        wall: parts.iter().map(|part| part.wall).sum(),
     };
     let length = force.len();
     let mean = force.iter().sum::<f64>() / length as f64;

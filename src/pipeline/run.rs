@@ -29,8 +29,8 @@ use super::prepare::{Prepared, prepare};
 use super::record::{Record, StepRecord};
 use super::vibration::VibrationRecorder;
 use crate::contact::history::HistoryWork;
-use crate::contact::march::StepResult;
-use crate::meter::{Counter, Meter, Stage, Work};
+use crate::contact::march::{StepResult, StepTimes};
+use crate::meter::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
 use crate::response::PowerSpectrum;
 use crate::scene::LoadedScene;
 
@@ -74,17 +74,32 @@ impl Run {
     /// # Errors
     /// [`RunError`]: what the scene asks for cannot be simulated, a road that cannot be read, ...
     pub fn begin(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool) -> Result<Self, RunError> {
+        Self::begin_watched(loaded, plan, stop, Watch::default())
+    }
+
+    /// As [`Self::begin`], its cost watched as closely as it is told.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn begin_watched(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, watch: Watch) -> Result<Self, RunError> {
         loaded.check_time_domain()?;
-        let mut meter = Meter::default();
+        let mut meter = Meter::new(watch);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let mut record = Record::in_memory(&loaded.scene, plan, true);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
-        Ok(Self::new(plan, prepared, record, meter))
+        let mut run = Self::new(plan, prepared, record, meter);
+        run.enter_steps();
+        Ok(run)
     }
 
     /// A prepared run with its record.
     pub(super) fn new(plan: &Plan, prepared: Prepared, record: Record, meter: Meter) -> Self {
         Self { steps: plan.steps, time_step: plan.time_step, element: plan.element, prepared, record, meter }
+    }
+
+    /// Changes how closely steps are timed from now on.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.meter.set_timing(timing);
     }
 
     /// Number of the next step; the number of all steps after the last.
@@ -124,6 +139,7 @@ impl Run {
     pub(super) fn step_beside(&mut self, behind: Option<&Scope<'_>>) -> Result<StepResult, RunError> {
         let Self { time_step, element, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
         let step = march.next_step();
+        march.set_clocks(meter.begin_step(step));
         let first = march.geometry().first_element(step);
         road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
         let indentation = axle.indentation(step);
@@ -144,38 +160,63 @@ impl Run {
         if let Some(vibration) = &mut record.vibration {
             vibration.push(step, march, meter);
         }
+        if self.meter.trace().is_some_and(|trace| trace.ends_block(step + 1)) {
+            self.collect_times();
+            self.meter.end_block(step + 1);
+        }
         Ok(result)
     }
 
-    /// Time that the stages of its steps have taken so far.
-    pub fn spent(&self, stage: Stage) -> Duration {
-        let within = self.march_costs().into_iter().find(|(of, ..)| *of == stage).map(|(_, time, _)| time);
-        self.meter.cost(stage).wall + within.unwrap_or_default()
+    /// Time that the stages of its steps have taken so far, as far as steps were timed: all of it if every step is.
+    pub fn spent(&mut self) -> [Duration; Stage::OF_A_STEP.len()] {
+        self.collect_times();
+        let (in_steps, _) = self.meter.unsettled();
+        Stage::OF_A_STEP.map(|stage| self.meter.cost(stage).wall + in_steps[stage as usize].wall)
     }
 
-    /// What the march has cost so far, by stage.
-    fn march_costs(&self) -> [(Stage, Duration, Work); 4] {
-        let (totals, search) = (self.prepared.march.totals(), self.prepared.march.search_counts().work);
-        let HistoryWork { sums, transforms, transform_time } = totals.history;
-        [
-            (Stage::History, totals.history_time - transform_time, sums),
-            (Stage::Transforms, transform_time, transforms),
-            (Stage::Penetration, totals.slices_time, totals.slices),
-            (Stage::ActiveSet, totals.search_time, search),
-        ]
+    /// The steps begin: from the next one to the last.
+    pub(super) fn enter_steps(&mut self) {
+        let (first, end) = (self.next_step(), self.steps);
+        if let Some(trace) = self.meter.trace_mut() {
+            trace.expect_steps(first, end);
+        }
+        self.meter.enter(Phase::Contact);
+    }
+
+    /// Hands the times of the march so far to the meter.
+    pub(super) fn collect_times(&mut self) {
+        let StepTimes { history, transforms, slices, search, factorisation } = self.prepared.march.take_times();
+        for (stage, spent) in [
+            (Stage::History, history),
+            (Stage::Transforms, transforms),
+            (Stage::Penetration, slices),
+            (Stage::ActiveSet, search),
+            (Stage::Factorisation, factorisation),
+        ] {
+            self.meter.add_in_steps(stage, spent);
+        }
     }
 
     /// Hands what the steps have cost to the meter; once, at the end.
     pub(super) fn settle(&mut self) {
-        let costs = self.march_costs();
+        self.collect_times();
+        let next = self.next_step();
+        self.meter.end_block(next);
+        self.meter.enter(Phase::Results);
+        self.meter.settle_steps(next);
         let Self { prepared: Prepared { march, .. }, meter, .. } = self;
         let (totals, counts) = (march.totals(), march.search_counts());
-        for (stage, time, work) in costs {
-            // A stage that this run does not have leaves no trace.
-            if time > Duration::ZERO || work != Work::default() {
-                meter.add_time(stage, time);
-                meter.add_work(stage, work);
-            }
+        let HistoryWork { sums, transforms, passes, .. } = totals.history;
+        for (stage, calls, work) in [
+            (Stage::History, totals.instants, sums),
+            (Stage::Transforms, passes, transforms),
+            (Stage::Penetration, totals.instants, totals.slices),
+            (Stage::ActiveSet, totals.instants, counts.work - counts.factorisation),
+            (Stage::Factorisation, counts.factors.factorisations, counts.factorisation),
+        ] {
+            // A stage that this run does not have has no calls.
+            meter.add_calls(stage, calls);
+            meter.add_work(stage, work);
         }
         let bytes = meter.counted(Counter::BytesWritten);
         meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });

@@ -16,8 +16,8 @@ use super::progress::Progress;
 use super::record::Record;
 use super::run::Run;
 use super::vibration::VibrationRecorder;
-use crate::meter::process::resident_memory;
-use crate::meter::{Meter, Stage};
+use crate::meter::process::{cpu_time, resident_memory};
+use crate::meter::{MachinePeak, Meter, Stage, Watch};
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
@@ -64,7 +64,21 @@ pub fn run(
     stop: &AtomicBool,
     progress: &mut dyn Progress,
 ) -> Result<RunReport, RunError> {
-    let begin = Instant::now();
+    run_watched(loaded, options, Watch::default(), stop, progress)
+}
+
+/// As [`run`], its cost watched as closely as it is told: the results are the same bytes.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_watched(
+    loaded: &LoadedScene,
+    options: &RunOptions,
+    watch: Watch,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<RunReport, RunError> {
+    let begin = Begin::now(watch);
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded);
     plan.check(loaded)?;
@@ -78,8 +92,8 @@ pub fn run(
         ));
     }
     let planned =
-        PlannedRun { loaded, plan: &plan, threads: options.threads, planned: expected(&plan, options.threads), begin };
-    planned.carry_out(|| Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
+        PlannedRun { loaded, plan: &plan, threads: options.threads, planned: expected(&plan, options.threads) };
+    planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
 /// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never stopped.
@@ -92,16 +106,30 @@ pub fn resume(
     stop: &AtomicBool,
     progress: &mut dyn Progress,
 ) -> Result<RunReport, RunError> {
-    let begin = Instant::now();
+    resume_watched(path, threads, Watch::default(), stop, progress)
+}
+
+/// As [`resume`], the cost watched from now on as closely as it is told.
+///
+/// # Errors
+/// As [`resume`].
+pub fn resume_watched(
+    path: &Path,
+    threads: usize,
+    watch: Watch,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<RunReport, RunError> {
+    let begin = Begin::now(watch);
     let folder = ResultsFolder::reopen(path)?;
     let checkpoint = Checkpoint::read(folder.working())?;
     let loaded = checkpoint.loaded.clone();
     loaded.check_time_domain()?;
     let plan = Plan::of(&loaded);
     plan.check(&loaded)?;
-    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, planned: expected(&plan, threads), begin };
+    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, planned: expected(&plan, threads) };
     let kept = folder.working().to_owned();
-    planned.carry_out(|| Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
+    planned.carry_out(begin, || Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
         // Before its first step: there is what there was.
         RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
         other => other,
@@ -114,7 +142,19 @@ struct PlannedRun<'a> {
     plan: &'a Plan,
     threads: usize,
     planned: Planned,
-    begin: Instant,
+}
+
+/// A run's first moment.
+struct Begin {
+    wall: Instant,
+    cpu: Option<Duration>,
+    meter: Meter,
+}
+
+impl Begin {
+    fn now(watch: Watch) -> Self {
+        Self { wall: Instant::now(), cpu: cpu_time(), meter: Meter::new(watch) }
+    }
 }
 
 /// What a plan expects of a run on so many threads.
@@ -127,13 +167,14 @@ fn expected(plan: &Plan, threads: usize) -> Planned {
 impl PlannedRun<'_> {
     fn carry_out(
         &self,
+        begin: Begin,
         folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
         checkpoint: Option<&Checkpoint>,
         stop: &AtomicBool,
         progress: &mut dyn Progress,
     ) -> Result<RunReport, RunError> {
-        let Self { loaded, plan, begin, .. } = *self;
-        let mut meter = Meter::default();
+        let Self { loaded, plan, .. } = *self;
+        let Begin { wall, cpu, mut meter } = begin;
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
@@ -153,10 +194,11 @@ impl PlannedRun<'_> {
         let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
         record.vibration = vibration;
         let mut run = Run::new(plan, prepared, record, meter);
-        let earlier = checkpoint.map_or(Ok(Duration::ZERO), |checkpoint| checkpoint.restore(&mut run))?;
+        let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let interval = loaded.scene.outputs.checkpoint_interval;
-        let mut checkpoints = Checkpoints::new(identity, interval, begin, earlier);
+        let mut checkpoints = Checkpoints::new(identity, interval, (wall, cpu), earlier);
         progress.march(run.next_step(), plan.steps, plan.time_step);
+        run.enter_steps();
         // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the making ends with the scope.
         let rolled = rayon::in_place_scope(|scope| {
             let behind = (rayon::current_num_threads() > 1).then_some(scope);
@@ -201,15 +243,22 @@ impl PlannedRun<'_> {
         let context = Context { loaded: self.loaded, plan: self.plan, prepared, record };
         let mut vibration = None;
         if !interrupted {
-            let drawn = Instant::now();
+            let open = meter.open();
             context.spectra_and_plots(folder)?;
             if let Some(recorder) = &record.vibration {
                 vibration = recorder.write(self.loaded, record.mean_force(), folder, meter)?;
             }
-            meter.add_time(Stage::Response, drawn.elapsed());
+            meter.close(open, Stage::Response);
         }
-        let wall = checkpoints.wall();
-        let cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_plan(self.planned);
+        let (wall, cpu) = (checkpoints.wall(), checkpoints.cpu());
+        if let Some(trace) = meter.trace_mut() {
+            trace.end();
+        }
+        let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_plan(self.planned).with_cpu(cpu);
+        if meter.watches_closely() {
+            // After the run, and after its peak memory was looked at.
+            cost = cost.with_machine_peak(MachinePeak::measure());
+        }
         let mut summary = context.summary(cost)?;
         summary.vibration = vibration;
         for warning in &summary.warnings[prepared.warnings.len()..] {

@@ -15,7 +15,7 @@ use super::error::ProfileError;
 use super::workload::{Truth, Workload};
 use crate::meter::machine::instruction_set;
 use crate::meter::thread_time::thread_time;
-use crate::meter::{Counter, Meter, Stage};
+use crate::meter::{Counter, Meter, Stage, Watch};
 use crate::numeric::nanoseconds;
 use crate::pipeline::{Plan, Run, RunError};
 use crate::scene::{DEFAULT, History, LoadedScene, Scene, Tyre};
@@ -130,13 +130,12 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
         source => ProfileError::Run { workload: workload.name(), source: Box::new(source) },
     };
     let plan = Plan::of(loaded);
-    let mut run = Run::begin(loaded, &plan, stop).map_err(failed)?;
+    let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
     let mut blocks = Stage::OF_A_STEP.map(|stage| (name(&stage), Vec::new()));
-    let spent = |run: &Run| Stage::OF_A_STEP.map(|stage| run.spent(stage));
-    let (mut before, mut clock) = (spent(&run), BlockClock::start());
+    let (mut before, mut clock) = (run.spent(), BlockClock::start());
     while run.step().map_err(failed)?.is_some() {
         if run.next_step().is_multiple_of(STEPS_OF_A_BLOCK) {
-            let now = spent(&run);
+            let now = run.spent();
             for (((_, blocks), now), before) in blocks.iter_mut().zip(now).zip(before) {
                 blocks.push(nanoseconds(now - before));
             }
@@ -145,7 +144,7 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
             if let Some(longest) = lasts.max_by_key(|time| **time) {
                 *longest = longest.saturating_sub(clock.taken());
             }
-            (before, clock) = (spent(&run), BlockClock::start());
+            (before, clock) = (run.spent(), BlockClock::start());
             if stop.load(Ordering::Relaxed) {
                 return Err(ProfileError::Interrupted);
             }
@@ -253,6 +252,6 @@ fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
         instruction_set: instruction_set().to_owned(),
         counters: counters.into(),
         found: Found::new(workload.truth(), 1.0 + worst),
-        blocks: [(name(&Stage::Influence), blocks)].into(),
+        blocks: [(name(&Stage::Fit), blocks)].into(),
     })
 }

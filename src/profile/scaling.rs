@@ -25,7 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::error::ProfileError;
-use crate::meter::{Counter, Stage};
+use crate::meter::{Counter, Stage, Watch};
 use crate::numeric::StraightLine;
 use crate::pipeline::{Plan, Run, RunError, RunOptions, Unwatched, run};
 use crate::road::slices::{SliceBuilder, SliceScratch};
@@ -181,16 +181,15 @@ struct Rolled {
 
 fn rolled(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Rolled, ProfileError> {
     let plan = Plan::of(loaded);
-    let mut run = Run::begin(loaded, &plan, stop).map_err(failed)?;
-    let spent = |run: &Run| Stage::OF_A_STEP.map(|stage| run.spent(stage));
+    let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
     let begin = Instant::now();
     let (mut half, half_steps) = ([Duration::ZERO; Stage::OF_A_STEP.len()], plan.steps / 2);
     while run.step().map_err(failed)?.is_some() {
         if run.next_step() == half_steps {
-            half = spent(&run);
+            half = run.spent();
         }
     }
-    let (whole, end) = (begin.elapsed().as_secs_f64(), spent(&run));
+    let (whole, end) = (begin.elapsed().as_secs_f64(), run.spent());
     let meter = run.finish().meter;
     let all = plan.steps as f64;
     let counted = (plan.steps - half_steps) as f64;
@@ -369,7 +368,7 @@ fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> 
             let options = RunOptions { target: scratch.join("threads"), threads };
             let report = pool.install(|| run(&loaded, &options, stop, &mut Unwatched)).map_err(failed)?;
             let before: Duration =
-                [Stage::Influence, Stage::Axle].iter().map(|&stage| report.meter.cost(stage).wall).sum();
+                [Stage::Influence, Stage::Fit, Stage::Axle].iter().map(|&stage| report.meter.cost(stage).wall).sum();
             let seconds = (report.wall - before).as_secs_f64();
             if seconds < best {
                 best = seconds;

@@ -1,64 +1,111 @@
-//! What a run cost, as tables for the terminal: stages first, counters below. What a run did not do has no line.
+//! What a run cost, as tables for the terminal: stages first, then a time step, counters below. What a run did not do has no line, what was not measured no column.
 
 use std::time::Duration;
 
+use super::cost::Cost;
 use super::table::{aligned, grouped};
-use crate::meter::{Counter, Meter, Stage, StageCost};
+use crate::meter::{Counter, MachinePeak, Meter, Stage, StageCost};
 
 /// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed as the rest. What
 /// was at work in the background stands beside and is no part of it.
 pub fn profile_table(meter: &Meter, wall: Duration) -> String {
-    let steps = meter.counted(Counter::Steps);
-    let step = if steps > 0 { format!("{}\n", step(meter, steps)) } else { String::new() };
-    format!("{}\n{step}{}", stages(meter, wall), counters(meter))
+    cost_table(&Cost::new(meter, wall.as_secs_f64(), 1))
 }
 
-/// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make.
-fn step(meter: &Meter, steps: u64) -> String {
+/// As [`profile_table`], with all that was measured: processor time and the threads' idle share, memory, rates beside what a core of the machine can do.
+pub fn cost_table(cost: &Cost) -> String {
+    let meter = &cost.stages.meter;
+    let steps = meter.counted(Counter::Steps);
+    let step = if steps > 0 { format!("{}\n", step(meter, steps, cost.machine_peak)) } else { String::new() };
+    let sums = compliance(cost).map_or(String::new(), |line| format!("{line}\n\n"));
+    format!("{}\n{step}{sums}{}", stages(cost), counters(meter))
+}
+
+/// What an evaluation of the compliance takes, if there was one.
+fn compliance(cost: &Cost) -> Option<String> {
+    let nanoseconds = cost.rates.compliance_evaluation_ns?;
+    let meter = &cost.stages.meter;
+    let evaluations = meter.counted(Counter::ComplianceEvaluations) as f64;
+    let flop = 2.0 * meter.cost(Stage::Influence).work.multiply_adds as f64 / evaluations;
+    let rate = flop / nanoseconds;
+    let peak = cost.machine_peak.map_or(String::new(), |peak| format!(" of {:.1}", 1e-9 * peak.flop_per_second));
+    Some(format!("a compliance evaluation: {nanoseconds:.0} ns, {flop:.0} flop: {rate:.1}{peak} Gflop/s"))
+}
+
+/// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make, beside those of a core at its best.
+fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> String {
     let row = |stage: Stage| {
-        let StageCost { wall, background, work, .. } = meter.cost(stage);
-        let seconds = (wall + background).as_secs_f64();
+        let cost = meter.cost(stage);
         let per_step = |amount: f64| amount / steps as f64;
-        let rate = |amount: u64| match amount {
-            0 => String::new(),
-            amount if seconds > 0.0 => format!("{:.1}", 1e-9 * amount as f64 / seconds),
-            _ => String::new(),
-        };
+        let rate = |rate: Option<f64>| rate.map_or(String::new(), |rate| format!("{:.1}", 1e-9 * rate));
         let count = |amount: u64| if amount > 0 { grouped(per_step(amount as f64) as u64) } else { String::new() };
         [
             stage.title().to_owned(),
-            format!("{:.1} us", 1e6 * per_step(seconds)),
-            count(2 * work.multiply_adds),
-            count(work.bytes),
-            rate(2 * work.multiply_adds),
-            rate(work.bytes),
+            format!("{:.1} us", 1e6 * per_step((cost.wall + cost.background).as_secs_f64())),
+            count(2 * cost.work.multiply_adds),
+            count(cost.work.bytes),
+            rate(cost.flop_rate()),
+            rate(cost.byte_rate()),
         ]
     };
+    let head =
+        |unit: &str, best: Option<f64>| best.map_or(unit.to_owned(), |best| format!("{unit} of {:.1}", 1e-9 * best));
+    let flop = head("Gflop/s", peak.map(|peak| peak.flop_per_second));
+    let bytes = head("GB/s", peak.map(|peak| peak.bytes_per_second));
     let stages = Stage::OF_A_STEP.into_iter().filter(|&stage| meter.cost(stage).calls > 0);
-    aligned(&["a time step", "time", "flop", "bytes", "Gflop/s", "GB/s"], &stages.map(row).collect::<Vec<_>>())
+    aligned(&["a time step", "time", "flop", "bytes", &flop, &bytes], &stages.map(row).collect::<Vec<_>>())
 }
 
-fn stages(meter: &Meter, wall: Duration) -> String {
-    let share = |part: Duration| {
-        if wall.is_zero() { String::new() } else { format!("{:.1} %", 100.0 * part.as_secs_f64() / wall.as_secs_f64()) }
-    };
-    let seconds = |time: Duration| format!("{:.3} s", time.as_secs_f64());
-    let mut staged = Duration::ZERO;
-    let mut rows: Vec<[String; 5]> = Vec::new();
+/// Columns of the stages' table.
+const COLUMNS: [&str; 10] = ["stage", "calls", "wall", "share", "behind", "cpu", "idle", "blocks", "allocated", "peak"];
+
+fn stages(cost: &Cost) -> String {
+    let (wall, meter, threads) = (cost.wall_seconds, &cost.stages.meter, cost.threads);
+    let share = |part: f64| if wall > 0.0 { format!("{:.1} %", 100.0 * part / wall) } else { String::new() };
+    let seconds = |time: f64| format!("{time:.3} s");
+    let idle = |share: Option<f64>| share.map_or(String::new(), |share| format!("{:.0} %", 100.0 * share));
+    let megabytes = |bytes: Option<u64>| bytes.map_or(String::new(), |bytes| format!("{:.1} MB", 1e-6 * bytes as f64));
+    let mut staged = 0.0;
+    let mut rows: Vec<[String; COLUMNS.len()]> = Vec::new();
     for stage in Stage::ALL {
         let cost = meter.cost(stage);
         if cost.calls == 0 {
             continue;
         }
-        staged += cost.wall;
-        let background = if cost.background.is_zero() { String::new() } else { seconds(cost.background) };
-        rows.push([stage.title().to_owned(), grouped(cost.calls), seconds(cost.wall), share(cost.wall), background]);
+        let StageCost { calls, wall, background, allocations, peak_memory, .. } = cost;
+        staged += wall.as_secs_f64();
+        let indent = if stage.part_of().is_some() { "  " } else { "" };
+        rows.push([
+            format!("{indent}{}", stage.title()),
+            grouped(calls),
+            seconds(wall.as_secs_f64()),
+            share(wall.as_secs_f64()),
+            if background.is_zero() { String::new() } else { seconds(background.as_secs_f64()) },
+            cost.cpu_seconds().map_or(String::new(), seconds),
+            idle(cost.idle_share(threads)),
+            allocations.map_or(String::new(), |allocations| grouped(allocations.count)),
+            megabytes(allocations.map(|allocations| allocations.bytes)),
+            megabytes(peak_memory),
+        ]);
     }
-    let rest = wall.saturating_sub(staged);
-    for (title, time) in [("everything else", rest), ("whole run", wall)] {
-        rows.push([title.to_owned(), String::new(), seconds(time), share(time), String::new()]);
+    let rest = |title: &str, time: f64| {
+        let mut row = [const { String::new() }; COLUMNS.len()];
+        (row[0], row[2], row[3]) = (title.to_owned(), seconds(time), share(time));
+        row
+    };
+    let mut run = rest("whole run", wall);
+    // Of a run that nobody watched closely only times are shown.
+    if meter.watches_closely() {
+        (run[5], run[6]) = (cost.cpu_seconds.map_or(String::new(), seconds), idle(cost.idle_share));
+        run[9] = megabytes(cost.peak_memory);
     }
-    aligned(&["stage", "calls", "wall", "share", "in background"], &rows)
+    rows.extend([rest("everything else", (wall - staged).max(0.0)), run]);
+    let shown: Vec<usize> =
+        (0..COLUMNS.len()).filter(|&column| rows.iter().any(|row| !row[column].is_empty())).collect();
+    let header: Vec<&str> = shown.iter().map(|&column| COLUMNS[column]).collect();
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|row| shown.iter().map(|&column| row[column].clone()).collect()).collect();
+    aligned(&header, &rows)
 }
 
 fn counters(meter: &Meter) -> String {
@@ -121,7 +168,7 @@ mod tests {
         // Beside the wall time, not in it.
         meter.add_background(Stage::Road, Duration::from_millis(3250));
         let beside = profile_table(&meter, Duration::from_secs(4));
-        assert!(beside.lines().any(|line| line.contains(Stage::Road.title()) && line.ends_with("3.250 s")), "{beside}");
+        assert!(beside.lines().any(|line| line.contains(Stage::Road.title()) && line.contains("3.250 s")), "{beside}");
         assert!(beside.lines().any(|line| line.contains("everything else") && line.contains("50.0 %")), "{beside}");
         let none = profile_table(&Meter::default(), Duration::ZERO);
         assert!(!none.contains("NaN"), "{none}");

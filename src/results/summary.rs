@@ -3,13 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
+pub use super::cost::{Cost, Planned};
 use super::error::ResultsError;
 use super::vibration::VibrationSummary;
-use crate::meter::process::peak_memory;
-use crate::meter::{Counter, Meter, Stage};
 use crate::scene::settings_hash;
 
 /// Name of the summary in a results folder.
@@ -111,79 +109,6 @@ pub struct ContactQuality {
     pub solves_per_step: BTreeMap<u32, u64>,
 }
 
-/// Stage times and counters.
-#[derive(Clone, Debug, Serialize)]
-pub struct Cost {
-    /// Wall time of the whole run \[s\].
-    pub wall_seconds: f64,
-    /// Threads it ran on.
-    pub threads: usize,
-    /// Largest resident memory of the process \[bytes\]; `null` where the system does not tell.
-    pub peak_memory: Option<u64>,
-    /// What was expected before the run; `null` for what is not planned.
-    pub planned: Option<Planned>,
-    /// Calls and seconds by stage, in the order of the data's way; those in the background are beside the wall time, not a part of it.
-    #[serde(serialize_with = "stages")]
-    pub stages: Meter,
-    /// Exact work counters; the same for any number of threads.
-    #[serde(serialize_with = "counters")]
-    pub counters: Meter,
-}
-
-/// What a plan expected of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Planned {
-    /// Wall time \[s\].
-    pub wall_seconds: f64,
-    /// Largest memory \[bytes\].
-    pub memory: f64,
-    /// Whether the costs of units of work behind it were measured on this machine.
-    pub measured: bool,
-}
-
-impl Cost {
-    /// Cost of a run as its meter has it.
-    pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
-        let peak_memory = peak_memory();
-        Self { wall_seconds, threads, peak_memory, planned: None, stages: meter.clone(), counters: meter.clone() }
-    }
-
-    /// The same with what was expected.
-    #[must_use]
-    pub fn with_plan(self, planned: Planned) -> Self {
-        Self { planned: Some(planned), ..self }
-    }
-}
-
-#[derive(Serialize)]
-struct StageRecord {
-    calls: u64,
-    seconds: f64,
-    background_seconds: f64,
-}
-
-fn stages<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
-    let mut map = serializer.serialize_map(Some(Stage::ALL.len()))?;
-    for stage in Stage::ALL {
-        let cost = meter.cost(stage);
-        let record = StageRecord {
-            calls: cost.calls,
-            seconds: cost.wall.as_secs_f64(),
-            background_seconds: cost.background.as_secs_f64(),
-        };
-        map.serialize_entry(&stage, &record)?;
-    }
-    map.end()
-}
-
-fn counters<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
-    let mut map = serializer.serialize_map(Some(Counter::ALL.len()))?;
-    for counter in Counter::ALL {
-        map.serialize_entry(&counter, &meter.counted(counter))?;
-    }
-    map.end()
-}
-
 impl Summary {
     /// A summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
     pub fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
@@ -231,6 +156,7 @@ pub(super) mod tests {
     use serde_json::{Value, json};
 
     use super::*;
+    use crate::meter::{Counter, Meter, Stage};
 
     pub(in crate::results) fn example() -> Summary {
         let mut meter = Meter::default();

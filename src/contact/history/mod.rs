@@ -33,9 +33,8 @@ pub use modes::ModalHistory;
 pub use scaled::ScaledHistory;
 
 use std::ops::AddAssign;
-use std::time::Duration;
 
-use crate::meter::Work;
+use crate::meter::{Clocks, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// What a history has done.
@@ -45,14 +44,17 @@ pub struct HistoryWork {
     pub sums: Work,
     /// Transforms between elements and wavenumbers.
     pub transforms: Work,
-    /// Time of the transforms; not a part of the state.
-    pub transform_time: Duration,
+    /// Times that transforms were gone through.
+    pub passes: u64,
+    /// Time of the transforms, where clocks are read; not a part of the state.
+    pub transform_time: Spent,
 }
 
 impl AddAssign for HistoryWork {
     fn add_assign(&mut self, other: Self) {
         self.sums += other.sums;
         self.transforms += other.transforms;
+        self.passes += other.passes;
         self.transform_time += other.transform_time;
     }
 }
@@ -64,6 +66,9 @@ pub trait PastForces: Send {
 
     /// Takes note of the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
+
+    /// Which clocks are read from now on; none at first.
+    fn set_clocks(&mut self, _clocks: Clocks) {}
 
     /// Takes the state down; the same bytes for any number of threads.
     fn save(&self, state: &mut StateWriter);

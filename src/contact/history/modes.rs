@@ -13,7 +13,6 @@
 //! ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use num_complex::Complex64;
 use pulp::Arch;
@@ -24,7 +23,7 @@ use super::recursion::{ImpulseResponse, Recursion, WithRecursion, coefficients, 
 use super::transfer::first_weight;
 use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use super::{HistoryWork, PastForces};
-use crate::meter::Work;
+use crate::meter::{Clocks, Laps, Work};
 use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter, transform_multiply_adds};
 use crate::scene::TimeRule;
@@ -52,6 +51,7 @@ pub struct ModalHistory {
     /// First weights by stage of the force, lag and distance; see [`Self::first_influences`].
     near: Vec<Vec<f64>>,
     parallel: bool,
+    clocks: Clocks,
     arch: Arch,
 }
 
@@ -112,6 +112,7 @@ impl ModalHistory {
             forward,
             inverse,
             rows,
+            clocks: Clocks::OFF,
             arch: Arch::new(),
         })
     }
@@ -148,7 +149,7 @@ struct NextBlock<'a> {
 
 impl WithRecursion for NextBlock<'_> {
     fn with<R: Recursion>(self, recursion: R) {
-        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, rule, .. } = self.history;
+        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, clocks, rule, .. } = self.history;
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
         let transform = |row: &mut Row| {
             row.ring.fill(0.0);
@@ -166,11 +167,11 @@ impl WithRecursion for NextBlock<'_> {
         };
         // One piece of work stays on this thread.
         let least = if *parallel { 1 } else { usize::MAX };
-        let begin = Instant::now();
+        let mut laps = Laps::begin(*clocks);
         rows.par_iter_mut().with_min_len(least).for_each(transform);
-        let transformed = begin.elapsed();
+        let mut transform_time = laps.lap();
         groups.par_iter_mut().with_min_len(least).for_each(|group| advance(group, rows));
-        let begin = Instant::now();
+        laps.lap();
         let transform_back = |(instant, row): (usize, &mut Row)| {
             for group in groups.iter() {
                 group.give_displacement(instant, &mut row.spectrum);
@@ -180,6 +181,7 @@ impl WithRecursion for NextBlock<'_> {
             let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.ring, &mut row.scratch);
         };
         rows.par_iter_mut().with_min_len(least).enumerate().for_each(transform_back);
+        transform_time += laps.lap();
         let (instants, length) = (rows.len(), *elements as u64);
         groups.iter().for_each(|group| self.work.sums += group.work());
         *self.work = HistoryWork {
@@ -189,7 +191,8 @@ impl WithRecursion for NextBlock<'_> {
                 multiply_adds: (instants as f64 * transform_multiply_adds(*elements)) as u64,
                 bytes: 2 * instants as u64 * 3 * 8 * length,
             },
-            transform_time: transformed + begin.elapsed(),
+            passes: 1,
+            transform_time,
         };
     }
 }
@@ -241,6 +244,10 @@ impl PastForces for ModalHistory {
         row.forces.clear();
         row.forces.extend(forces.iter().copied().enumerate().filter(|(_, force)| *force != 0.0));
         self.instant = (self.instant + 1) % self.rows.len();
+    }
+
+    fn set_clocks(&mut self, clocks: Clocks) {
+        self.clocks = clocks;
     }
 
     fn save(&self, state: &mut StateWriter) {

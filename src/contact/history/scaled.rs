@@ -1,6 +1,7 @@
 //! A history whose influence functions are scaled.
 
 use super::{HistoryWork, PastForces};
+use crate::meter::Clocks;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Another history with all displacements multiplied by a factor.
@@ -25,6 +26,10 @@ impl PastForces for ScaledHistory {
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {
         self.history.push(first_element, forces);
+    }
+
+    fn set_clocks(&mut self, clocks: Clocks) {
+        self.history.set_clocks(clocks);
     }
 
     fn save(&self, state: &mut StateWriter) {

@@ -209,7 +209,7 @@ impl Amounts {
         self.poles = kept.map_or(poles * POLES_BY_DECADE.powf(decades - 5.0), |kept| kept as f64);
         if kept.is_none() {
             let share = fit_share(elements, numerics.pole_tolerance, scene.tyre.layers.len());
-            self.add(Stage::Influence, Unit::Fit, share, Place::BeforeOnAll);
+            self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = FIT_BYTES;
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { FIT_EVALUATIONS } else { 0.0 });

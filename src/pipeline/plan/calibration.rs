@@ -18,7 +18,7 @@ use super::Plan;
 use super::amounts::{Amount, fit_share};
 use super::unit::{Unit, UnitCosts};
 use crate::meter::machine::{instruction_set, processor};
-use crate::meter::{Meter, Stage};
+use crate::meter::{Meter, Stage, Watch};
 use crate::numeric::digest::sha256;
 use crate::pipeline::error::RunError;
 use crate::pipeline::run::Run;
@@ -186,7 +186,7 @@ impl Probe {
         let step = scene.tyre.circumference / (elements as f64 * scene.rolling.speed());
         (scene.rolling.warm_up, scene.rolling.duration) = (before as f64 * step, watched as f64 * step);
         let plan = Plan::new(scene);
-        let mut run = Run::begin(&loaded, &plan, stop)?;
+        let mut run = Run::begin_watched(&loaded, &plan, stop, Watch::EVERY)?;
         let begin = Instant::now();
         while run.step()?.is_some() {
             if stop.load(Ordering::Relaxed) {
@@ -201,8 +201,10 @@ impl Probe {
         Ok(Self { work: plan.amounts.work, meter, steps, rest })
     }
 
+    /// Time of a stage with its parts: a plan has them together.
     fn seconds(&self, stage: Stage) -> f64 {
-        self.meter.cost(stage).wall.as_secs_f64()
+        let whole = Stage::ALL.into_iter().filter(|&part| part == stage || part.part_of() == Some(stage));
+        whole.map(|part| self.meter.cost(part).wall.as_secs_f64()).sum()
     }
 
     fn planned(&self, unit: Unit) -> f64 {

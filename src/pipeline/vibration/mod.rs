@@ -168,11 +168,15 @@ impl VibrationRecorder {
         if step + 2 < self.warm_up {
             return;
         }
-        let complete = meter.time(Stage::Vibration, || {
+        let completes = step >= self.warm_up && self.accumulator.completes_next();
+        let work = || {
             march.displacements(&mut self.displacement);
             let power = self.power.push(march.geometry().first_element(step), march.forces(), &self.displacement);
             step >= self.warm_up && self.accumulator.push(march.forces(), power)
-        });
+        };
+        // A segment's end is long and rare: no step stands for it, and it stands for no other.
+        let complete =
+            if completes { meter.time(Stage::Vibration, work) } else { meter.time_in_step(Stage::Vibration, work) };
         if complete {
             let layout = self.accumulator.layout();
             let points = self.fields.len() * self.wanted.elements.len();

@@ -111,6 +111,11 @@ impl VibrationAccumulator {
         self.segments
     }
 
+    /// Whether the next step completes a segment.
+    pub fn completes_next(&self) -> bool {
+        self.filled + 1 == self.layout.length()
+    }
+
     /// Takes in a step: forces by column of the window \[N\] and the power that they put in \[W\]. Whether it completed a segment.
     pub fn push(&mut self, forces: &[f64], power: f64) -> bool {
         let columns = self.layout.columns;

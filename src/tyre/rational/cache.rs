@@ -22,7 +22,7 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::codec::{decode, encode};
-use super::fit::{FitError, FitOptions, fit_unless_stopped};
+use super::fit::{FitError, FitOptions, FitTimes, fit_timed};
 use super::model::RationalModel;
 use crate::numeric::digest::hexadecimal;
 use crate::scene::Tyre;
@@ -85,6 +85,8 @@ pub struct Fetched {
     pub model: RationalModel,
     /// Whether it was read from the cache.
     pub warm: bool,
+    /// What the fit took, where it was fitted.
+    pub times: Option<FitTimes>,
     /// What went wrong with the cache on the way; the model is right all the same.
     pub warnings: Vec<String>,
 }
@@ -159,23 +161,23 @@ impl Cache {
     /// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored. Trouble with the cache only ever gives warnings.
     ///
     /// # Errors
-    /// As [`fit_unless_stopped`].
+    /// As [`fit_timed`].
     pub fn fetch(&self, tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
         let key = key(tyre, options)?;
         let mut warnings = Vec::new();
         match self.load(&key) {
-            Ok(Some(Ok(model))) => return Ok(Fetched { model, warm: true, warnings }),
+            Ok(Some(Ok(model))) => return Ok(Fetched { model, warm: true, times: None, warnings }),
             Ok(Some(Err(reason))) => {
                 warnings.push(format!("cache entry {} is rebuilt: {reason}", self.path(&key).display()));
             }
             Ok(None) => {}
             Err(error) => warnings.push(format!("cache not read: {error}")),
         }
-        let model = fit_unless_stopped(tyre, options, stop)?;
+        let (model, times) = fit_timed(tyre, options, stop)?;
         if let Err(error) = self.store(&key, &model) {
             warnings.push(format!("cache not written: {error}"));
         }
-        Ok(Fetched { model, warm: false, warnings })
+        Ok(Fetched { model, warm: false, times: Some(times), warnings })
     }
 
     /// Reads an entry: `None` where there is none.

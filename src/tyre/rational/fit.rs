@@ -7,7 +7,8 @@
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use rayon::Scope;
 use rayon::prelude::*;
@@ -146,6 +147,24 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
 /// # Errors
 /// As [`fit`], and [`FitError::Stopped`].
 pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<RationalModel, FitError> {
+    fit_timed(tyre, options, stop).map(|(model, _)| model)
+}
+
+/// Wall time of a fit, its two parts told apart: threads take turns at both, so their shares are those of all threads' time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FitTimes {
+    /// Influence functions summed at the sampling points.
+    pub sums: Duration,
+    /// Poles fitted to them.
+    pub poles: Duration,
+}
+
+/// As [`fit_unless_stopped`], with its times.
+///
+/// # Errors
+/// As [`fit_unless_stopped`].
+pub fn fit_timed(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<(RationalModel, FitTimes), FitError> {
+    let begin = Instant::now();
     check(options)?;
     if let Some(layer) = tyre.layers.iter().find(|layer| layer.material.law == Law::Hysteretic) {
         return Err(FitError::NotCausal { layer: layer.name.clone() });
@@ -162,12 +181,35 @@ pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) 
     }
     let tree = Tree::new(options.elements / 2);
     let (bottom_scale, evaluations) = bottom_scale(&sum, &ladder, options.driven);
-    let work = Work { sum, ladder, tree, options, bottom_scale, stop };
+    let clock = FitClock::default();
+    let work = Work { sum, ladder, tree, options, bottom_scale, stop, clock };
+    let prepared = begin.elapsed();
     let mut done = work.carry_out()?;
     // n = 0 is what the scale was found on.
     done[0].entry.statistics.evaluations += evaluations;
     let entries = done.into_iter().map(|fitted| fitted.entry);
-    Ok(RationalModel::assemble(options.elements, options.driven, options.top, options.tolerance, entries))
+    let model = RationalModel::assemble(options.elements, options.driven, options.top, options.tolerance, entries);
+    let fitted = begin.elapsed() - prepared;
+    let sums = fitted.mul_f64(work.clock.share_of_sums());
+    Ok((model, FitTimes { sums: prepared + sums, poles: fitted - sums }))
+}
+
+/// Time of all threads \[ns\], in sampling and in all: two reads of a clock for some hundred evaluations.
+#[derive(Debug, Default)]
+struct FitClock {
+    sums: AtomicU64,
+    all: AtomicU64,
+}
+
+impl FitClock {
+    fn add(total: &AtomicU64, begin: Instant) {
+        total.fetch_add(u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
+
+    fn share_of_sums(&self) -> f64 {
+        let [sums, all] = [&self.sums, &self.all].map(|total| total.load(Ordering::Relaxed) as f64);
+        if all > 0.0 { (sums / all).min(1.0) } else { 0.0 }
+    }
 }
 
 /// Rungs of the axis between two at which the belt's scale is looked for; a resonance is many times wider.
@@ -198,6 +240,7 @@ struct Work<'a> {
     options: &'a FitOptions,
     bottom_scale: f64,
     stop: &'a AtomicBool,
+    clock: FitClock,
 }
 
 /// What is done of it.
@@ -241,7 +284,9 @@ impl Work<'_> {
             return;
         }
         let start = self.tree.start(rank).and_then(|start| progress.done[start].get()?.as_ref().ok());
+        let begin = Instant::now();
         let fitted = self.fitted(rank, start.map(start_of).unwrap_or_default());
+        FitClock::add(&self.clock.all, begin);
         if fitted.is_err() {
             progress.refused.fetch_min(rank, Ordering::Relaxed);
         }
@@ -260,7 +305,9 @@ impl Work<'_> {
         let Visit { wavenumber, stride } = self.tree.visit(rank);
         let one = |start: &Start, target: &Target| {
             let mut sample = |rungs: &[Rung], values: &mut Vec<FaceValues>| {
+                let begin = Instant::now();
                 sample(&self.sum, &self.ladder, self.options.driven, wavenumber, rungs, values);
+                FitClock::add(&self.clock.sums, begin);
             };
             fit_wavenumber(&self.ladder, target, start, &mut sample)
                 .map_err(|refusal| refused(wavenumber, self.options, &refusal))

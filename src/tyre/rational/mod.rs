@@ -30,5 +30,5 @@ pub mod tree;
 pub mod wavenumber;
 
 pub use cache::Cache;
-pub use fit::{FitError, FitOptions, fit, fit_unless_stopped};
+pub use fit::{FitError, FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};

@@ -1,0 +1,74 @@
+//! What a run's cost is shown as: options of `run` and `resume`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{CliError, Context};
+use crate::meter::{Timing, Watch};
+use crate::pipeline::RunReport;
+use crate::results::profile_table::cost_table;
+use crate::results::trace::{PendingFile, chrome_trace, folded_stacks};
+
+/// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ProfileOptions {
+    /// Print what every stage took, with rates and work counters, at the end; the numbers are also in summary.json.
+    #[arg(long)]
+    pub profile: bool,
+    /// Also write when what happened, as Chrome trace events (for ui.perfetto.dev or chrome://tracing); outside of the results folder.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// Also write folded stacks in microseconds, for flame graphs; outside of the results folder.
+    #[arg(long, value_name = "FILE")]
+    pub folded: Option<PathBuf>,
+}
+
+/// Files that are written when the run is done.
+#[derive(Debug)]
+pub struct PendingProfile {
+    profile: bool,
+    trace: Option<(PathBuf, PendingFile)>,
+    folded: Option<PendingFile>,
+}
+
+impl ProfileOptions {
+    /// How the run is to be watched.
+    pub fn watch(&self, context: &Context) -> Watch {
+        let trace = self.trace.is_some() || self.folded.is_some();
+        let timing = match (trace, self.profile) {
+            (true, _) => Timing::Every,
+            (false, true) => Timing::Closely,
+            (false, false) => Timing::Sampled,
+        };
+        Watch { timing, trace, allocations: context.allocations }
+    }
+
+    /// Begins the files, before the run: a place that cannot be written to is refused now.
+    ///
+    /// # Errors
+    /// As [`PendingFile::create`].
+    pub fn begin(self) -> Result<PendingProfile, CliError> {
+        let trace = self.trace.map(|path| PendingFile::create(&path).map(|file| (path, file))).transpose()?;
+        let folded = self.folded.map(|path| PendingFile::create(&path)).transpose()?;
+        Ok(PendingProfile { profile: self.profile, trace, folded })
+    }
+}
+
+impl PendingProfile {
+    /// Completes the files; returns the table, empty where none is wanted.
+    ///
+    /// # Errors
+    /// Of the files.
+    pub fn complete(self, report: &RunReport) -> Result<String, CliError> {
+        if let Some(trace) = report.meter.trace() {
+            if let Some((path, file)) = self.trace {
+                file.complete(&chrome_trace(trace, &report.summary.title, &path)?)?;
+            }
+            if let Some(file) = self.folded {
+                file.complete(&folded_stacks(trace))?;
+            }
+        }
+        Ok(if self.profile { cost_table(&report.summary.cost) } else { String::new() })
+    }
+}

@@ -1,0 +1,139 @@
+//! What a stage costs.
+
+use std::time::Duration;
+
+use super::clock::Spent;
+
+/// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches make of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Multiply-adds, two flops each.
+    pub multiply_adds: u64,
+    /// Bytes of tables and states read and written.
+    pub bytes: u64,
+}
+
+impl std::ops::AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.multiply_adds += other.multiply_adds;
+        self.bytes += other.bytes;
+    }
+}
+
+impl std::ops::Sub for Work {
+    type Output = Self;
+
+    /// A part taken off the whole.
+    fn sub(self, part: Self) -> Self {
+        Self {
+            multiply_adds: self.multiply_adds.saturating_sub(part.multiply_adds),
+            bytes: self.bytes.saturating_sub(part.bytes),
+        }
+    }
+}
+
+/// Memory asked for so far, or within a stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Allocations {
+    /// Allocations and reallocations.
+    pub count: u64,
+    /// Bytes of all allocations.
+    pub bytes: u64,
+}
+
+impl std::ops::AddAssign for Allocations {
+    fn add_assign(&mut self, other: Self) {
+        self.count += other.count;
+        self.bytes += other.bytes;
+    }
+}
+
+impl std::ops::Sub for Allocations {
+    type Output = Self;
+
+    fn sub(self, earlier: Self) -> Self {
+        Self { count: self.count.saturating_sub(earlier.count), bytes: self.bytes.saturating_sub(earlier.bytes) }
+    }
+}
+
+/// Says what the process has asked for so far, on all threads: the program's allocator knows, the library does not.
+pub type AllocationProbe = fn() -> Allocations;
+
+/// Calls and time of one stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageCost {
+    /// How often the stage was entered.
+    pub calls: u64,
+    /// Time that the run spent in it: no two stages at once.
+    pub wall: Duration,
+    /// Time that the stage was at work in the background while the run was in others.
+    pub background: Duration,
+    /// Arithmetic and memory traffic, where they are counted.
+    pub work: Work,
+    /// Part of `wall` over which processor time was measured.
+    pub watched: Duration,
+    /// Processor time of the whole process, all threads, over that part.
+    pub cpu: Duration,
+    /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the steps.
+    pub allocations: Option<Allocations>,
+    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and where nobody looked.
+    pub peak_memory: Option<u64>,
+}
+
+impl StageCost {
+    /// Processor time of all threads over the whole stage \[s\], at the rate of the part over which it was measured.
+    pub fn cpu_seconds(&self) -> Option<f64> {
+        let watched = self.watched.as_secs_f64();
+        (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)
+    }
+
+    /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0.
+    pub fn idle_share(&self, threads: usize) -> Option<f64> {
+        let wall = self.wall.as_secs_f64();
+        self.cpu_seconds().filter(|_| wall > 0.0).map(|cpu| idle_share(cpu, wall, threads))
+    }
+
+    /// Flop in a second, from the counted arithmetic; `None` where none is counted.
+    pub fn flop_rate(&self) -> Option<f64> {
+        self.rate(2 * self.work.multiply_adds)
+    }
+
+    /// Bytes in a second, from the counted traffic; `None` where none is counted.
+    pub fn byte_rate(&self) -> Option<f64> {
+        self.rate(self.work.bytes)
+    }
+
+    fn rate(&self, amount: u64) -> Option<f64> {
+        let seconds = (self.wall + self.background).as_secs_f64();
+        (amount > 0 && seconds > 0.0).then(|| amount as f64 / seconds)
+    }
+
+    /// Adds the time of a piece of it.
+    pub(super) fn add_spent(&mut self, spent: Spent) {
+        self.wall += spent.wall;
+        self.watched += spent.watched;
+        self.cpu += spent.cpu;
+    }
+
+    /// Adds memory asked for, where that is counted.
+    pub(super) fn add_allocations(&mut self, allocations: Option<Allocations>) {
+        if let Some(allocations) = allocations {
+            *self.allocations.get_or_insert_default() += allocations;
+        }
+    }
+
+    /// Adds what the same stage has cost elsewhere.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.calls += other.calls;
+        self.background += other.background;
+        self.work += other.work;
+        self.add_spent(Spent { wall: other.wall, watched: other.watched, cpu: other.cpu });
+        self.add_allocations(other.allocations);
+        self.peak_memory = self.peak_memory.max(other.peak_memory);
+    }
+}
+
+/// Share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall), times in s.
+pub fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
+    (1.0 - cpu / (threads as f64 * wall)).max(0.0)
+}

@@ -1,0 +1,89 @@
+//! What one core of this machine can do at best: what the rates of stages stand beside.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use pulp::{Arch, Simd, WithSimd};
+use serde::Serialize;
+
+/// Independent chains of multiply-adds: more than latency times units of any processor.
+const CHAINS: usize = 12;
+/// Multiply-adds of a chain in a trial.
+const LENGTH: usize = 50_000;
+/// Numbers that are copied: more than most caches hold.
+const COPIED: usize = 2 << 20;
+/// Trials, of which the fastest counts.
+const TRIALS: usize = 8;
+
+/// Best rates of one core.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MachinePeak {
+    /// Independent fused multiply-adds with the vectors that the program runs with \[flop/s\].
+    pub flop_per_second: f64,
+    /// Bytes read and written by copying memory that no cache holds \[B/s\].
+    pub bytes_per_second: f64,
+}
+
+impl MachinePeak {
+    /// Measures: some 20 ms.
+    pub fn measure() -> Self {
+        Self { flop_per_second: multiply_add_rate(), bytes_per_second: copy_rate() }
+    }
+}
+
+/// Best rate of independent fused multiply-adds on one core \[flop/s\].
+pub fn multiply_add_rate() -> f64 {
+    Arch::new().dispatch(MultiplyAdds)
+}
+
+struct MultiplyAdds;
+
+impl WithSimd for MultiplyAdds {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let (factor, term) = (simd.splat_f64s(black_box(0.999_999)), simd.splat_f64s(black_box(1e-6)));
+        let mut best = 0.0_f64;
+        for _ in 0..TRIALS {
+            let mut sums = [simd.splat_f64s(black_box(1.0)); CHAINS];
+            let begin = Instant::now();
+            for _ in 0..LENGTH {
+                for sum in &mut sums {
+                    *sum = simd.mul_add_e_f64s(*sum, factor, term);
+                }
+            }
+            let seconds = begin.elapsed().as_secs_f64();
+            black_box(sums.into_iter().fold(0.0, |total, sum| total + simd.reduce_sum_f64s(sum)));
+            best = best.max((2 * CHAINS * LENGTH * S::F64_LANES) as f64 / seconds);
+        }
+        best
+    }
+}
+
+/// Best rate of copying one array to another, both in memory \[B/s, read and written\].
+pub fn copy_rate() -> f64 {
+    let (from, mut to) = (vec![1.0_f64; COPIED], vec![0.0_f64; COPIED]);
+    let mut best = 0.0_f64;
+    for _ in 0..TRIALS {
+        let begin = Instant::now();
+        to.copy_from_slice(black_box(&from));
+        let seconds = begin.elapsed().as_secs_f64();
+        black_box(&to);
+        best = best.max((2 * size_of_val(from.as_slice())) as f64 / seconds);
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_core_is_between_a_slow_and_an_impossible_one() {
+        let MachinePeak { flop_per_second, bytes_per_second } = MachinePeak::measure();
+        println!("{:.1} Gflop/s, {:.1} GB/s", 1e-9 * flop_per_second, 1e-9 * bytes_per_second);
+        assert!((1e7..1e13).contains(&flop_per_second), "{flop_per_second}");
+        assert!((1e7..1e13).contains(&bytes_per_second), "{bytes_per_second}");
+    }
+}

@@ -1,0 +1,213 @@
+//! When what happened in a run, for programs that draw it: Chrome's trace events (Perfetto, chrome://tracing) and folded stacks (flame graphs).
+//!
+//! - Trace: one complete event ("X") for each span, in microseconds since the run began; thread 1 is the run's own, thread 2 what is made behind it. Format: "Trace Event Format", Duffy et al.,
+//!   Google 2016.
+//! - Folded: a line for every stack, frames from the outermost to the innermost with semicolons between them, then microseconds spent in just that stack, on the run's own thread. Format:
+//!   B. Gregg, FlameGraph, `stackcollapse`. The lines add up to the wall time of the run.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::error::ResultsError;
+use crate::meter::trace::{Row, Trace, What};
+use crate::meter::{Phase, Stage};
+
+/// A file that takes its name when it is complete. Begun before a long work, so that a place that cannot be written to is refused at once.
+#[derive(Debug)]
+pub struct PendingFile {
+    path: PathBuf,
+    temporary: PathBuf,
+}
+
+impl PendingFile {
+    /// Begins the file; nothing stands under its name yet, or what stood there before.
+    ///
+    /// # Errors
+    /// [`ResultsError::Create`].
+    pub fn create(path: &Path) -> Result<Self, ResultsError> {
+        if path.is_dir() {
+            return Err(ResultsError::creating(path)(std::io::ErrorKind::IsADirectory.into()));
+        }
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}.tmp", std::process::id()));
+        let temporary = path.with_file_name(name);
+        File::create(&temporary).map_err(ResultsError::creating(path))?;
+        Ok(Self { path: path.to_owned(), temporary })
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`]; nothing is left of it then.
+    pub fn complete(self, text: &str) -> Result<(), ResultsError> {
+        File::create(&self.temporary)
+            .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+            .and_then(|()| fs::rename(&self.temporary, &self.path))
+            .map_err(ResultsError::writing(&self.path))
+    }
+}
+
+impl Drop for PendingFile {
+    fn drop(&mut self) {
+        // It is gone already where it was completed.
+        let _ = fs::remove_file(&self.temporary);
+    }
+}
+
+/// Chrome's trace events of a run that has ended.
+///
+/// # Errors
+/// [`ResultsError::Json`], which names `path`.
+pub fn chrome_trace(trace: &Trace, title: &str, path: &Path) -> Result<String, ResultsError> {
+    let thread = |row: Row| match row {
+        Row::March => 1,
+        Row::Behind => 2,
+    };
+    let named = |row: Row, name: &str| json!({ "name": "thread_name", "ph": "M", "pid": 1, "tid": thread(row), "args": { "name": name } });
+    let mut events: Vec<Value> = vec![
+        json!({ "name": "process_name", "ph": "M", "pid": 1, "args": { "name": format!("tyrewave: {title}") } }),
+        named(Row::March, "run"),
+        named(Row::Behind, "behind the run"),
+    ];
+    // Outer spans before those within them, as readers like it.
+    let mut spans: Vec<_> = trace.spans().iter().collect();
+    spans.sort_by_key(|span| (thread(span.row), span.begin, std::cmp::Reverse(span.length)));
+    events.extend(spans.into_iter().map(|span| {
+        let (name, category) = match span.what {
+            What::Run => ("run".to_owned(), "run"),
+            What::Phase(phase) => (phase.title().to_owned(), "phase"),
+            What::Steps(first, end) => (format!("steps {first} to {}", end - 1), "steps"),
+            What::Stage(stage) => (stage.title().to_owned(), "stage"),
+        };
+        let microseconds = |time: std::time::Duration| time.as_nanos() as f64 / 1000.0;
+        json!({
+            "name": name, "cat": category, "ph": "X", "pid": 1, "tid": thread(span.row),
+            "ts": microseconds(span.begin), "dur": microseconds(span.length),
+        })
+    }));
+    let document = json!({
+        "displayTimeUnit": "ms",
+        "otherData": { "version": env!("CARGO_PKG_VERSION"), "spans_without_room": trace.dropped() },
+        "traceEvents": events,
+    });
+    let mut text =
+        serde_json::to_string(&document).map_err(|source| ResultsError::Json { path: path.to_owned(), source })?;
+    text.push('\n');
+    Ok(text)
+}
+
+/// Folded stacks of a run that has ended. What no stage has is its phase's own, what no phase has is the run's own.
+pub fn folded_stacks(trace: &Trace) -> String {
+    let microseconds = |time: std::time::Duration| u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
+    let mut text = String::new();
+    let mut line = |stack: &str, time: u64| {
+        if time > 0 {
+            text.push_str(&format!("{stack} {time}\n"));
+        }
+    };
+    let mut left = microseconds(trace.wall());
+    for phase in Phase::ALL {
+        let name = format!("tyrewave;run;{}", phase.title());
+        let whole = microseconds(trace.phase_time(phase)).min(left);
+        let mut own = whole;
+        for stage in Stage::ALL {
+            let time = microseconds(trace.stage_time(phase, stage)).min(own);
+            let outer = stage.part_of().map_or(String::new(), |outer| format!("{};", outer.title()));
+            line(&format!("{name};{outer}{}", stage.title()), time);
+            own -= time;
+        }
+        line(&name, own);
+        left -= whole;
+    }
+    line("tyrewave;run", left);
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+    use crate::meter::{Meter, Spent, Watch};
+
+    fn busy(microseconds: u64) {
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_micros(microseconds) {
+            std::hint::black_box(begin);
+        }
+    }
+
+    /// A run of 300 steps.
+    fn meter() -> Meter {
+        let mut meter = Meter::new(Watch { trace: true, ..Watch::EVERY });
+        let open = meter.open();
+        busy(600);
+        meter.time(Stage::Axle, || busy(300));
+        meter.close_shared(open, &[(Stage::Influence, 0.75), (Stage::Fit, 0.25)]);
+        meter.trace_mut().unwrap().expect_steps(0, 300);
+        meter.enter(Phase::Contact);
+        for step in 0..300 {
+            meter.begin_step(step);
+            let begin = Instant::now();
+            busy(10);
+            let wall = begin.elapsed();
+            meter.add_in_steps(Stage::ActiveSet, Spent { wall: wall / 2, ..Spent::default() });
+            meter.add_in_steps(Stage::Factorisation, Spent { wall: wall / 4, ..Spent::default() });
+            if step == 100 {
+                meter.time(Stage::RoadWait, || busy(200));
+                meter.add_background_since(Stage::Road, begin, begin.elapsed());
+            }
+            if meter.trace().unwrap().ends_block(step + 1) {
+                meter.end_block(step + 1);
+            }
+        }
+        meter.end_block(300);
+        meter.enter(Phase::Results);
+        meter.settle_steps(300);
+        meter.time(Stage::Output, || busy(100));
+        meter.trace_mut().unwrap().end();
+        meter
+    }
+
+    #[test]
+    fn folded_stacks_add_up_to_the_wall_time_and_stages_to_the_tables() {
+        let meter = meter();
+        let trace = meter.trace().unwrap();
+        let text = folded_stacks(trace);
+        let times: Vec<(&str, u64)> = text
+            .lines()
+            .map(|line| line.rsplit_once(' ').unwrap())
+            .map(|(stack, time)| (stack, time.parse().unwrap()))
+            .collect();
+        assert_eq!(times.iter().map(|(_, time)| time).sum::<u64>(), trace.wall().as_micros() as u64, "{text}");
+        for stage in Stage::ALL {
+            let in_stacks: u64 =
+                times.iter().filter(|(stack, _)| stack.ends_with(stage.title())).map(|(_, time)| time).sum();
+            let in_table = meter.cost(stage).wall.as_micros() as u64;
+            assert!(
+                in_stacks.abs_diff(in_table) <= Phase::ALL.len() as u64,
+                "{stage:?} {in_stacks} {in_table}\n{text}"
+            );
+        }
+        assert!(times.iter().any(|(stack, _)| *stack == "tyrewave;run;contact;search the active set;factorise"));
+    }
+
+    #[test]
+    fn a_file_takes_its_name_when_it_is_complete_and_leaves_nothing_otherwise() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = || fs::read_dir(folder.path()).unwrap().count();
+        let path = folder.path().join("trace.json");
+        let pending = PendingFile::create(&path).unwrap();
+        assert!(!path.exists() && names() == 1);
+        drop(pending);
+        assert_eq!(names(), 0);
+        PendingFile::create(&path).unwrap().complete("{}").unwrap();
+        assert_eq!((fs::read_to_string(&path).unwrap().as_str(), names()), ("{}", 1));
+        for wrong in [folder.path().to_owned(), folder.path().join("none/trace.json")] {
+            assert!(matches!(PendingFile::create(&wrong), Err(ResultsError::Create { .. })), "{}", wrong.display());
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Performance as it is recorded: every workload finds what it must and takes what the committed record says; a planted slowdown is found, none is found where there is none.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+use serde_json::Value;
+use tyrewave::meter::machine::instruction_set;
+use tyrewave::pipeline::{Plan, Run};
+use tyrewave::profile::changes::{AcceptedChanges, differences};
+use tyrewave::profile::record::RecordedWorkload;
+use tyrewave::profile::{Record, Workload, measure};
+use tyrewave::scene::History;
+
+fn folder() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The committed record of this processor's instructions, or else any: rounding may differ then.
+fn committed() -> Record {
+    let records = folder().join("profiles/record");
+    Record::read(&Record::place(&records, instruction_set())).unwrap_or_else(|_| {
+        println!("no record for {}: discrete counters may be 1 % off", instruction_set());
+        Record::read(&Record::place(&records, "x86-64-v3")).unwrap()
+    })
+}
+
+#[test]
+fn every_workload_is_right_and_takes_what_the_record_says() {
+    let record = committed();
+    let accepted = AcceptedChanges::read(&folder().join("profiles/accepted.toml")).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut unexplained = Vec::new();
+    assert_eq!(record.workloads.len(), Workload::ALL.len());
+    for workload in Workload::ALL {
+        let measurement = pool.install(|| measure(workload, &AtomicBool::new(false))).unwrap();
+        let name = workload.name();
+        println!(
+            "{name}: {} = {}, off by {:.1e}",
+            measurement.found.what,
+            measurement.found.value,
+            measurement.found.error()
+        );
+        assert!(measurement.found.is_right(), "{name}: {:?}", measurement.found);
+        assert!(!measurement.counters.is_empty() && !measurement.blocks.is_empty(), "{measurement:?}");
+        let other = record.stamp.instruction_set != measurement.instruction_set;
+        let found = RecordedWorkload::new(&[measurement], None);
+        for difference in differences(name, &record.workloads[name], &found, &accepted, other) {
+            println!("{name}: {difference:?}");
+            if difference.explained.is_none() {
+                unexplained
+                    .push(format!("{name}: {} was {}, is {}", difference.counter, difference.from, difference.to));
+            }
+        }
+    }
+    assert!(
+        unexplained.is_empty(),
+        "work has changed: {unexplained:#?}\nIf it should, say why in profiles/accepted.toml, or record again with `tyrewave profile record`."
+    );
+}
+
+#[test]
+#[ignore = "half a minute"]
+fn the_workloads_must_find_what_the_other_history_finds() {
+    let mut wrong = Vec::new();
+    for workload in Workload::ALL {
+        let Some(mut loaded) = workload.scene().unwrap() else { continue };
+        let numerics = &mut loaded.scene.numerics;
+        // All of the past by the sum; a tight fit against the sum itself.
+        (numerics.history, numerics.memory, numerics.pole_tolerance) = match numerics.history {
+            // The sum takes minutes for a rule of two stages.
+            History::Modal if workload == Workload::HighSpeed => (History::Modal, 0.7, 1e-7),
+            // After one second nothing is left of a force.
+            History::Modal => {
+                (History::Direct, (loaded.scene.rolling.warm_up + loaded.scene.rolling.duration).min(1.0), 1e-5)
+            }
+            History::Direct => (History::Modal, 0.7, 1e-6),
+        };
+        let begin = std::time::Instant::now();
+        let plan = Plan::of(&loaded);
+        let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+        while run.step().unwrap().is_some() {}
+        let results = run.finish();
+        let truth = workload.truth();
+        let value =
+            if workload == Workload::Smooth { results.mean_force } else { results.rms_force_variation }.unwrap();
+        println!("{}: {} = {value}, {:.1} s", workload.name(), truth.what, begin.elapsed().as_secs_f64());
+        if (value - truth.expected).abs() > 1e-9 * value {
+            wrong.push(format!("{}: {value} instead of {}", workload.name(), truth.expected));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// The program of this build.
+fn program() -> PathBuf {
+    PathBuf::from(env!("CARGO_BIN_EXE_tyrewave"))
+}
+
+/// Compares two programs with the defaults; exit code and verdict.
+fn compared(first: &Path, second: &Path, place: &Path) -> (i32, Value, String) {
+    let json = place.join("verdict.json");
+    let mut command = Command::new(program());
+    command.args(["profile", "compare", "--quiet", "--accepted", "profiles/accepted.toml"]);
+    let output = command.arg(first).arg(second).arg("--json").arg(&json).current_dir(folder()).output().unwrap();
+    let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let verdict =
+        serde_json::from_str(&fs::read_to_string(&json).unwrap_or_default()).unwrap_or_else(|_| panic!("{text}"));
+    (output.status.code().unwrap(), verdict, text)
+}
+
+/// Stages that a verdict calls changed: workload, stage, change, ratio.
+fn changed(verdict: &Value) -> Vec<(String, String, String, f64)> {
+    let workloads = verdict["workloads"].as_array().unwrap().iter();
+    let stages = workloads.flat_map(|workload| {
+        let name = workload["workload"].as_str().unwrap();
+        workload["stages"].as_array().unwrap().iter().map(move |stage| {
+            let text = |key: &str| stage[key].as_str().unwrap().to_owned();
+            (name.to_owned(), text("stage"), text("change"), stage["ratio"]["median"].as_f64().unwrap())
+        })
+    });
+    stages.filter(|(_, _, change, _)| change == "slower" || change == "faster").collect()
+}
+
+#[test]
+#[ignore = "an hour with --release: twenty comparisons"]
+fn an_unchanged_program_passes_twenty_comparisons() {
+    let place = tempfile::tempdir().unwrap();
+    // Another file of the same program, so that nothing is shared.
+    let copy = place.path().join("copy");
+    fs::copy(program(), &copy).unwrap();
+    for comparison in 1..=20 {
+        let (code, verdict, text) = compared(&program(), &copy, place.path());
+        println!("comparison {comparison}:\n{text}");
+        assert_eq!((code, changed(&verdict)), (0, Vec::new()), "{text}");
+    }
+}
+
+/// A copy of the sources with one place of one file changed, built like the program.
+fn with(file: &str, place: &str, planted: &str) -> PathBuf {
+    let copy = folder().join("target/planted");
+    let sources = copy.join("source");
+    let _ = fs::remove_dir_all(&sources);
+    fs::create_dir_all(&sources).unwrap();
+    for name in ["src", "scenes", "benches", "Cargo.toml", "Cargo.lock", "README.md"] {
+        assert!(Command::new("cp").arg("-r").arg(folder().join(name)).arg(&sources).status().unwrap().success());
+    }
+    let path = sources.join(file);
+    let text = fs::read_to_string(&path).unwrap();
+    assert_eq!(text.matches(place).count(), 1, "{file} has changed: {place}");
+    fs::write(&path, text.replace(place, planted)).unwrap();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo
+        .args(["build", "--release", "--bin", "tyrewave", "--target-dir"])
+        .arg(copy.join("target"))
+        .current_dir(&sources);
+    assert!(cargo.status().unwrap().success());
+    copy.join("target/release/tyrewave")
+}
+
+#[test]
+#[ignore = "a quarter of an hour with --release: builds the program with a stage 5 % slower, twice"]
+fn a_stage_that_takes_five_percent_longer_is_found_and_named() {
+    let place = tempfile::tempdir().unwrap();
+    let plants = [
+        (
+            "history",
+            "src/contact/history/modes.rs",
+            "groups.par_iter_mut().with_min_len(least).for_each(|group| advance(group, rows));\n",
+            "let planted = Instant::now();\n\
+             groups.par_iter_mut().with_min_len(least).for_each(|group| advance(group, rows));\n\
+             let until = planted.elapsed().mul_f64(1.05);\nwhile planted.elapsed() < until {}\n",
+        ),
+        (
+            "active_set",
+            "src/contact/march.rs",
+            "self.totals.search_time += after_slices.elapsed();\n",
+            "let until = after_slices.elapsed().mul_f64(1.05);\nwhile after_slices.elapsed() < until {}\n\
+             self.totals.search_time += after_slices.elapsed();\n",
+        ),
+    ];
+    for (stage, file, text, planted) in plants {
+        let slower = with(file, text, planted);
+        let (code, verdict, text) = compared(&program(), &slower, place.path());
+        println!("5 % longer: {stage}\n{text}");
+        assert_eq!(code, 1, "{text}");
+        let found = changed(&verdict);
+        assert!(
+            found
+                .iter()
+                .any(|(_, name, change, ratio)| name == stage && change == "slower" && (1.02..1.09).contains(ratio)),
+            "{text}"
+        );
+        // Another build may lay other stages out otherwise, but nothing else is as much slower everywhere.
+        let others: Vec<_> = found.iter().filter(|(_, name, change, _)| name != stage && change == "slower").collect();
+        assert!(others.is_empty(), "{others:?}");
+    }
+}

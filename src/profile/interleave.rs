@@ -110,10 +110,10 @@ impl Pairs {
     }
 
     /// Blocks of a stage, run by run, of both.
-    pub fn blocks<'a>(&'a self, stage: &str) -> (Vec<&'a [u64]>, Vec<&'a [u64]>) {
-        let of = |runs: &'a [Measurement]| -> Vec<&'a [u64]> {
+    pub fn blocks<'a>(&'a self, stage: &str) -> [Vec<&'a [Option<u64>]>; 2] {
+        let of = |runs: &'a [Measurement]| -> Vec<&'a [Option<u64>]> {
             runs.iter().map(|run| run.blocks.get(stage).map_or(&[][..], Vec::as_slice)).collect()
         };
-        (of(&self.first), of(&self.second))
+        [of(&self.first), of(&self.second)]
     }
 }

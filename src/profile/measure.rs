@@ -37,9 +37,9 @@ pub struct Measurement {
     pub counters: BTreeMap<String, u64>,
     /// The physical value.
     pub found: Found,
-    /// Time of every block by stage \[ns\].
+    /// Time of every block by stage \[ns\]; `None` where others had the processor and it cannot be said in which stage.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub blocks: BTreeMap<String, Vec<u64>>,
+    pub blocks: BTreeMap<String, Vec<Option<u64>>>,
 }
 
 /// A physical value beside what it must be.
@@ -95,6 +95,21 @@ impl BlockClock {
     }
 }
 
+/// Part of a block that others may have taken without disturbing it.
+const LITTLE: f64 = 0.02;
+
+/// Times of the stages of a block less what others took of it, all \[ns\]. What was taken was taken from the stage that makes nearly all of the block; if none does, the block is of no use.
+fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
+    let all: u64 = times.iter().sum();
+    if taken as f64 <= LITTLE * all as f64 {
+        return Some(times);
+    }
+    let longest = times.iter_mut().max()?;
+    let rest = all - *longest;
+    *longest = longest.saturating_sub(taken);
+    (rest as f64 <= LITTLE * *longest as f64).then_some(times)
+}
+
 /// Does a workload on this thread: times are this thread's, so the pool should have no other.
 ///
 /// # Errors
@@ -136,13 +151,10 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
     while run.step().map_err(failed)?.is_some() {
         if run.next_step().is_multiple_of(STEPS_OF_A_BLOCK) {
             let now = run.spent();
-            for (((_, blocks), now), before) in blocks.iter_mut().zip(now).zip(before) {
-                blocks.push(nanoseconds(now - before));
-            }
-            // Where most of the time was, most of what was taken from it will have been.
-            let lasts = blocks.iter_mut().filter_map(|(_, blocks)| blocks.last_mut());
-            if let Some(longest) = lasts.max_by_key(|time| **time) {
-                *longest = longest.saturating_sub(clock.taken());
+            let times = now.iter().zip(before).map(|(now, before)| nanoseconds(*now - before)).collect();
+            let times = undisturbed(times, clock.taken());
+            for (block, (_, blocks)) in blocks.iter_mut().enumerate() {
+                blocks.push(times.as_ref().map(|times| times[block]));
             }
             (before, clock) = (run.spent(), BlockClock::start());
             if stop.load(Ordering::Relaxed) {
@@ -161,7 +173,7 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
         instruction_set: instruction_set().to_owned(),
         counters,
         found: Found::new(workload.truth(), force(workload, &results)),
-        blocks: blocks.into_iter().filter(|(_, blocks)| blocks.iter().any(|&time| time > 0)).collect(),
+        blocks: blocks.into_iter().filter(|(_, blocks)| blocks.iter().flatten().any(|&time| time > 0)).collect(),
     })
 }
 
@@ -192,7 +204,7 @@ fn compliance() -> Result<Measurement, ProfileError> {
             values.clear();
             let clock = BlockClock::start();
             sum.faces(n, &at, Field::Surface, &mut values);
-            blocks.push(clock.nanoseconds());
+            blocks.push(Some(clock.nanoseconds()));
             evaluations += values.iter().map(|value| value.evaluations).sum::<u64>();
             if round == 0 {
                 // The farthest from one.
@@ -224,7 +236,7 @@ fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
     for _ in 0..ROUNDS {
         let clock = BlockClock::start();
         let fitted = fit_unless_stopped(&tyre, &options, stop)?;
-        blocks.push(clock.nanoseconds());
+        blocks.push(Some(clock.nanoseconds()));
         model = Some(fitted);
     }
     let Some(model) = model else { return Err(ProfileError::Interrupted) };
@@ -254,4 +266,18 @@ fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
         found: Found::new(workload.truth(), 1.0 + worst),
         blocks: [(name(&Stage::Fit), blocks)].into(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_others_took_is_taken_off_where_it_is_known_from_which_stage() {
+        assert_eq!(undisturbed(vec![100, 0, 900], 10), Some(vec![100, 0, 900]));
+        assert_eq!(undisturbed(vec![100, 0, 900], 300), None);
+        assert_eq!(undisturbed(vec![10, 0, 990], 300), Some(vec![10, 0, 690]));
+        assert_eq!(undisturbed(vec![10, 0, 990], 800), None);
+        assert_eq!(undisturbed(Vec::new(), 5), None);
+    }
 }

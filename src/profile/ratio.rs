@@ -1,7 +1,7 @@
 //! What interleaved times of two programs say.
 //!
-//! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times the median of the same block over all runs of both programs: what another process took of the
-//!    processor falls into few blocks, and is left out wherever it fell.
+//! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times its usual time, the median of the same block over all runs of both programs. Blocks in which others
+//!    had the processor are left out, and those that are left stand for them: the sum is scaled by the usual times of all blocks over those of the blocks that count.
 //! 2. Runs that stand side by side are a pair; what drifts more slowly than that divides out of their ratio.
 //! 3. The median of the ratios has an interval of order statistics: x_(k) ... x_(n+1-k) holds it with probability 1 - 2 P(B(n, 1/2) < k), whatever the distribution
 //!    (W. J. Conover, *Practical Nonparametric Statistics*, section 3.2). Nothing is assumed but that pairs are independent.
@@ -9,7 +9,7 @@
 use serde::Serialize;
 
 /// Blocks longer than so many medians were disturbed.
-pub const CUT: f64 = 1.2;
+pub const CUT: f64 = 1.3;
 
 /// A ratio of times with its interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -72,17 +72,27 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\] (runs x blocks).
-pub fn stage_times(first: &[&[u64]], second: &[&[u64]]) -> (Vec<f64>, Vec<f64>) {
+/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\] (runs x blocks; `None`: disturbed).
+pub fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
     let all = || first.iter().chain(second);
-    let blocks = first.first().map_or(0, |run| run.len());
-    // Programs that do not go by the same blocks have no common medians.
-    let usual: Option<Vec<f64>> = all().all(|run| run.len() == blocks).then(|| {
-        (0..blocks).map(|block| median(&mut all().map(|run| run[block] as f64).collect::<Vec<_>>())).collect()
-    });
-    let seconds = |run: &&[u64]| match &usual {
-        Some(usual) => 1e-9 * run.iter().zip(usual).map(|(&time, usual)| (time as f64).min(CUT * usual)).sum::<f64>(),
-        None => 1e-9 * run.iter().sum::<u64>() as f64,
+    let blocks = all().map(|run| run.len()).max().unwrap_or(0);
+    let of = |run: &&[Option<u64>], block: usize| run.get(block).copied().flatten().map(|time| time as f64);
+    let usual: Vec<f64> = (0..blocks)
+        .map(|block| {
+            let mut times: Vec<f64> = all().filter_map(|run| of(run, block)).collect();
+            if times.is_empty() { 0.0 } else { median(&mut times) }
+        })
+        .collect();
+    let whole: f64 = usual.iter().sum();
+    let seconds = |run: &&[Option<u64>]| {
+        let (mut found, mut stands_for) = (0.0, 0.0);
+        for (block, usual) in usual.iter().enumerate() {
+            if let Some(time) = of(run, block) {
+                found += time.min(CUT * usual);
+                stands_for += usual;
+            }
+        }
+        1e-9 * found * whole / stands_for
     };
     (first.iter().map(seconds).collect(), second.iter().map(seconds).collect())
 }
@@ -105,12 +115,13 @@ mod tests {
     }
 
     /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much longer than a block.
-    fn run(rng: &mut ChaCha8Rng, factor: f64, drift: f64) -> Vec<u64> {
+    fn run(rng: &mut ChaCha8Rng, factor: f64, drift: f64) -> Vec<Option<u64>> {
         (0..100)
             .map(|block| {
                 let usual = 1e6 * (1.0 + f64::from(block % 7)) * factor * drift;
-                let interrupted = if rng.random::<f64>() < 0.15 { 4e6 } else { 0.0 };
-                (usual * (1.0 + 0.05 * rng.random::<f64>()) + interrupted) as u64
+                let interrupted = if rng.random::<f64>() < 0.1 { 4e6 } else { 0.0 };
+                let known = rng.random::<f64>() < 0.2;
+                (!known).then_some((usual * (1.0 + 0.05 * rng.random::<f64>()) + interrupted) as u64)
             })
             .collect()
     }
@@ -126,8 +137,8 @@ mod tests {
             first.push(of(1.0));
             second.push(of(factor));
         }
-        let first: Vec<&[u64]> = first.iter().map(Vec::as_slice).collect();
-        let second: Vec<&[u64]> = second.iter().map(Vec::as_slice).collect();
+        let first: Vec<&[Option<u64>]> = first.iter().map(Vec::as_slice).collect();
+        let second: Vec<&[Option<u64>]> = second.iter().map(Vec::as_slice).collect();
         let (a, b) = stage_times(&first, &second);
         Ratio::new(&a, &b, 1e-3)
     }

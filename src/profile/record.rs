@@ -49,7 +49,7 @@ impl RecordedWorkload {
         let Some(first) = measured.first() else { return Self::default() };
         let stages = first.blocks.keys();
         let share = |stage: &String, measurement: &Measurement| {
-            let of = |blocks: &Vec<u64>| blocks.iter().sum::<u64>() as f64;
+            let of = |blocks: &Vec<Option<u64>>| blocks.iter().flatten().sum::<u64>() as f64;
             measurement.blocks.get(stage).map_or(0.0, of) / measurement.blocks.values().map(of).sum::<f64>()
         };
         let shares = stages.map(|stage| {
@@ -116,7 +116,10 @@ mod tests {
     fn a_record_comes_back_and_nonsense_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/record.json");
-        let blocks = BTreeMap::from([("history".to_owned(), vec![30, 45]), ("road".to_owned(), vec![20, 5])]);
+        let blocks = BTreeMap::from([
+            ("history".to_owned(), vec![Some(30), Some(45), None]),
+            ("road".to_owned(), vec![Some(20), Some(5), None]),
+        ]);
         let counters = BTreeMap::from([("steps".to_owned(), 7)]);
         let found = Found { what: "force".into(), value: 1.5, expected: 1.5, tolerance: 1e-6 };
         let measurement = Measurement { workload: "rough".into(), counters, found, blocks, ..Measurement::default() };

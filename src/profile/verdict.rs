@@ -227,7 +227,7 @@ fn times(pairs: &Pairs) -> (Ratio, Vec<StageVerdict>) {
     let names = pairs.first[0].blocks.keys().filter(|stage| pairs.second[0].blocks.contains_key(*stage));
     let stages: Vec<(String, Vec<f64>, Vec<f64>)> = names
         .map(|stage| {
-            let (first, second) = pairs.blocks(stage);
+            let [first, second] = pairs.blocks(stage);
             let (first, second) = stage_times(&first, &second);
             (stage.clone(), first, second)
         })

@@ -68,7 +68,7 @@ fn a_profiled_run_has_the_same_bytes_and_files_that_agree_with_its_table() {
 }
 
 fn check_table(text: &str) {
-    for column in ["calls", "wall", "share", "cpu", "idle", "peak", "Gflop/s of", "GB/s of"] {
+    for column in ["calls", "wall", "share", "cpu", "idle", "peak", "all steps together", "Gflop/s of", "GB/s of"] {
         assert!(text.contains(column), "{column}: {text}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 120), "{text}");

@@ -81,7 +81,9 @@ fn wait_for(run: &mut Child, mut condition: impl FnMut() -> bool) {
 fn timeless(folder: &Path) -> Value {
     let mut summary = read_summary(folder);
     let cost = summary["cost"].as_object_mut().unwrap();
-    for key in ["wall_seconds", "cpu_seconds", "idle_share", "threads", "stages", "rates", "peak_memory", "planned"] {
+    for key in
+        ["wall_seconds", "cpu_seconds", "idle_share", "threads", "steps", "stages", "rates", "peak_memory", "planned"]
+    {
         cost.remove(key).unwrap();
     }
     // None of a tyre that an earlier run has fitted.

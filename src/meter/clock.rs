@@ -3,14 +3,14 @@
 use std::ops::{AddAssign, SubAssign};
 use std::time::{Duration, Instant};
 
-use super::process::cpu_time;
+use super::process::thread_cpu_time;
 
 /// Which clocks are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clocks {
     /// Wall time.
     pub wall: bool,
-    /// Processor time of the whole process, beside wall time.
+    /// Processor time of the calling thread, beside wall time: over microseconds that of others is not known, see [`super::process::cpu_time`].
     pub cpu: bool,
 }
 
@@ -26,7 +26,7 @@ pub struct Spent {
     pub wall: Duration,
     /// Wall time of the part over which processor time was measured.
     pub watched: Duration,
-    /// Processor time of all threads over that part.
+    /// Processor time over that part.
     pub cpu: Duration,
 }
 
@@ -64,12 +64,6 @@ impl Spent {
     }
 }
 
-/// Processor time of the process; asked for twice, because the first answer may lack what other threads have done lately (Linux 6.18: up to 8 ms, which the second one has).
-fn fresh_cpu_time() -> Option<Duration> {
-    cpu_time()?;
-    cpu_time()
-}
-
 /// Clocks that go from one piece of work to the next.
 #[derive(Clone, Copy, Debug)]
 pub struct Laps {
@@ -80,7 +74,7 @@ pub struct Laps {
 impl Laps {
     /// Starts the clocks that are to be read.
     pub fn begin(clocks: Clocks) -> Self {
-        let cpu = if clocks.cpu { fresh_cpu_time() } else { None };
+        let cpu = if clocks.cpu { thread_cpu_time() } else { None };
         // Last, so that the system call is no part of the first lap's wall time.
         Self { wall: clocks.wall.then(Instant::now), cpu }
     }
@@ -92,11 +86,11 @@ impl Laps {
         let wall = now - last;
         self.wall = Some(now);
         let Some(before) = self.cpu else { return Spent { wall, ..Spent::default() } };
-        let cpu = fresh_cpu_time();
+        let cpu = thread_cpu_time();
         self.cpu = cpu;
         let next = Instant::now();
         self.wall = Some(next);
-        // The processor was busy in the calls, too: both times hold them.
+        // The processor was busy in the call, too: both times hold it.
         Spent { wall, watched: next - last, cpu: cpu.unwrap_or(before).saturating_sub(before) }
     }
 }
@@ -133,7 +127,7 @@ mod tests {
         busy(Duration::from_millis(20));
         let spent = laps.lap();
         assert!(spent.watched >= spent.wall);
-        assert_eq!(spent.cpu > Duration::ZERO, cpu_time().is_some());
+        assert_eq!(spent.cpu > Duration::ZERO, thread_cpu_time().is_some());
     }
 
     #[test]

@@ -72,8 +72,10 @@ pub struct StageCost {
     pub work: Work,
     /// Part of `wall` over which processor time was measured.
     pub watched: Duration,
-    /// Processor time of the whole process, all threads, over that part.
+    /// Processor time over that part: of all threads outside of the steps, of the run's own thread within them.
     pub cpu: Duration,
+    /// Part of `watched` over which it is that of all threads.
+    pub watched_all: Duration,
     /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the steps.
     pub allocations: Option<Allocations>,
     /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and where nobody looked.
@@ -81,16 +83,17 @@ pub struct StageCost {
 }
 
 impl StageCost {
-    /// Processor time of all threads over the whole stage \[s\], at the rate of the part over which it was measured.
+    /// Processor time over the whole stage \[s\], at the rate of the part over which it was measured: of all threads outside of the steps, of the run's own thread within them.
     pub fn cpu_seconds(&self) -> Option<f64> {
         let watched = self.watched.as_secs_f64();
         (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)
     }
 
-    /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0.
+    /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0. `None` for stages within the steps, too short for it.
     pub fn idle_share(&self, threads: usize) -> Option<f64> {
         let wall = self.wall.as_secs_f64();
-        self.cpu_seconds().filter(|_| wall > 0.0).map(|cpu| idle_share(cpu, wall, threads))
+        let all = self.watched_all == self.watched && wall > 0.0;
+        self.cpu_seconds().filter(|_| all).map(|cpu| idle_share(cpu, wall, threads))
     }
 
     /// Flop in a second, from the counted arithmetic; `None` where none is counted.
@@ -129,6 +132,7 @@ impl StageCost {
         self.work += other.work;
         self.add_spent(Spent { wall: other.wall, watched: other.watched, cpu: other.cpu });
         self.add_allocations(other.allocations);
+        self.watched_all += other.watched_all;
         self.peak_memory = self.peak_memory.max(other.peak_memory);
     }
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 const CHAINS: usize = 12;
 /// Multiply-adds of a chain in a trial.
 const LENGTH: usize = 50_000;
-/// Numbers that are copied: more than most caches hold.
+/// Numbers that are copied: 16 MB, more than the caches of a core hold.
 const COPIED: usize = 2 << 20;
 /// Trials, of which the fastest counts.
 const TRIALS: usize = 8;
@@ -20,7 +20,7 @@ const TRIALS: usize = 8;
 pub struct MachinePeak {
     /// Independent fused multiply-adds with the vectors that the program runs with \[flop/s\].
     pub flop_per_second: f64,
-    /// Bytes read and written by copying memory that no cache holds \[B/s\].
+    /// Bytes read and written by copying 16 MB to other 16 MB: memory, or the cache that all cores share where that is large \[B/s\].
     pub bytes_per_second: f64,
 }
 
@@ -61,7 +61,7 @@ impl WithSimd for MultiplyAdds {
     }
 }
 
-/// Best rate of copying one array to another, both in memory \[B/s, read and written\].
+/// Best rate of copying one array of 16 MB to another \[B/s, read and written\].
 pub fn copy_rate() -> f64 {
     let (from, mut to) = (vec![1.0_f64; COPIED], vec![0.0_f64; COPIED]);
     let mut best = 0.0_f64;

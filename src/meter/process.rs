@@ -12,17 +12,44 @@ pub fn resident_memory() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// Processor time that all threads of the process have taken so far, to the nanosecond; `None` where the system does not tell. A system call: half a microsecond.
-#[cfg(unix)]
+/// Processor time that all threads of the process have taken so far; `None` where the system does not tell. A system call: half a microsecond.
+///
+/// For milliseconds and more. Linux counts what another thread has done in lumps of milliseconds (measured on 6.18: over 5 us two busy threads seem to take 1.0 or 4.5 times the wall time,
+/// depending on how often is asked; 2.0 over a second).
 pub fn cpu_time() -> Option<Duration> {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Some(Duration::new(u64::try_from(time.tv_sec).ok()?, u32::try_from(time.tv_nsec).ok()?))
+    clocks::read(clocks::PROCESS)
 }
 
-/// Processor time that all threads of the process have taken so far; `None`: the system does not tell.
+/// Processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does not tell. A system call: half a microsecond.
+pub fn thread_cpu_time() -> Option<Duration> {
+    clocks::read(clocks::THREAD)
+}
+
+#[cfg(unix)]
+mod clocks {
+    use std::time::Duration;
+
+    use rustix::time::{ClockId, clock_gettime};
+
+    pub const PROCESS: ClockId = ClockId::ProcessCPUTime;
+    pub const THREAD: ClockId = ClockId::ThreadCPUTime;
+
+    pub fn read(clock: ClockId) -> Option<Duration> {
+        let time = clock_gettime(clock);
+        Some(Duration::new(u64::try_from(time.tv_sec).ok()?, u32::try_from(time.tv_nsec).ok()?))
+    }
+}
+
 #[cfg(not(unix))]
-pub fn cpu_time() -> Option<Duration> {
-    None
+mod clocks {
+    use std::time::Duration;
+
+    pub const PROCESS: () = ();
+    pub const THREAD: () = ();
+
+    pub fn read((): ()) -> Option<Duration> {
+        None
+    }
 }
 
 /// A line of Linux' account of the process, in kB there.
@@ -58,6 +85,6 @@ mod tests {
             std::hint::black_box(begin);
         }
         // Other tests of the process may have worked, too; a busy machine may have given this one little.
-        assert!(cpu_time().unwrap() > before);
+        assert!(cpu_time().unwrap() > before && thread_cpu_time().unwrap() > Duration::ZERO);
     }
 }

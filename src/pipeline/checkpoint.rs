@@ -72,12 +72,16 @@ fn encode(identity: &Identity, run: &Run, wall: Duration, cpu: Option<Duration>)
     state.text(&influence_digest(&run.prepared));
     state.counts(&[nanoseconds(wall), cpu.map_or(0, nanoseconds)]);
     let (in_steps, timed_steps) = run.meter.unsettled();
+    let steps = run.meter.steps();
     state.count(timed_steps);
+    state.counts(&[steps.wall, steps.watched, steps.cpu].map(nanoseconds));
     for (stage, spent) in Stage::ALL.into_iter().zip(in_steps) {
-        let StageCost { calls, wall, background, work, watched, cpu, allocations, peak_memory } = run.meter.cost(stage);
+        let cost = run.meter.cost(stage);
+        let StageCost { calls, wall, background, work, watched, cpu, watched_all, allocations, peak_memory } = cost;
         let Work { multiply_adds, bytes } = work;
         state.counts(&[calls, multiply_adds, bytes]);
-        state.counts(&[wall, background, watched, cpu, spent.wall, spent.watched, spent.cpu].map(nanoseconds));
+        state.counts(&[wall, background, watched, cpu, watched_all].map(nanoseconds));
+        state.counts(&[spent.wall, spent.watched, spent.cpu].map(nanoseconds));
         // Nothing is what is not known.
         let Allocations { count, bytes } = allocations.unwrap_or_default();
         state.counts(&[u64::from(allocations.is_some()), count, bytes, peak_memory.unwrap_or(0)]);
@@ -157,22 +161,30 @@ impl Checkpoint {
         let mut earlier = [0; 2];
         state.counts_into(&mut earlier)?;
         let timed_steps = state.count()?;
+        let spent = |state: &mut StateReader<'_>| -> Result<Spent, StateError> {
+            let mut times = [0; 3];
+            state.counts_into(&mut times)?;
+            let [wall, watched, cpu] = times.map(Duration::from_nanos);
+            Ok(Spent { wall, watched, cpu })
+        };
+        run.meter.add_steps(spent(state)?);
         let mut in_steps = [Spent::default(); Stage::ALL.len()];
         for (stage, in_steps) in Stage::ALL.into_iter().zip(&mut in_steps) {
-            let (mut counts, mut times, mut memory) = ([0; 3], [0; 7], [0; 4]);
+            let (mut counts, mut times, mut memory) = ([0; 3], [0; 5], [0; 4]);
             state.counts_into(&mut counts)?;
             state.counts_into(&mut times)?;
+            *in_steps = spent(state)?;
             state.counts_into(&mut memory)?;
             let [calls, multiply_adds, bytes] = counts;
             let work = Work { multiply_adds, bytes };
             let times = times.map(Duration::from_nanos);
-            let [wall, background, watched, cpu, step_wall, step_watched, step_cpu] = times;
+            let [wall, background, watched, cpu, watched_all] = times;
             let [counted, count, bytes, peak] = memory;
             let allocations = (counted > 0).then_some(Allocations { count, bytes });
             let peak_memory = (peak > 0).then_some(peak);
-            let earlier = StageCost { calls, wall, background, work, watched, cpu, allocations, peak_memory };
+            let earlier =
+                StageCost { calls, wall, background, work, watched, cpu, watched_all, allocations, peak_memory };
             run.meter.add_cost(stage, earlier);
-            *in_steps = Spent { wall: step_wall, watched: step_watched, cpu: step_cpu };
         }
         run.meter.add_unsettled(&in_steps, timed_steps);
         let mut counts = [0; Counter::ALL.len()];

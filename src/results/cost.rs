@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use crate::meter::process::peak_memory;
-use crate::meter::{Counter, MachinePeak, Meter, Stage, idle_share};
+use crate::meter::{Counter, MachinePeak, Meter, Spent, Stage, idle_share};
 
 /// Stage times, counters and rates. Numbers that were not measured are `null`.
 #[derive(Clone, Debug, Serialize)]
@@ -25,6 +25,8 @@ pub struct Cost {
     pub planned: Option<Planned>,
     /// Share of the time steps that were timed, in blocks: the times of stages within the steps are theirs, taken for all.
     pub share_of_steps_timed: f64,
+    /// All steps together.
+    pub steps: StepsRecord,
     /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a part of it.
     pub stages: StageCosts,
     /// Rates of what was counted.
@@ -73,6 +75,26 @@ impl Rates {
     }
 }
 
+/// All steps of a run together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StepsRecord {
+    /// Wall time \[s\].
+    pub seconds: f64,
+    /// Processor time of all threads \[s\].
+    pub cpu_seconds: Option<f64>,
+    /// Share of the threads' time in which they had nothing to do.
+    pub idle_share: Option<f64>,
+}
+
+impl StepsRecord {
+    fn of(meter: &Meter, threads: usize) -> Self {
+        let Spent { wall, watched, cpu } = meter.steps();
+        let (seconds, watched) = (wall.as_secs_f64(), watched.as_secs_f64());
+        let cpu_seconds = (watched > 0.0).then(|| cpu.as_secs_f64() * seconds / watched);
+        Self { seconds, cpu_seconds, idle_share: cpu_seconds.map(|cpu| idle_share(cpu, seconds, threads)) }
+    }
+}
+
 /// Cost by stage, on so many threads.
 #[derive(Clone, Debug)]
 pub struct StageCosts {
@@ -94,6 +116,7 @@ impl Cost {
             peak_memory: peak_memory(),
             planned: None,
             share_of_steps_timed: meter.timing().share_of_steps(),
+            steps: StepsRecord::of(&meter, threads),
             stages: StageCosts { meter: meter.clone(), threads },
             rates: Rates::of(&meter),
             machine_peak: None,
@@ -184,9 +207,13 @@ mod tests {
     fn what_was_measured_has_numbers_and_the_rest_is_null() {
         let mut meter = Meter::default();
         let seconds = Duration::from_secs;
-        let (watched, cpu) = (seconds(1), seconds(1));
+        let (watched, watched_all, cpu) = (seconds(1), seconds(1), seconds(1));
         let work = Work { multiply_adds: 8_000_000_000, bytes: 6_000_000_000 };
-        meter.add_cost(Stage::History, StageCost { wall: seconds(4), watched, cpu, work, ..StageCost::default() });
+        let history = StageCost { wall: seconds(4), watched, watched_all, cpu, work, ..StageCost::default() };
+        meter.add_cost(Stage::History, history);
+        // Within the steps the time of the other threads is not known.
+        let search = StageCost { wall: seconds(4), watched, cpu, ..StageCost::default() };
+        meter.add_cost(Stage::ActiveSet, search);
         let allocations = Some(Allocations { count: 7, bytes: 900 });
         let sums = StageCost { calls: 1, wall: seconds(2), allocations, peak_memory: Some(5), ..StageCost::default() };
         meter.add_cost(Stage::Influence, sums);
@@ -198,10 +225,12 @@ mod tests {
         assert_eq!((&history["cpu_seconds"], &history["idle_share"]), (&json!(4.0), &json!(0.5)));
         assert_eq!((&history["flop_per_second"], &history["bytes_per_second"]), (&json!(4e9), &json!(1.5e9)));
         assert_eq!((&history["allocations"], &history["peak_memory"]), (&Value::Null, &Value::Null));
+        let search = &value["stages"]["active_set"];
+        assert_eq!((&search["cpu_seconds"], &search["idle_share"]), (&json!(4.0), &Value::Null));
         let influence = &value["stages"]["influence"];
         assert_eq!((&influence["allocations"], &influence["allocated_bytes"]), (&json!(7), &json!(900)));
         assert_eq!((&influence["peak_memory"], &influence["cpu_seconds"]), (&json!(5), &Value::Null));
-        assert_eq!(value["rates"], json!({ "compliance_evaluation_ns": 2000.0, "step_us": 40.0 }));
+        assert_eq!(value["rates"], json!({ "compliance_evaluation_ns": 2000.0, "step_us": 80.0 }));
         assert_eq!((&value["cpu_seconds"], &value["idle_share"]), (&json!(15.0), &json!(0.25)));
         assert_eq!((&value["machine_peak"], &value["share_of_steps_timed"]), (&Value::Null, &json!(0.0625)));
     }

@@ -99,7 +99,13 @@ fn stages(cost: &Cost) -> String {
         (run[5], run[6]) = (cost.cpu_seconds.map_or(String::new(), seconds), idle(cost.idle_share));
         run[9] = megabytes(cost.peak_memory);
     }
-    rows.extend([rest("everything else", (wall - staged).max(0.0)), run]);
+    rows.push(rest("everything else", (wall - staged).max(0.0)));
+    if meter.watches_closely() && cost.steps.seconds > 0.0 {
+        let mut steps = rest("all steps together", cost.steps.seconds);
+        (steps[5], steps[6]) = (cost.steps.cpu_seconds.map_or(String::new(), seconds), idle(cost.steps.idle_share));
+        rows.push(steps);
+    }
+    rows.push(run);
     let shown: Vec<usize> =
         (0..COLUMNS.len()).filter(|&column| rows.iter().any(|row| !row[column].is_empty())).collect();
     let header: Vec<&str> = shown.iter().map(|&column| COLUMNS[column]).collect();

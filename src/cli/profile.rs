@@ -60,7 +60,7 @@ pub struct RecordArguments {
     /// Folder of the records.
     #[arg(long, value_name = "FOLDER", default_value = RECORDS)]
     pub out: PathBuf,
-    /// Do not count instructions, even if valgrind is there (it takes a few minutes).
+    /// Do not count instructions, even if valgrind is there (it takes some minutes).
     #[arg(long)]
     pub no_instructions: bool,
 }
@@ -73,7 +73,7 @@ pub struct CompareArguments {
     /// A record (.json) or a program to judge; default: this program.
     pub second: Option<PathBuf>,
     /// Pairs of runs in a batch, when two programs are compared.
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(12..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(12..=1000))]
     pub pairs: u32,
     /// Only these workloads.
     #[arg(long = "workload", value_name = "NAME", value_parser = workload)]
@@ -150,7 +150,11 @@ impl RecordArguments {
             }
             let recorded = RecordedWorkload::new(&measured, None);
             native.insert(workload.name().to_owned(), recorded.clone());
-            if counts && let Some((count, by_tool)) = instructions::count(&program, workload) {
+            let by_tool = if counts { instructions::count(&program, workload) } else { None };
+            if context.interrupt.flag().load(Ordering::Relaxed) {
+                return Err(ProfileError::Interrupted.into());
+            }
+            if let Some((count, by_tool)) = by_tool {
                 let set = by_tool.instruction_set.clone();
                 let shares = recorded.shares.clone();
                 let recorded = RecordedWorkload { shares, ..RecordedWorkload::new(&[by_tool], Some(count)) };

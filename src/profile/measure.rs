@@ -226,20 +226,14 @@ fn compliance() -> Result<Measurement, ProfileError> {
     })
 }
 
-/// Fits from nothing, checked between the points that were fitted.
+/// A fit from nothing, checked between the points that were fitted.
 fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
     const ELEMENTS: usize = 32;
-    const ROUNDS: usize = 3;
     let tyre = default_tyre()?;
     let options = FitOptions::new(&tyre, ELEMENTS, 80.0 / 3.6).with_tolerance(1e-4);
-    let (mut blocks, mut model) = (Vec::new(), None);
-    for _ in 0..ROUNDS {
-        let clock = BlockClock::start();
-        let fitted = fit_unless_stopped(&tyre, &options, stop)?;
-        blocks.push(Some(clock.nanoseconds()));
-        model = Some(fitted);
-    }
-    let Some(model) = model else { return Err(ProfileError::Interrupted) };
+    let clock = BlockClock::start();
+    let model = fit_unless_stopped(&tyre, &options, stop)?;
+    let blocks = vec![Some(clock.nanoseconds())];
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, ELEMENTS), Truncation::Tail, 1e-8, options.top);
     let mut worst = 0.0_f64;
     for n in 0..=ELEMENTS / 2 {
@@ -254,11 +248,8 @@ fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
         worst = samples.iter().map(error).fold(worst, f64::max);
     }
     let workload = Workload::Influence;
-    let rounds = ROUNDS as u64;
-    let counters = [
-        (name(&Counter::ComplianceEvaluations), rounds * model.evaluations()),
-        (name(&Counter::Poles), model.order() as u64),
-    ];
+    let counters =
+        [(name(&Counter::ComplianceEvaluations), model.evaluations()), (name(&Counter::Poles), model.order() as u64)];
     Ok(Measurement {
         workload: workload.name().to_owned(),
         instruction_set: instruction_set().to_owned(),

@@ -111,6 +111,52 @@ fn compared(first: &Path, second: &Path, place: &Path) -> (i32, Value, String) {
     (output.status.code().unwrap(), verdict, text)
 }
 
+#[test]
+fn comparisons_end_with_the_right_exit_code() {
+    let place = tempfile::tempdir().unwrap();
+    let record = Record::place(&folder().join("profiles/record"), instruction_set());
+    let run = |arguments: &[&str]| {
+        let output = Command::new(program())
+            .args(["profile", "compare", "--quiet"])
+            .args(arguments)
+            .current_dir(folder())
+            .output();
+        let output = output.unwrap();
+        let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        (output.status.code().unwrap(), text)
+    };
+    let mistakes: [&[&str]; 4] = [
+        &["nowhere/record.json"],
+        &["nowhere/program"],
+        &["Cargo.toml", "README.md", "--workload", "walk"],
+        &["tests/layers.json"],
+    ];
+    for mistake in mistakes {
+        assert_eq!(run(mistake).0, 2, "{mistake:?}");
+    }
+    if !record.exists() {
+        println!("skipped: no record for {}", instruction_set());
+        return;
+    }
+    let (code, text) = run(&["--workload", "compliance"]);
+    assert_eq!(code, 0, "{text}");
+    // More work than recorded, and a wrong result.
+    let mut other = Record::read(&record).unwrap();
+    let compliance = other.workloads.get_mut("compliance").unwrap();
+    *compliance.counters.get_mut("compliance_evaluations").unwrap() -= 1;
+    let path = place.path().join("other.json");
+    other.write(&path).unwrap();
+    let (code, text) = run(&[path.to_str().unwrap(), "--workload", "compliance"]);
+    assert!(code == 1 && text.contains("compliance_evaluations") && text.contains("no accepted change"), "{text}");
+    other.workloads.get_mut("compliance").unwrap().found.value = 2.0;
+    other.write(&path).unwrap();
+    let (code, text) = run(&[record.to_str().unwrap(), path.to_str().unwrap(), "--workload", "compliance"]);
+    assert!(code == 1 && text.contains("wrong result"), "{text}");
+    // A program that does not measure is told apart from one that is worse.
+    let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "compliance"]);
+    assert!(code == 1 && text.contains("profile measure"), "{text}");
+}
+
 /// Stages that a verdict calls changed: workload, stage, change, ratio.
 fn changed(verdict: &Value) -> Vec<(String, String, String, f64)> {
     let workloads = verdict["workloads"].as_array().unwrap().iter();

@@ -73,7 +73,7 @@ pub struct CompareArguments {
     /// A record (.json) or a program to judge; default: this program.
     pub second: Option<PathBuf>,
     /// Pairs of runs in a batch, when two programs are compared.
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(12..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(12..=1000))]
     pub pairs: u32,
     /// Only these workloads.
     #[arg(long = "workload", value_name = "NAME", value_parser = workload)]

@@ -38,8 +38,9 @@ impl Side {
     /// A file that ends in `.json` is a record, any other a program.
     ///
     /// # Errors
-    /// Of [`Record::read`].
+    /// Of [`Record::read`]; [`ProfileError::File`] for a program that is not there.
     pub fn of(path: PathBuf) -> Result<Self, ProfileError> {
+        std::fs::metadata(&path).map_err(ProfileError::reading(&path))?;
         if path.extension().is_some_and(|extension| extension == "json") {
             let record = Box::new(Record::read(&path)?);
             return Ok(Self::Record(path, record));

@@ -35,7 +35,7 @@ pub struct StudyArguments {
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub fmax: Option<f64>,
-    /// Time compared, in s; default: the scene's, at most 2.
+    /// Time compared, in s; default: the scene's, at most 1.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub duration: Option<f64>,
     /// Combinations of settings that are rolled.
@@ -44,7 +44,7 @@ pub struct StudyArguments {
     /// Elements of the reference; default: twice the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
     pub elements: Option<u32>,
-    /// Steps per element of the reference; default: so many that a period of fmax has 64.
+    /// Steps per element of the reference; default: so many that a period of fmax has 32.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..))]
     pub substeps: Option<u16>,
     /// Results folder; default: results/NAME-study, NAME being the scene's.

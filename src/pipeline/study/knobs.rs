@@ -2,7 +2,7 @@
 
 use super::settings::Settings;
 use crate::pipeline::compare::least_rate;
-use crate::scene::{History, Scene, SliceCoupling, Slices, TimeRule, Tread};
+use crate::scene::{History, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 
 /// What turning a knob changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -46,8 +46,10 @@ const SUMS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 const FINEST_SUMS: f64 = 1e-8;
 const TERMS: [usize; 4] = [2, 4, 8, 16];
 const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
+/// Most elements with which laws are compared.
+const MOST_FOR_LAWS: usize = 256;
 /// Steps of the reference in a period of the highest frequency, at least.
-const STEPS_PER_PERIOD: f64 = 64.0;
+const STEPS_PER_PERIOD: f64 = 32.0;
 
 /// The settings of the reference: twice the scene's elements unless given, and steps for [`STEPS_PER_PERIOD`] at `highest` \[Hz\].
 pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps: Option<usize>) -> Settings {
@@ -90,7 +92,7 @@ pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     knobs.extend(slices(scene, reference));
     knobs.extend(direct(scene, &own, reference));
     knobs.push(Knob::error("single precision", Err("not built: all arithmetic is in double precision".to_owned())));
-    knobs.extend(laws(scene, reference));
+    knobs.extend(laws(scene, &own, reference));
     for knob in &mut knobs {
         if let Ok(steps) = &mut knob.steps {
             // What holds nothing of the highest bands has no level there.
@@ -103,10 +105,6 @@ pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
 impl Knob {
     fn error(name: &str, steps: Result<Vec<(String, Settings)>, String>) -> Self {
         Self { name: name.to_owned(), kind: Kind::Error, anchor: None, steps }
-    }
-
-    fn model(name: &str, steps: Result<Vec<(String, Settings)>, String>) -> Self {
-        Self { kind: Kind::Model, ..Self::error(name, steps) }
     }
 }
 
@@ -138,7 +136,7 @@ fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
 
 fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     let level = || "the road is level across the contact width".to_owned();
-    let varies = scene.road.varies_across() && scene.effects.texture != crate::scene::Switch::Off;
+    let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
     let cells = match reference.lateral_points {
         Some(points) if varies && points > 1 => Ok(CELLS
             .map(|cell| {
@@ -202,29 +200,40 @@ fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     ]
 }
 
-fn laws(scene: &Scene, reference: &Settings) -> Vec<Knob> {
-    let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
-    let tread = |(tread, name): (Tread, &str)| (name.to_owned(), Settings { tread, ..reference.clone() });
-    let treads = treads.into_iter().filter(|(tread, _)| *tread != reference.tread).map(tread).collect();
-    let varies = scene.road.varies_across() && scene.effects.texture != crate::scene::Switch::Off;
-    let level = || "slices that are level across are the same by every law".to_owned();
-    let laws = [(Slices::None, "none"), (Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
-    let law = |(slices, name): (Slices, &str)| (name.to_owned(), Settings { slices, ..reference.clone() });
-    let laws = laws.into_iter().filter(|(law, _)| *law != reference.slices).map(law).collect();
-    let couplings = [(SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
-    let coupling = |(slice_coupling, name): (SliceCoupling, &str)| {
-        (name.to_owned(), Settings { slice_coupling, ..reference.clone() })
+/// Laws at few elements: the stiffness of a bedding is looked for in static solutions, which take minutes with many.
+fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
+    let elements = own.elements.min(MOST_FOR_LAWS);
+    let substeps = reference.steps().div_ceil(2 * elements);
+    let anchor = Settings { elements, substeps, pole_tolerance: POLES[2], ..reference.clone() };
+    let knob = |name: &str, steps: Result<Vec<(String, Settings)>, String>| Knob {
+        name: name.to_owned(),
+        kind: Kind::Model,
+        anchor: steps.is_ok().then(|| anchor.clone()),
+        steps,
     };
-    let coupled = if !varies || reference.slices == Slices::None {
+    let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
+    let level = || "slices that are level across are the same by every law".to_owned();
+    let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
+    let treads = others(&treads, anchor.tread, |tread| Settings { tread, ..anchor.clone() });
+    let laws = [(Slices::None, "none"), (Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
+    let laws = others(&laws, anchor.slices, |slices| Settings { slices, ..anchor.clone() });
+    let couplings = [(SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
+    let coupled = if !varies || anchor.slices == Slices::None {
         Err(level())
-    } else if reference.tread == Tread::Uncoupled {
+    } else if anchor.tread == Tread::Uncoupled {
         Err("points of an uncoupled tread have no neighbours within a step".to_owned())
     } else {
-        Ok(couplings.into_iter().filter(|(law, _)| *law != reference.slice_coupling).map(coupling).collect())
+        let with = |slice_coupling| Settings { slice_coupling, ..anchor.clone() };
+        Ok(others(&couplings, anchor.slice_coupling, with))
     };
     vec![
-        Knob::model("tread law", Ok(treads)),
-        Knob::model("slice law", if varies { Ok(laws) } else { Err(level()) }),
-        Knob::model("slice coupling", coupled),
+        knob("tread law", Ok(treads)),
+        knob("slice law", if varies { Ok(laws) } else { Err(level()) }),
+        knob("slice coupling", coupled),
     ]
+}
+
+/// Settings for all laws but one, with their names.
+fn others<L: Copy + PartialEq>(laws: &[(L, &str)], own: L, with: impl Fn(L) -> Settings) -> Vec<(String, Settings)> {
+    laws.iter().filter(|(law, _)| *law != own).map(|&(law, name)| (name.to_owned(), with(law))).collect()
 }

@@ -45,7 +45,7 @@ pub struct StudyOptions {
     pub runs: usize,
     /// Elements of the reference; default: twice the scene's.
     pub elements: Option<usize>,
-    /// Steps per element of the reference; default: 64 steps in a period of `highest`.
+    /// Steps per element of the reference; default: 32 steps in a period of `highest`.
     pub substeps: Option<usize>,
 }
 
@@ -53,9 +53,9 @@ impl StudyOptions {
     /// Highest frequency compared where a scene has none \[Hz\].
     pub const HIGHEST: f64 = 1000.0;
     /// Time compared unless asked for \[s\].
-    pub const DURATION: f64 = 2.0;
+    pub const DURATION: f64 = 1.0;
     /// Combinations rolled unless asked for.
-    pub const RUNS: usize = 16;
+    pub const RUNS: usize = 12;
 
     /// The defaults for a scene.
     pub fn of(scene: &Scene) -> Self {
@@ -93,7 +93,7 @@ pub struct Swept {
     pub anchor: Option<Settings>,
     /// Its points.
     pub points: Vec<Point>,
-    /// Why the scene cannot have it.
+    /// Why the scene cannot have it, or some of its points.
     pub missing: Option<String>,
 }
 
@@ -236,10 +236,17 @@ fn carry_out(
     let mut swept = Vec::new();
     for knob in knobs {
         let other = knob.anchor.as_ref().unwrap_or(&reference);
-        let steps = knob.steps.iter().flatten();
-        let points = steps.map(|(label, settings)| point(lab, label, settings, other)).collect::<Result<_, _>>()?;
+        let (mut points, mut missing) = (Vec::new(), knob.steps.as_ref().err().cloned());
+        for (label, settings) in knob.steps.iter().flatten() {
+            match point(lab, label, settings, other) {
+                Ok(found) => points.push(found),
+                // Such as a model that cannot be fitted: the others can be all the same.
+                Err(RunError::Scene(error)) => missing = Some(format!("{label}: {}", complaint(&error))),
+                Err(error) => return Err(error),
+            }
+        }
         let (name, kind, anchor) = (knob.name.clone(), knob.kind, knob.anchor.clone());
-        swept.push(Swept { name, kind, anchor, points, missing: knob.steps.as_ref().err().cloned() });
+        swept.push(Swept { name, kind, anchor, points, missing });
     }
     let mut of_named = Vec::new();
     for (label, settings) in named {
@@ -288,6 +295,11 @@ fn carry_out(
     let all: Vec<&Point> = study.points().collect();
     study.front = on.into_iter().map(|index| all[index].clone()).collect();
     Ok(study)
+}
+
+/// What is wrong, without its place.
+fn complaint(error: &SceneError) -> String {
+    error.diagnostics().first().map_or_else(|| error.to_string(), |first| first.problem().to_string())
 }
 
 /// The reference with each of its knobs twice as coarse and twice as fine.

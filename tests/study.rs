@@ -20,7 +20,7 @@ fn small(history: &str) -> LoadedScene {
 fn studied(loaded: &LoadedScene) -> Study {
     let defaults = StudyOptions::of(&loaded.scene);
     let options = StudyOptions { highest: 125.0, runs: 3, elements: Some(64), substeps: Some(4), ..defaults };
-    study(loaded, &options, &[], &AtomicBool::new(false), &mut Unwatched).unwrap()
+    study(loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap()
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn a_direct_history_is_swept_by_its_memory_and_a_smooth_road_is_refused() {
         substeps: Some(2),
         ..StudyOptions::of(&loaded.scene)
     };
-    let found = study(&loaded, &options, &[], &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     let memory = found.knobs.iter().find(|knob| knob.name == "memory").unwrap();
     let errors: Vec<f64> = memory.points.iter().map(|point| point.difference.force).collect();
     println!("memory: {errors:?}");
@@ -82,7 +82,7 @@ fn a_direct_history_is_swept_by_its_memory_and_a_smooth_road_is_refused() {
     assert!(terms.anchor.is_some() && terms.points.len() == 4);
 
     let smooth = scene(&scene_text(32, "kind = \"smooth\"", ROLLING, "", ""));
-    let refused = study(&smooth, &options, &[], &AtomicBool::new(false), &mut Unwatched).err().unwrap().to_string();
+    let refused = study(&smooth, &options, &AtomicBool::new(false), &mut Unwatched).err().unwrap().to_string();
     assert!(refused.contains("road.kind") && refused.contains("no levels"), "{refused}");
 }
 
@@ -90,6 +90,6 @@ fn a_direct_history_is_swept_by_its_memory_and_a_smooth_road_is_refused() {
 fn a_study_that_would_take_too_long_is_refused() {
     let loaded = scene(&scene_text(512, MADE, ROLLING, "history = \"modal\"\ntime_limit = 1e-3", ""));
     let refused =
-        study(&loaded, &StudyOptions::of(&loaded.scene), &[], &AtomicBool::new(false), &mut Unwatched).err().unwrap();
+        study(&loaded, &StudyOptions::of(&loaded.scene), &AtomicBool::new(false), &mut Unwatched).err().unwrap();
     assert!(refused.to_string().contains("time_limit"), "{refused}");
 }

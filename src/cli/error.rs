@@ -86,6 +86,12 @@ pub enum CliError {
         /// How many there were.
         of: usize,
     },
+    /// Some presets are not what they say.
+    #[error("presets that do not keep their stated error or are not on the front: {}", failed.join(", "))]
+    Presets {
+        /// Their names.
+        failed: Vec<String>,
+    },
     /// The user stopped a sweep.
     #[error("interrupted; the same command goes on where the sweep was")]
     SweepStopped,
@@ -108,7 +114,7 @@ impl CliError {
         match self {
             Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
-            Self::SweepFailed { .. } => FAILED,
+            Self::SweepFailed { .. } | Self::Presets { .. } => FAILED,
             Self::Sweep(_) => USAGE,
             Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } | Self::Heights(_) | Self::Slice(_) => USAGE,
             Self::HalfSpace(HalfSpaceError::NotConverged { .. } | HalfSpaceError::NotPositiveDefinite { .. }) => FAILED,

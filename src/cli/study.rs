@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::positive;
-use super::study_report::{csv, json, picture, text};
+use super::study_report::{csv, json, picture, text, verdict_table};
 use super::{CliError, Context, print, side_folder};
 use crate::meter::Meter;
+use crate::pipeline::study::presets::{Verdict, verdicts};
 use crate::pipeline::study::{StudyOptions, study};
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Summary};
@@ -24,6 +25,7 @@ Results: study.txt, study.csv, study.json, study.svg.
 Examples:
   tyrewave study scenes/default.toml
   tyrewave study scenes/default.toml --duration 6 --runs 40 --out trial
+  tyrewave study scenes/default.toml --check-presets
   tyrewave study scenes/default.toml --elements 2048 --substeps 8";
 
 /// Arguments of `tyrewave study`.
@@ -41,6 +43,9 @@ pub struct StudyArguments {
     /// Combinations of settings that are rolled.
     #[arg(long, value_name = "N", default_value_t = StudyOptions::RUNS as u16)]
     pub runs: u16,
+    /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not keep its stated error, or is not on the front.
+    #[arg(long)]
+    pub check_presets: bool,
     /// Elements of the reference; default: twice the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
     pub elements: Option<u32>,
@@ -68,25 +73,31 @@ impl StudyArguments {
         let options = StudyOptions {
             highest: self.fmax.unwrap_or(defaults.highest),
             duration: self.duration.unwrap_or(defaults.duration),
-            runs: usize::from(self.runs),
+            runs: if self.check_presets { 0 } else { usize::from(self.runs) },
+            sweep: !self.check_presets,
             // A multiple of 16: all parts that are swept are even.
             elements: self.elements.map(|elements| (elements as usize).div_ceil(16) * 16),
             substeps: self.substeps.map(usize::from),
         };
         let mut progress = context.progress();
-        let found = study(&loaded, &options, &[], context.interrupt.flag(), &mut progress)?;
+        let found = study(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         let folder = ResultsFolder::create(&target)?;
-        let text = text(&found, &loaded.scene);
+        let verdicts = verdicts(&found);
+        let mut text = text(&found, &loaded.scene);
+        text.push_str(&verdict_table(&verdicts));
         folder.write_text("study.txt", &text)?;
         folder.write_text("study.csv", &csv(&found))?;
         folder.write_text("study.json", &json(&found))?;
         folder.write_text("study.svg", &picture(&found, &loaded.title())?)?;
         let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&loaded.title(), loaded.settings()?, cost))?;
-        if context.options.quiet {
-            return Ok(());
+        if !context.options.quiet {
+            print(&format!("{text}\nresults in {}\n", place.display()))?;
         }
-        print(&format!("{text}\nresults in {}\n", place.display()))
+        let fails = |verdict: &&Verdict| !(verdict.keeps_its_error() && verdict.is_on_the_front());
+        let failed: Vec<String> =
+            verdicts.iter().filter(fails).map(|verdict| verdict.preset.name().to_owned()).collect();
+        if self.check_presets && !failed.is_empty() { Err(CliError::Presets { failed }) } else { Ok(()) }
     }
 }

@@ -1,6 +1,7 @@
 //! What a study found, as tables, CSV, JSON and a picture.
 
 use crate::pipeline::compare::{Difference, LOWEST_BAND};
+use crate::pipeline::study::presets::{LARGEST_EXCESS, Verdict};
 use crate::pipeline::study::{Kind, Point, Richardson, Study, Swept};
 use crate::results::PlotError;
 use crate::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
@@ -83,8 +84,12 @@ pub(super) fn text(study: &Study, scene: &Scene) -> String {
     ));
     for (kind, title) in [
         (Kind::Error, "Knobs of the discretisation, the rest at the reference"),
+        (Kind::Neighbour, "Settings around the presets"),
         (Kind::Model, "Laws: another model, not an error"),
     ] {
+        if study.knobs.iter().all(|knob| knob.kind != kind) {
+            continue;
+        }
         let mut rows = Vec::new();
         for knob in study.knobs.iter().filter(|knob| knob.kind == kind) {
             rows.extend(knob.points.iter().map(|point| row(format!("{} {}", knob.name, point.label), point, doubt)));
@@ -126,6 +131,21 @@ pub(super) fn text(study: &Study, scene: &Scene) -> String {
         text.push_str(&format!("\n{title}:\n{}", aligned(&HEADER, &rows)));
     }
     text
+}
+
+/// What the presets state and what was found.
+pub(super) fn verdict_table(verdicts: &[Verdict]) -> String {
+    let row = |verdict: &Verdict| {
+        let words = match (verdict.keeps_its_error(), verdict.is_on_the_front()) {
+            (true, true) => "holds".to_owned(),
+            (false, _) => "does not keep its error".to_owned(),
+            (true, false) => format!("more than {LARGEST_EXCESS} times the front's work"),
+        };
+        let Verdict { preset, stated, found, excess } = verdict;
+        [preset.name().to_owned(), format!("{stated:.2}"), format!("{found:.2}"), format!("{excess:.2}"), words]
+    };
+    let rows: Vec<[String; 5]> = verdicts.iter().map(row).collect();
+    format!("\nPresets:\n{}", aligned(&["", "stated [dB]", "found [dB]", "work / front's", ""], &rows))
 }
 
 /// All points, one a line.
@@ -184,6 +204,7 @@ pub(super) fn picture(study: &Study, title: &str) -> Result<String, PlotError> {
         .iter()
         .filter(|knob| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty())
         .collect();
+    let close = || study.knobs.iter().filter(|knob| knob.kind == Kind::Neighbour).flat_map(|knob| &knob.points);
     let largest = study.points().map(|point| point.difference.worst).fold(0.0, f64::max);
     let error = Axis::logarithmic(
         "Largest error of a third octave [dB]",
@@ -196,7 +217,7 @@ pub(super) fn picture(study: &Study, title: &str) -> Result<String, PlotError> {
         WorkPrecisionPanel {
             cost: Axis::logarithmic(title, 0.75 * low..1.35 * high),
             knobs: drawn.iter().map(|knob| knob.points.iter().map(at).collect()).collect(),
-            points: study.joint.iter().map(|joint| at(&joint.point)).collect(),
+            points: study.joint.iter().map(|joint| &joint.point).chain(close()).map(at).collect(),
             front: study.front.iter().map(at).collect(),
             marks: study.named.iter().map(|point| Mark { name: &point.label, at: at(point) }).collect(),
         }

@@ -90,7 +90,7 @@ impl<'a> Trials<'a> {
     /// As [`Self::roll`].
     pub fn held(&mut self, scene: &Scene, duration: f64) -> Result<Scene, RunError> {
         let mut held = scene.clone();
-        (held.numerics.fmax, held.numerics.accuracy) = (None, None);
+        held.numerics.forget_wishes();
         held.outputs.vibration = None;
         let Scene { effects, rolling, .. } = &mut held;
         for switch in [&mut effects.tread_vibration, &mut effects.belt_vibration, &mut effects.tangential_motion] {

@@ -12,7 +12,7 @@ use super::error::RunError;
 use super::progress::Progress;
 use super::trial::{Trial, Trials};
 use crate::response::BandLevel;
-use crate::scene::{Axle, LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread, Vibration};
+use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibration};
 
 /// Lowest band that is compared \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
@@ -194,10 +194,7 @@ pub fn compare(
         .map(|effect| {
             let mut with = scene.clone();
             effect.set(&mut with, true);
-            let refused = |error: SceneError| {
-                error.diagnostics().first().map_or_else(|| error.to_string(), |first| first.problem().to_string())
-            };
-            (effect, LoadedScene::from_scene(&with, "effects").err().map(refused))
+            (effect, LoadedScene::from_scene(&with, "effects").err().map(|error| error.problem()))
         })
         .into();
     let with = |chosen: &dyn Fn(Effect) -> bool| {

@@ -1,17 +1,21 @@
 //! The knobs of a scene: what is swept, and what it cannot have.
 
+use serde::Serialize;
+
 use super::settings::Settings;
 use crate::pipeline::compare::least_rate;
 use crate::scene::{History, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 
 /// What turning a knob changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// How finely the same model is solved.
     Error,
     /// Which model is solved.
     Model,
+    /// Several settings, each close to one that has a name.
+    Neighbour,
 }
 
 /// A knob and the settings that it is swept through.

@@ -12,6 +12,7 @@ pub mod front;
 pub mod joint;
 pub mod knobs;
 pub mod lab;
+pub mod presets;
 pub mod richardson;
 pub mod settings;
 
@@ -43,6 +44,8 @@ pub struct StudyOptions {
     pub duration: f64,
     /// Combinations rolled.
     pub runs: usize,
+    /// Whether the knobs are swept; otherwise the named settings are looked around.
+    pub sweep: bool,
     /// Elements of the reference; default: twice the scene's.
     pub elements: Option<usize>,
     /// Steps per element of the reference; default: 32 steps in a period of `highest`.
@@ -63,6 +66,7 @@ impl StudyOptions {
             highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
             duration: scene.rolling.duration.min(Self::DURATION),
             runs: Self::RUNS,
+            sweep: true,
             elements: None,
             substeps: None,
         }
@@ -149,7 +153,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Everything on one model: named points, combinations, and swept knobs of the kind [`Kind::Error`] that were compared with the reference.
+    /// Everything on one model: named points, combinations, and swept knobs that are no other model and were compared with the reference.
     pub fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }
@@ -161,19 +165,18 @@ impl Study {
 }
 
 fn points<'a>(knobs: &'a [Swept], named: &'a [Point], joint: &'a [Joint]) -> impl Iterator<Item = &'a Point> {
-    let swept = knobs.iter().filter(|knob| knob.kind == Kind::Error && knob.anchor.is_none());
+    let swept = knobs.iter().filter(|knob| knob.kind != Kind::Model && knob.anchor.is_none());
     let swept = swept.flat_map(|knob| &knob.points);
     named.iter().chain(joint.iter().map(|joint| &joint.point)).chain(swept)
 }
 
-/// Studies a scene. `named`: further settings to be rolled and marked.
+/// Studies a scene; the presets are rolled and marked, too.
 ///
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the runs; [`RunError::Interrupted`].
 pub fn study(
     loaded: &LoadedScene,
     options: &StudyOptions,
-    named: &[(String, Settings)],
     stop: &AtomicBool,
     progress: &mut dyn Progress,
 ) -> Result<Study, RunError> {
@@ -182,17 +185,16 @@ pub fn study(
         return Err(SceneError::from(loaded.complain("road.kind", wrong, "a rough road")).into());
     }
     let own = Settings::of(&loaded.scene);
-    let mut named = named.to_vec();
-    if 1.0 / own.time_step(&loaded.scene) >= least_rate(options.highest) {
-        named.insert(0, ("the scene".to_owned(), own));
-    } else {
-        progress.note("the scene's own time step is too long for what is compared");
-    }
+    let mut named = presets::named(&loaded.scene, options.highest);
     let scene = &loaded.scene;
     let reference = knobs::reference(scene, options.highest, options.elements, options.substeps);
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
-    let knobs = knobs::knobs(&shorter, &reference, options.highest);
+    let knobs =
+        if options.sweep { knobs::knobs(&shorter, &reference, options.highest) } else { presets::neighbours(&named) };
+    if options.sweep && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
+        named.insert(0, ("the scene".to_owned(), own));
+    }
     let refinements = refinements(&reference);
     let planned: Vec<&Settings> = [&reference]
         .into_iter()
@@ -241,7 +243,7 @@ fn carry_out(
             match point(lab, label, settings, other) {
                 Ok(found) => points.push(found),
                 // Such as a model that cannot be fitted: the others can be all the same.
-                Err(RunError::Scene(error)) => missing = Some(format!("{label}: {}", complaint(&error))),
+                Err(RunError::Scene(error)) => missing = Some(format!("{label}: {}", error.problem())),
                 Err(error) => return Err(error),
             }
         }
@@ -297,11 +299,6 @@ fn carry_out(
     Ok(study)
 }
 
-/// What is wrong, without its place.
-fn complaint(error: &SceneError) -> String {
-    error.diagnostics().first().map_or_else(|| error.to_string(), |first| first.problem().to_string())
-}
-
 /// The reference with each of its knobs twice as coarse and twice as fine.
 fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> {
     let with = |elements: usize, steps: usize| {
@@ -354,7 +351,7 @@ fn check(loaded: &LoadedScene, scene: &Scene, planned: &[&Settings], runs: usize
     let costs: UnitCosts = calibration::known();
     let threads = rayon::current_num_threads();
     let mut scene = scene.clone();
-    (scene.numerics.fmax, scene.numerics.accuracy) = (None, None);
+    scene.numerics.forget_wishes();
     let mut seconds = 0.0;
     for settings in planned {
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;

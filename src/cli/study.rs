@@ -9,7 +9,7 @@ use super::study_report::{csv, json, picture, text, verdict_table};
 use super::{CliError, Context, print, side_folder};
 use crate::meter::Meter;
 use crate::pipeline::study::presets::{Verdict, verdicts};
-use crate::pipeline::study::{StudyOptions, study};
+use crate::pipeline::study::{StudyOptions, Sweep, study};
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Summary};
 use crate::scene::Scene;
@@ -46,10 +46,10 @@ pub struct StudyArguments {
     /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not keep its stated error, or is not on the front.
     #[arg(long)]
     pub check_presets: bool,
-    /// Elements of the reference; default: twice the scene's.
+    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
     pub elements: Option<u32>,
-    /// Steps per element of the reference; default: so many that a period of fmax has 32.
+    /// Steps per element of the reference; default: so many that a period of fmax has 48.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..))]
     pub substeps: Option<u16>,
     /// Results folder; default: results/NAME-study, NAME being the scene's.
@@ -74,7 +74,7 @@ impl StudyArguments {
             highest: self.fmax.unwrap_or(defaults.highest),
             duration: self.duration.unwrap_or(defaults.duration),
             runs: if self.check_presets { 0 } else { usize::from(self.runs) },
-            sweep: !self.check_presets,
+            sweep: if self.check_presets { Sweep::Neighbours } else { Sweep::Knobs },
             // A multiple of 16: all parts that are swept are even.
             elements: self.elements.map(|elements| (elements as usize).div_ceil(16) * 16),
             substeps: self.substeps.map(usize::from),

@@ -53,7 +53,7 @@ const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
 /// Most elements with which laws are compared.
 const MOST_FOR_LAWS: usize = 256;
 /// Steps of the reference in a period of the highest frequency, at least.
-const STEPS_PER_PERIOD: f64 = 32.0;
+const STEPS_PER_PERIOD: f64 = 48.0;
 
 /// The settings of the reference: twice the scene's elements unless given, and steps for [`STEPS_PER_PERIOD`] at `highest` \[Hz\].
 pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps: Option<usize>) -> Settings {
@@ -62,7 +62,8 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
     let elements = elements.unwrap_or_else(|| (2 * own.elements).div_ceil(16) * 16);
     let substeps = substeps.unwrap_or_else(|| {
         let steps = STEPS_PER_PERIOD * highest * scene.tyre.circumference / scene.rolling.speed();
-        ((steps / elements as f64).ceil() as usize).max(2).next_power_of_two()
+        // An even number: it is halved to see whether it is enough.
+        (0.5 * steps / elements as f64).ceil().max(1.0) as usize * 2
     });
     let time_rule = match own.time_rule {
         TimeRule::Sdirk2 | TimeRule::Sdirk3 => own.time_rule,
@@ -208,7 +209,7 @@ fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
 fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let elements = own.elements.min(MOST_FOR_LAWS);
     let substeps = reference.steps().div_ceil(2 * elements);
-    let anchor = Settings { elements, substeps, pole_tolerance: POLES[2], ..reference.clone() };
+    let anchor = Settings { elements, substeps, pole_tolerance: POLES[0], ..reference.clone() };
     let knob = |name: &str, steps: Result<Vec<(String, Settings)>, String>| Knob {
         name: name.to_owned(),
         kind: Kind::Model,

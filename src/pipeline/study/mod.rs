@@ -35,6 +35,18 @@ use super::trial::{SETTLING, Trials};
 use crate::scene::{LoadedScene, Road, Scene, SceneError};
 use lab::Lab;
 
+/// What a study rolls beside the reference and the presets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sweep {
+    /// Every knob, and the scene's own settings.
+    Knobs,
+    /// The presets with one setting turned.
+    Neighbours,
+    /// Nothing.
+    Nothing,
+}
+
 /// What a study is to do.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StudyOptions {
@@ -44,11 +56,11 @@ pub struct StudyOptions {
     pub duration: f64,
     /// Combinations rolled.
     pub runs: usize,
-    /// Whether the knobs are swept; otherwise the named settings are looked around.
-    pub sweep: bool,
-    /// Elements of the reference; default: twice the scene's.
+    /// What is rolled beside the reference and the presets.
+    pub sweep: Sweep,
+    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
     pub elements: Option<usize>,
-    /// Steps per element of the reference; default: 32 steps in a period of `highest`.
+    /// Steps per element of the reference; default: 48 steps in a period of `highest`.
     pub substeps: Option<usize>,
 }
 
@@ -66,7 +78,7 @@ impl StudyOptions {
             highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
             duration: scene.rolling.duration.min(Self::DURATION),
             runs: Self::RUNS,
-            sweep: true,
+            sweep: Sweep::Knobs,
             elements: None,
             substeps: None,
         }
@@ -187,12 +199,19 @@ pub fn study(
     let own = Settings::of(&loaded.scene);
     let mut named = presets::named(&loaded.scene, options.highest);
     let scene = &loaded.scene;
-    let reference = knobs::reference(scene, options.highest, options.elements, options.substeps);
+    // Finer than the finest preset.
+    let finest = named.iter().map(|(_, settings)| settings.elements).max().unwrap_or_default();
+    let elements =
+        options.elements.or_else(|| (5 * finest > 8 * own.elements).then_some((5 * finest / 4).div_ceil(16) * 16));
+    let reference = knobs::reference(scene, options.highest, elements, options.substeps);
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
-    let knobs =
-        if options.sweep { knobs::knobs(&shorter, &reference, options.highest) } else { presets::neighbours(&named) };
-    if options.sweep && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
+    let knobs = match options.sweep {
+        Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
+        Sweep::Neighbours => presets::neighbours(&named),
+        Sweep::Nothing => Vec::new(),
+    };
+    if options.sweep == Sweep::Knobs && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
         named.insert(0, ("the scene".to_owned(), own));
     }
     let refinements = refinements(&reference);

@@ -11,6 +11,9 @@ use crate::scene::{FrontRow, History, Need, Preset, Resolution, Scene};
 /// How much more work a preset may take than the cheapest settings found that are as accurate.
 pub const LARGEST_EXCESS: f64 = 2.0;
 
+/// Coarsest tolerance of the poles that a scene may ask for.
+const COARSEST_POLES: f64 = 1e-2;
+
 /// The settings that a row chooses for a scene up to `highest` \[Hz\].
 pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
     let own = Settings::of(scene);
@@ -53,13 +56,13 @@ pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
                 add("fewer steps", Settings { substeps: base.substeps - 1, ..base.clone() });
             }
             add("more steps", Settings { substeps: base.substeps + 1, ..base.clone() });
-            for (what, factor) in [("fewer poles", 10.0), ("more poles", 0.1)] {
-                add(what, Settings { pole_tolerance: factor * base.pole_tolerance, ..base.clone() });
-            }
+            // Poles are hardly seen in either, but for fewer of them.
+            add(
+                "fewer poles",
+                Settings { pole_tolerance: (10.0 * base.pole_tolerance).min(COARSEST_POLES), ..base.clone() },
+            );
             if let Some(points) = base.lateral_points.filter(|&points| points > 1) {
-                for (what, points) in [("wider cells", points.div_ceil(2)), ("narrower cells", 2 * points)] {
-                    add(what, Settings { lateral_points: Some(points), ..base.clone() });
-                }
+                add("wider cells", Settings { lateral_points: Some(points.div_ceil(2)), ..base.clone() });
             }
             Knob { name: format!("around {name}"), kind: Kind::Neighbour, anchor: None, steps: Ok(steps) }
         })

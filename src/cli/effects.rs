@@ -8,8 +8,9 @@ use csv::Writer;
 use super::options::positive;
 use super::{CliError, Context, print, side_folder};
 use crate::meter::Meter;
+use crate::pipeline::compare;
 use crate::pipeline::plan::bytes;
-use crate::pipeline::worth::{Comparison, Effect, Found, Worth, compare};
+use crate::pipeline::worth::{self, Comparison, Effect, Found, Worth};
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series};
@@ -58,7 +59,7 @@ impl EffectsArguments {
         let begin = std::time::Instant::now();
         let duration = self.duration.unwrap_or(loaded.scene.rolling.duration.min(LONGEST));
         let mut progress = context.progress();
-        let comparison = compare(&loaded, duration, context.interrupt.flag(), &mut progress)?;
+        let comparison = worth::compare(&loaded, duration, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         let folder = ResultsFolder::create(&target)?;
         let text = text(&comparison);
@@ -125,15 +126,9 @@ fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Found, &Found)> 
     runs
 }
 
-/// Change of the level of each band of `reference`, in dB; NaN where one of them is silent.
+/// Change of the level of each band of `reference`, in dB.
 fn changes<'a>(found: &'a Found, reference: &'a Found) -> impl Iterator<Item = (&'a BandLevel, f64)> {
-    let level = |band: &BandLevel| {
-        found.levels.iter().find(|other| other.band == band.band).map_or(f64::NAN, |other| other.level)
-    };
-    reference.levels.iter().map(move |band| {
-        let change = level(band) - band.level;
-        (band, if change.is_finite() { change } else { f64::NAN })
-    })
+    compare::changes(&found.levels, &reference.levels)
 }
 
 fn text(comparison: &Comparison) -> String {

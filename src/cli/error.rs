@@ -88,6 +88,12 @@ pub enum CliError {
         /// How many there were.
         of: usize,
     },
+    /// Some presets are not what they say.
+    #[error("presets that do not keep their stated error or are not on the front: {}", failed.join(", "))]
+    Presets {
+        /// Their names.
+        failed: Vec<String>,
+    },
     /// The user stopped a sweep.
     #[error("interrupted; the same command goes on where the sweep was")]
     SweepStopped,
@@ -124,7 +130,7 @@ impl CliError {
         match self {
             Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
-            Self::SweepFailed { .. } | Self::WrongResult { .. } | Self::Worse => FAILED,
+            Self::SweepFailed { .. } | Self::WrongResult { .. } | Self::Worse | Self::Presets { .. } => FAILED,
             Self::Profile(error) => match error {
                 ProfileError::File { what: "write", .. } => NOT_WRITABLE,
                 ProfileError::File { .. } | ProfileError::Nonsense { .. } => USAGE,

@@ -25,6 +25,8 @@ pub mod run;
 pub mod scaling;
 pub mod slice;
 pub mod slices;
+pub mod study;
+mod study_report;
 pub mod sweep;
 
 use std::ffi::OsStr;
@@ -80,6 +82,8 @@ pub enum Command {
     Plan(plan::PlanArguments),
     /// Show what each effect is worth: levels, force, patch, time and memory with and without it.
     Effects(effects::EffectsArguments),
+    /// Show accuracy against time of every knob: errors, work, and the best combinations.
+    Study(study::StudyArguments),
     /// Go on with a run that was interrupted or killed, as if it had never stopped.
     Resume(resume::ResumeArguments),
     /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
@@ -155,6 +159,7 @@ impl Command {
             Self::Run(arguments) => arguments.execute(context),
             Self::Plan(arguments) => arguments.execute(context),
             Self::Effects(arguments) => arguments.execute(context),
+            Self::Study(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
@@ -223,6 +228,7 @@ mod tests {
             "run",
             "plan",
             "effects",
+            "study",
             "resume",
             "sweep",
             "mobility",

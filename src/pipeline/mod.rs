@@ -8,6 +8,7 @@
 //! [`vibration`] follows the tyre's motion from the forces of a run that wants it. [`rules`] does the first two for several time rules and compares them.
 
 pub mod checkpoint;
+pub mod compare;
 pub mod error;
 pub mod past;
 pub mod plan;
@@ -18,8 +19,10 @@ pub mod road_ahead;
 mod road_maker;
 pub mod rules;
 pub mod run;
+pub mod study;
 pub mod sweep;
 pub mod to_folder;
+pub mod trial;
 pub mod vibration;
 pub mod worth;
 

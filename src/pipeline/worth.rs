@@ -6,18 +6,14 @@
 //!
 //! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::sync::atomic::AtomicBool;
 
 use super::error::RunError;
-use super::plan::Plan;
 use super::progress::Progress;
-use super::run::Run;
+use super::trial::{Trial, Trials};
 use crate::response::BandLevel;
-use crate::scene::{Axle, LoadedScene, Scene, SceneError, SliceCoupling, Switch, Tread, Vibration};
+use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibration};
 
-/// Steps between two looks at the flag and the progress bar.
-const LOOK_EVERY: u64 = 256;
 /// Lowest band that is compared \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
 
@@ -198,10 +194,7 @@ pub fn compare(
         .map(|effect| {
             let mut with = scene.clone();
             effect.set(&mut with, true);
-            let refused = |error: SceneError| {
-                error.diagnostics().first().map_or_else(|| error.to_string(), |first| first.problem().to_string())
-            };
-            (effect, LoadedScene::from_scene(&with, "effects").err().map(refused))
+            (effect, LoadedScene::from_scene(&with, "effects").err().map(|error| error.problem()))
         })
         .into();
     let with = |chosen: &dyn Fn(Effect) -> bool| {
@@ -214,54 +207,34 @@ pub fn compare(
         }
         scene
     };
-    let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as u64;
-    let plan = Plan::new(&scene);
-    let mut watch = Watch { stop, progress, done: 0 };
-    watch.progress.march(0, (2 + 2 * count) * plan.steps, plan.time_step);
-    let base = watch.roll(&with(&|_| false))?;
-    let all = watch.roll(&with(&|_| true))?;
+    let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as f64;
+    let time = (2.0 + 2.0 * count) * (scene.rolling.warm_up + duration);
+    let mut trials = Trials::new(time, stop, progress);
+    let base = found(&mut trials, &with(&|_| false))?;
+    let all = found(&mut trials, &with(&|_| true))?;
     let mut effects = Vec::new();
     for (effect, refusal) in &possible {
-        let found = match refusal {
+        let both = match refusal {
             Some(refusal) => Err(refusal.clone()),
-            None => Ok([watch.roll(&with(&|other| other == *effect))?, watch.roll(&with(&|other| other != *effect))?]),
+            None => Ok([
+                found(&mut trials, &with(&|other| other == *effect))?,
+                found(&mut trials, &with(&|other| other != *effect))?,
+            ]),
         };
-        effects.push(Worth { effect: *effect, found });
+        effects.push(Worth { effect: *effect, found: both });
     }
-    watch.progress.finish();
+    trials.finish();
     Ok(Comparison { base, all, effects })
 }
 
-struct Watch<'a> {
-    stop: &'a AtomicBool,
-    progress: &'a mut dyn Progress,
-    done: u64,
-}
-
-impl Watch<'_> {
-    fn roll(&mut self, scene: &Scene) -> Result<Found, RunError> {
-        let loaded = LoadedScene::from_scene(scene, "effects")?;
-        let plan = Plan::of(&loaded);
-        plan.check(&loaded)?;
-        let mut run = Run::begin(&loaded, &plan, self.stop)?;
-        let begin = Instant::now();
-        while run.step()?.is_some() {
-            if run.next_step() % LOOK_EVERY == 0 {
-                self.progress.step(self.done + run.next_step());
-                if self.stop.load(Ordering::Relaxed) {
-                    return Err(RunError::Interrupted { kept: None });
-                }
-            }
-        }
-        let seconds = begin.elapsed().as_secs_f64();
-        self.done += plan.steps;
-        let results = run.finish();
-        Ok(Found {
-            levels: results.spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)),
-            mean_force: results.mean_force.unwrap_or_default(),
-            contact_length: results.mean_contact_length.unwrap_or_default(),
-            seconds,
-            memory: plan.amounts.memory_on(rayon::current_num_threads()),
-        })
-    }
+/// Rolls a variant and keeps what is compared.
+fn found(trials: &mut Trials<'_>, scene: &Scene) -> Result<Found, RunError> {
+    let Trial { plan, results, seconds, .. } = trials.roll(scene)?;
+    Ok(Found {
+        levels: results.spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)),
+        mean_force: results.mean_force.unwrap_or_default(),
+        contact_length: results.mean_contact_length.unwrap_or_default(),
+        seconds,
+        memory: plan.amounts.memory_on(rayon::current_num_threads()),
+    })
 }

@@ -77,6 +77,11 @@ impl SceneError {
         }
     }
 
+    /// What is wrong, without its place: the first complaint.
+    pub fn problem(&self) -> String {
+        self.diagnostics().first().map_or_else(|| self.to_string(), |first| first.problem().to_string())
+    }
+
     /// The message for people: lines of the file, places marked; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         match self {

@@ -96,9 +96,9 @@ impl Plan {
         let scene = &loaded.scene;
         let mut plan = Self::decided(scene);
         plan.choices = loaded.choices().to_vec();
-        if scene.numerics.accuracy.is_some() {
+        if scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some() {
             let note = format!(
-                "accuracy holds for differences of levels: the flat plate's absolute levels are indicative below about {PLATE_FROM} Hz"
+                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are indicative below about {PLATE_FROM} Hz"
             );
             plan.decisions.notes.push(note);
         }

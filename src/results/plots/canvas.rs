@@ -82,15 +82,59 @@ pub(super) fn legend_width<'a>(names: impl Iterator<Item = &'a str>) -> i32 {
 
 /// Where text is anchored at its point.
 #[derive(Clone, Copy)]
-enum Anchor {
+pub(super) enum Anchor {
     /// Centred below.
     Below,
     /// Vertically centred, to the left.
     Left,
     /// Vertically centred, to the right.
     Right,
+    /// Centred above.
+    Above,
     /// Centred, turned by 90 degrees anticlockwise, above the point as seen along the text.
     Upwards,
+}
+
+/// Size of a mark in shown pixels.
+pub(super) const MARK: f64 = 8.0;
+
+/// The form of a mark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// A disk.
+    Circle,
+    /// A square.
+    Square,
+    /// A triangle that stands.
+    Triangle,
+    /// A square on its corner.
+    Diamond,
+    /// A triangle on its tip.
+    Tip,
+    /// A star of five rays.
+    Star,
+}
+
+impl Form {
+    /// Those for curves, in turn.
+    pub(super) const OF_CURVES: [Self; 5] = [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Tip];
+
+    /// Corners in units of the half size; none of a circle.
+    fn corners(self) -> Vec<(f64, f64)> {
+        match self {
+            Self::Circle => Vec::new(),
+            Self::Square => vec![(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
+            Self::Triangle => vec![(-1.1, -0.8), (1.1, -0.8), (0.0, 1.1)],
+            Self::Diamond => vec![(-1.2, 0.0), (0.0, -1.2), (1.2, 0.0), (0.0, 1.2)],
+            Self::Tip => vec![(-1.1, 0.8), (1.1, 0.8), (0.0, -1.1)],
+            Self::Star => (0..10)
+                .map(|corner| {
+                    let (radius, angle) = (if corner % 2 == 0 { 1.0 } else { 0.45 }, f64::from(corner) * 36.0);
+                    (radius * angle.to_radians().sin(), radius * angle.to_radians().cos())
+                })
+                .collect(),
+        }
+    }
 }
 
 /// Which grid lines an axis pair gets.
@@ -165,11 +209,75 @@ impl Sheet<'_> {
         self.keep(result);
     }
 
+    /// A small note beside a point.
+    pub(super) fn note(&mut self, text: &str, at: (i32, i32), anchor: Anchor) {
+        self.sized_text(text, at, anchor, TICK_LABEL);
+    }
+
+    /// A small note that begins at a point and stands on it.
+    pub(super) fn note_left(&mut self, text: &str, at: (i32, i32)) {
+        self.sized_text(text, (at.0, at.1 - TICK_LABEL * FINE / 2), Anchor::Right, TICK_LABEL);
+    }
+
+    /// A heading over everything, centred between two columns.
+    pub(super) fn heading(&mut self, text: &str, across: Range<i32>, top: i32) {
+        self.sized_text(text, ((across.start + across.end) / 2, top * FINE), Anchor::Below, TITLE);
+    }
+
+    /// A mark of a form, `size` in shown pixels across; filled with `inside`.
+    pub(super) fn mark(&mut self, at: (i32, i32), form: Form, size: f64, colour: RGBColor, inside: RGBColor) {
+        let reach = 0.5 * size * f64::from(FINE);
+        let corners: Vec<(i32, i32)> = form
+            .corners()
+            .iter()
+            .map(|&(x, y)| (at.0 + (reach * x).round() as i32, at.1 - (reach * y).round() as i32))
+            .collect();
+        let outline = ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: stroke(1.5) };
+        if form == Form::Circle {
+            let filled = self.area.draw(&Circle::new(at, reach.round() as i32, inside.filled()));
+            self.keep(filled);
+            let drawn = self.area.draw(&Circle::new(at, reach.round() as i32, outline));
+            self.keep(drawn);
+        } else {
+            let filled = self.area.draw(&Polygon::new(corners.clone(), inside.filled()));
+            self.keep(filled);
+            let closed: Vec<(i32, i32)> = corners.iter().chain(corners.first()).copied().collect();
+            self.line(closed, colour, 1.5);
+        }
+    }
+
+    /// A level dashed line across a frame.
+    pub(super) fn dashes(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
+        let (at, dash) = (frame.up(place), 7 * FINE);
+        let mut from = frame.x.start;
+        while from < frame.x.end {
+            self.line(vec![(from, at), ((from + dash).min(frame.x.end), at)], colour, 1.5);
+            from += 2 * dash - 2 * FINE;
+        }
+    }
+
+    /// Entry `row` of the legend right of the frame: a mark and a name.
+    pub(super) fn marked_entry(
+        &mut self,
+        frame: &Frame,
+        row: usize,
+        name: &str,
+        form: Form,
+        colours: (RGBColor, RGBColor),
+    ) {
+        let y = frame.y.start + (12 + 22 * row as i32) * FINE;
+        let x = frame.x.end + 14 * FINE;
+        self.line(vec![(x, y), (x + 22 * FINE, y)], colours.0, 1.5);
+        self.mark((x + 11 * FINE, y), form, MARK, colours.0, colours.1);
+        self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
+    }
+
     /// One line of text, `size` in shown pixels.
     fn sized_text(&mut self, text: &str, at: (i32, i32), anchor: Anchor, size: i32) {
         let font = FontDesc::new(FontFamily::SansSerif, f64::from(size * FINE) * BACKEND_FONT_SCALE, FontStyle::Normal);
         let (font, position) = match anchor {
             Anchor::Below => (font, Pos::new(HPos::Center, VPos::Top)),
+            Anchor::Above => (font, Pos::new(HPos::Center, VPos::Bottom)),
             Anchor::Left => (font, Pos::new(HPos::Right, VPos::Center)),
             Anchor::Right => (font, Pos::new(HPos::Left, VPos::Center)),
             Anchor::Upwards => (font.transform(FontTransform::Rotate270), Pos::new(HPos::Center, VPos::Center)),

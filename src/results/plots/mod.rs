@@ -11,6 +11,7 @@ pub mod lines;
 pub mod road_map;
 pub mod third_octaves;
 pub mod wavenumber_map;
+pub mod work_precision;
 
 pub use axis::Axis;
 pub use canvas::PlotError;
@@ -20,3 +21,4 @@ pub use lines::{LinePlot, Series};
 pub use road_map::RoadMap;
 pub use third_octaves::ThirdOctavePlot;
 pub use wavenumber_map::WavenumberPlot;
+pub use work_precision::{Mark, WorkPrecisionPanel, WorkPrecisionPlot};

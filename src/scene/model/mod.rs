@@ -5,6 +5,7 @@
 
 mod contact;
 mod effects;
+mod front;
 mod material;
 mod numerics;
 mod resolution;
@@ -18,6 +19,7 @@ use serde::Serialize;
 
 pub use contact::*;
 pub use effects::*;
+pub use front::*;
 pub use material::*;
 pub use numerics::*;
 pub use resolution::*;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{TimeRule, Vibration};
+use super::{Preset, TimeRule, Vibration};
 
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -10,7 +10,10 @@ pub struct Numerics {
     /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see [`super::Resolution`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmax: Option<f64>,
-    /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: what is not given is chosen so, see [`super::Need`].
+    /// The row of the table of accuracy against time that what is not given is taken from, see [`super::FrontRow`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that keeps it, see [`super::FrontRow`].
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "decibels")]
     pub accuracy: Option<f64>,
     /// Elements N round the tyre; even.
@@ -44,6 +47,11 @@ pub struct Numerics {
 }
 
 impl Numerics {
+    /// Leaves out what other settings were chosen by: they stay as they are.
+    pub fn forget_wishes(&mut self) {
+        (self.fmax, self.preset, self.accuracy) = (None, None, None);
+    }
+
     /// `memory_limit` in bytes.
     pub fn memory_bytes(&self) -> u64 {
         (self.memory_limit * 1e9) as u64
@@ -54,6 +62,7 @@ impl Default for Numerics {
     fn default() -> Self {
         Self {
             fmax: None,
+            preset: None,
             accuracy: None,
             elements: 512,
             substeps: 1,

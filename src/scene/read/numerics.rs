@@ -2,7 +2,9 @@
 
 use super::super::kind::{Bounds, Count, Decibels, Flag, Kind, OneOf, short};
 use super::super::table::{Nested, Table, Value};
-use super::super::{Choice, History, Need, Numerics, Outputs, Problem, Resolution, Scene, Switch, TimeRule};
+use super::super::{
+    Choice, FrontRow, History, Need, Numerics, Outputs, Preset, Problem, Resolution, Scene, Switch, TimeRule,
+};
 use super::vibration::VIBRATION;
 
 pub(super) const NUMERICS: Nested<Given> =
@@ -21,14 +23,15 @@ const CONDITION: Bounds = Bounds::between(1e-15, 1e-3, "");
 /// From what no road is known to, up to what is hardly an accuracy.
 const ACCURACY: Bounds = Bounds::between(0.05, 6.0, "dB");
 
-/// The table, and which of the numbers that `fmax` and `accuracy` decide were given.
+/// The table, and which of the keys that `fmax`, `preset` and `accuracy` decide were given.
 #[derive(Default)]
 pub(super) struct Given {
     numerics: Numerics,
     elements: bool,
     substeps: bool,
+    time_rule: bool,
+    history: bool,
     pole_tolerance: bool,
-    influence_tolerance: bool,
 }
 
 impl Given {
@@ -37,36 +40,81 @@ impl Given {
         &self.numerics
     }
 
-    /// Puts what follows from `fmax` and `accuracy` into the scene, and says why; a complaint where given numbers cannot reach them.
+    /// Puts what follows from `fmax`, `preset` and `accuracy` into the scene, and says why; a complaint where they contradict each other or given numbers cannot reach them.
     pub(super) fn resolve(self, scene: &mut Scene, table: &Table<'_>) -> Option<Vec<Choice>> {
-        let Some(highest) = self.numerics.fmax else {
-            return match self.numerics.accuracy {
-                None => Some(Vec::new()),
-                Some(_) => {
-                    let wanted = format!(
-                        "{}, the highest frequency that numerics.accuracy is meant for",
-                        Bounds::positive("Hz")
-                    );
-                    table.complain("numerics.fmax", Problem::Missing { wanted })
-                }
-            };
-        };
-        let need = Need { highest, accuracy: self.numerics.accuracy };
-        let mut choices = self.resolution(need, scene, table)?;
-        if need.accuracy.is_some() {
-            self.tolerances(need, scene, &mut choices);
-            if scene.contact.lateral_points.is_none()
-                && scene.effects.texture != Switch::Off
-                && scene.road.varies_across()
-            {
-                let cell = need.cell();
-                let points = (scene.tyre.contact_width / cell).ceil().max(2.0) as usize;
-                scene.contact.lateral_points = Some(points);
-                let reason = format!("cells of at most {} mm across", short(1e3 * cell));
-                choices.push(Choice { key: "contact.lateral_points", value: points.to_string(), reason });
+        let Numerics { fmax, preset, accuracy, .. } = self.numerics;
+        let row = match (preset, accuracy) {
+            (Some(_), Some(_)) => {
+                let wrong = "this and `preset` both choose a row of the same table".to_owned();
+                let right = "either this or `preset`".to_owned();
+                return table.complain("numerics.accuracy", Problem::Complaint { wrong, right });
             }
+            (Some(preset), None) => Some(preset.row()),
+            (None, Some(accuracy)) => match FrontRow::within(accuracy) {
+                Some(row) => Some(row),
+                None => {
+                    let wrong = format!("{} dB is finer than any row of the table states", short(accuracy));
+                    let right = format!("at least {} dB, or settings of your own", short(FrontRow::finest_error()));
+                    return table.complain("numerics.accuracy", Problem::Complaint { wrong, right });
+                }
+            },
+            (None, None) => None,
+        };
+        let Some(highest) = fmax else {
+            let Some(_) = row else { return Some(Vec::new()) };
+            let key = if preset.is_some() { "preset" } else { "accuracy" };
+            let wanted = format!("{}, the highest frequency that numerics.{key} is meant for", Bounds::positive("Hz"));
+            return table.complain("numerics.fmax", Problem::Missing { wanted });
+        };
+        let mut choices = row.map_or(Vec::new(), |row| self.from_row(row, preset.is_some(), scene));
+        choices.extend(self.resolution(Need { highest, row }, scene, table)?);
+        // A wish beside keys that are all given has chosen nothing.
+        if row.is_some() && choices.len() == 1 {
+            choices.clear();
         }
         Some(choices)
+    }
+
+    /// What a row of the table says beside elements and steps.
+    fn from_row(&self, row: &FrontRow, named: bool, scene: &mut Scene) -> Vec<Choice> {
+        let (name, error) = (row.preset.name(), row.error);
+        let why = format!("preset \"{name}\"");
+        let worth = format!(
+            "third octaves within {} dB up to fmax at {} times the work of \"standard\"",
+            short(error),
+            short(row.cost)
+        );
+        let first = if named {
+            Choice { key: "numerics.preset", value: name.to_owned(), reason: format!("given: {worth}") }
+        } else {
+            Choice {
+                key: "numerics.accuracy",
+                value: why.clone(),
+                reason: format!("the cheapest that keeps it: {worth}"),
+            }
+        };
+        let mut choices = vec![first];
+        let mut choose = |key, value: String, reason: String| choices.push(Choice { key, value, reason });
+        let Scene { numerics, contact, tyre, .. } = scene;
+        if !self.time_rule {
+            numerics.time_rule = row.time_rule;
+            choose("numerics.time_rule", row.time_rule.name().to_owned(), why.clone());
+        }
+        if !self.history {
+            numerics.history = History::Modal;
+            choose("numerics.history", "modal".to_owned(), format!("{why}: the whole past, at the least work"));
+        }
+        if !self.pole_tolerance && numerics.history == History::Modal {
+            numerics.pole_tolerance = row.pole_tolerance;
+            choose("numerics.pole_tolerance", format!("{:.0e}", row.pole_tolerance), why.clone());
+        }
+        if contact.lateral_points.is_none() && scene.effects.texture != Switch::Off && scene.road.varies_across() {
+            let points = row.cells(tyre.contact_width);
+            contact.lateral_points = Some(points);
+            let reason = format!("{why}: cells of at most {} mm across", short(1e3 * row.cell));
+            choose("contact.lateral_points", points.to_string(), reason);
+        }
+        choices
     }
 
     fn resolution(&self, need: Need, scene: &mut Scene, table: &Table<'_>) -> Option<Vec<Choice>> {
@@ -90,10 +138,11 @@ impl Given {
             );
             return contradiction("numerics.elements", wrong, format!("{}, or leave it out", wanted.elements));
         }
-        let (limit, error) = (found.rule_limit(need, length, speed, rule), 100.0 * need.rule_error());
+        let limit = found.rule_limit(length, speed, rule);
+        let percent = 100.0 * Need::RULE_ERROR;
         if self.substeps && limit < highest {
             let wrong = format!(
-                "{} steps per element keep phase and damping of {} within {error:.1} % up to {limit:.0} Hz, and numerics.fmax = {} Hz is wanted",
+                "{} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and numerics.fmax = {} Hz is wanted",
                 found.substeps,
                 rule.name(),
                 short(highest)
@@ -107,32 +156,19 @@ impl Given {
                 "fmax = {highest} Hz: {:.1} per texture wavelength at {} km/h, none longer than {} mm",
                 2.0 * texture / highest,
                 rolling.speed_kmh,
-                1e3 * Resolution::LONGEST_ELEMENT
+                short(1e3 * need.longest_element())
             );
             choices.push(Choice { key: "numerics.elements", value: found.elements.to_string(), reason });
         }
         if !self.substeps {
-            let reason = format!("{} stays within {error:.1} % in phase and damping up to {limit:.0} Hz", rule.name());
+            let reason = format!(
+                "{:.1} steps in a period of fmax; {} stays within {percent} % in phase and damping up to {limit:.0} Hz",
+                found.steps_per_second(length, speed) / highest,
+                rule.name()
+            );
             choices.push(Choice { key: "numerics.substeps", value: found.substeps.to_string(), reason });
         }
         Some(choices)
-    }
-
-    fn tolerances(&self, need: Need, scene: &mut Scene, choices: &mut Vec<Choice>) {
-        let numerics = &mut scene.numerics;
-        if !self.pole_tolerance && numerics.history == History::Modal {
-            numerics.pole_tolerance = need.pole_tolerance();
-            let value = format!("{:.1e}", numerics.pole_tolerance);
-            let reason = "a fifth of it is the force's error relative to its peak".to_owned();
-            choices.push(Choice { key: "numerics.pole_tolerance", value, reason });
-        }
-        if !self.influence_tolerance {
-            numerics.influence_tolerance = numerics.influence_tolerance.max(0.01 * need.pole_tolerance());
-            let value = format!("{:.1e}", numerics.influence_tolerance);
-            let reason =
-                "lateral terms and aliases until they add less than a hundredth of the poles' tolerance".to_owned();
-            choices.push(Choice { key: "numerics.influence_tolerance", value, reason });
-        }
     }
 }
 
@@ -163,10 +199,11 @@ impl Kind for Elements {
 fn numerics(table: &mut Table<'_>) -> Option<Given> {
     let default = Numerics::default();
     let fmax = table.optional("fmax", &Bounds::positive("Hz"));
+    let preset = table.optional("preset", &OneOf::<Preset>::new());
     let accuracy = table.optional("accuracy", &Decibels(ACCURACY));
     let given = |key: &str| table.has(key);
     let (elements_given, substeps_given) = (given("elements"), given("substeps"));
-    let (poles_given, influence_given) = (given("pole_tolerance"), given("influence_tolerance"));
+    let (rule_given, history_given, poles_given) = (given("time_rule"), given("history"), given("pole_tolerance"));
     let elements = table.or("elements", &Elements, default.elements);
     let substeps = table.or("substeps", &Count(1), default.substeps);
     let time_rule = table.or("time_rule", &OneOf::<TimeRule>::new(), default.time_rule);
@@ -182,6 +219,7 @@ fn numerics(table: &mut Table<'_>) -> Option<Given> {
     let time_limit = table.or("time_limit", &Bounds::positive("h"), default.time_limit);
     let numerics = Numerics {
         fmax: fmax?,
+        preset: preset?,
         accuracy: accuracy?,
         elements: elements?,
         substeps: substeps?,
@@ -201,8 +239,9 @@ fn numerics(table: &mut Table<'_>) -> Option<Given> {
         numerics,
         elements: elements_given,
         substeps: substeps_given,
+        time_rule: rule_given,
+        history: history_given,
         pole_tolerance: poles_given,
-        influence_tolerance: influence_given,
     })
 }
 

@@ -175,6 +175,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             Numerics {
                 // Decides about other keys; it has its own test.
                 fmax: None,
+                preset: None,
                 accuracy: None,
                 elements: 2 * half,
                 substeps,

@@ -1,6 +1,6 @@
 //! Mistakes in effects, and what `fmax` and `accuracy` choose.
 
-use super::super::super::{Scene, Switch};
+use super::super::super::{FrontRow, History, Scene, Switch, TimeRule};
 use super::super::BASE;
 use super::{accepted, refused};
 
@@ -55,37 +55,87 @@ fn auto_with_nothing_to_decide_from() {
 }
 
 #[test]
-fn accuracy() {
+fn accuracy_and_presets() {
     let numerics = |keys: &str| format!("[numerics]\n{keys}");
     let of = |keys: &str| Scene::from_str(&BASE.replace("[numerics]", &numerics(keys)), "x");
     let message = |keys: &str| of(keys).unwrap_err().render(false);
-    assert!(message("accuracy = \"0.5 dB\"").contains("numerics.fmax"), "{}", message("accuracy = \"0.5 dB\""));
+    for (wish, key) in [("accuracy = \"6 dB\"", "accuracy"), ("preset = \"draft\"", "preset")] {
+        let found = message(wish);
+        assert!(found.contains("numerics.fmax") && found.contains(&format!("numerics.{key} is meant for")), "{found}");
+    }
     assert!(message("fmax = 1000\naccuracy = 0.5").contains("\"0.5 dB\""));
     assert!(message("fmax = 1000\naccuracy = \"9 dB\"").contains("at most 6 dB"));
     assert!(message("fmax = 1000\naccuracy = \"nan dB\"").contains("finite"));
+    let unknown = message("fmax = 1000\npreset = \"drafts\"");
+    assert!(unknown.contains("did you mean \"draft\"?"), "{unknown}");
+    let place = |keys: &str| {
+        let error = of(keys).unwrap_err();
+        let first = &error.diagnostics()[0];
+        (first.line(), first.key().to_owned(), error.to_string())
+    };
+    let line = BASE.lines().position(|line| line == "[numerics]").unwrap() + 1;
+    let (at, key, both) = place("fmax = 1000\npreset = \"draft\"\naccuracy = \"6 dB\"");
+    assert_eq!((at, key.as_str()), (line + 3, "numerics.accuracy"));
+    assert!(both.contains("either this or `preset`"), "{both}");
+    let (at, key, fine) = place("fmax = 1000\naccuracy = \"0.06 dB\"");
+    assert_eq!((at, key.as_str()), (line + 2, "numerics.accuracy"));
+    assert!(fine.contains("finer than any row") && fine.contains(&format!("at least {} dB", FrontRow::finest_error())));
+}
+
+/// The base scene on a made road, without what a row of the table chooses, with keys under `[numerics]`.
+fn open(keys: &str) -> String {
+    let chosen = ["elements", "substeps", "time_rule", "history"];
+    let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
+    let text = left.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
+    text.replace("[numerics]", &format!("[numerics]\nfmax = 1000\n{keys}"))
 }
 
 #[test]
-fn what_is_not_given_follows_from_accuracy_and_says_why() {
-    let text = BASE
-        .lines()
-        .filter(|line| !line.starts_with("elements") && !line.starts_with("substeps"))
-        .collect::<Vec<_>>()
-        .join("\n")
-        .replace("kind = \"smooth\"", "kind = \"made\"")
-        .replace("[numerics]", "[numerics]\nfmax = 1000\naccuracy = \"0.5 dB\"\nhistory = \"modal\"");
-    let loaded = Scene::from_str(&text, "x").unwrap_or_else(|error| panic!("{}", error.render(false)));
-    let keys: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
-    let expected =
-        ["elements", "substeps", "pole_tolerance", "influence_tolerance"].map(|key| format!("numerics.{key}"));
-    assert_eq!(keys[..4], expected, "{keys:?}");
-    assert_eq!(keys[4], "contact.lateral_points");
-    assert!(loaded.choices().iter().all(|choice| !choice.reason.is_empty()));
-    assert_eq!(loaded.scene.contact.lateral_points, Some((loaded.scene.tyre.contact_width / 1e-3).ceil() as usize));
-    // The effective settings read back as they are; all of them are given then.
-    let again = Scene::from_str(&loaded.scene.to_toml().unwrap(), "x").unwrap();
-    assert_eq!(again.scene, loaded.scene);
-    assert!(again.choices().is_empty());
+fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
+    for row in &FrontRow::ALL {
+        let (name, error) = (row.preset.name(), row.error);
+        let load =
+            |wish: &str| Scene::from_str(&open(wish), "x").unwrap_or_else(|error| panic!("{}", error.render(false)));
+        let (preset, accuracy) = (load(&format!("preset = \"{name}\"")), load(&format!("accuracy = \"{error} dB\"")));
+        let mut same = accuracy.scene.clone();
+        (same.numerics.preset, same.numerics.accuracy) = (Some(row.preset), None);
+        assert_eq!(same, preset.scene);
+        for (loaded, wish) in [(&preset, "preset"), (&accuracy, "accuracy")] {
+            let keys: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
+            let first = format!("numerics.{wish}");
+            let expected = [
+                first.as_str(),
+                "numerics.time_rule",
+                "numerics.history",
+                "numerics.pole_tolerance",
+                "contact.lateral_points",
+                "numerics.elements",
+                "numerics.substeps",
+            ];
+            assert_eq!(keys, expected);
+            assert!(loaded.choices()[0].reason.contains(&format!("within {error} dB")));
+            assert!(loaded.choices().iter().all(|choice| !choice.reason.is_empty()));
+            let found = &loaded.scene;
+            assert_eq!(found.contact.lateral_points, Some(row.cells(found.tyre.contact_width)));
+            assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
+            // The effective settings read back as they are; all of them are given then.
+            let again = Scene::from_str(&found.to_toml().unwrap(), "x").unwrap();
+            assert_eq!(again.scene, *found);
+            assert!(again.choices().is_empty(), "{:?}", again.choices());
+        }
+    }
+}
+
+#[test]
+fn keys_that_are_given_stay_beside_a_preset() {
+    let keys =
+        "preset = \"draft\"\nelements = 1000\ntime_rule = \"sdirk2\"\nhistory = \"direct\"\npole_tolerance = 1e-8";
+    let loaded = Scene::from_str(&open(keys), "x").unwrap();
+    let numerics = &loaded.scene.numerics;
+    assert_eq!((numerics.elements, numerics.time_rule, numerics.history), (1000, TimeRule::Sdirk2, History::Direct));
+    assert!((numerics.pole_tolerance - 1e-8).abs() < 1e-20);
+    let chosen: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
+    assert_eq!(chosen, ["numerics.preset", "contact.lateral_points", "numerics.substeps"]);
 }
 
 #[test]

@@ -1,0 +1,52 @@
+//! The Pareto front of points with a cost and an error.
+
+/// Indices of the points that no other is better than: none has both a lower cost and a lower error, and of equal ones the first. By rising cost.
+pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
+    let mut order: Vec<usize> =
+        (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
+    order.sort_by(|&i, &j| points[i].0.total_cmp(&points[j].0).then(points[i].1.total_cmp(&points[j].1)));
+    let mut least = f64::INFINITY;
+    order.retain(|&i| {
+        let better = points[i].1 < least;
+        least = least.min(points[i].1);
+        better
+    });
+    order
+}
+
+/// How much more a point costs than the front does at its error: the cost over that of the cheapest point with an error that is not larger. At least 1 where the point is one of those.
+pub fn excess(point: (f64, f64), points: &[(f64, f64)]) -> f64 {
+    let cheapest = points.iter().filter(|other| other.1 <= point.1).map(|other| other.0).fold(point.0, f64::min);
+    point.0 / cheapest
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn the_front_is_what_nothing_beats() {
+        let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (4.0, 2.0), (2.0, 3.0), (0.5, f64::NAN)];
+        assert_eq!(front(&points), [0, 1, 3]);
+        assert_eq!(front(&[]), [0; 0]);
+        assert!((excess((3.0, 4.0), &points) - 1.5).abs() < 1e-15);
+        assert!((excess((2.0, 3.0), &points) - 1.0).abs() < 1e-15);
+    }
+
+    proptest! {
+        #[test]
+        fn everything_is_on_the_front_or_beaten_by_it(points in prop::collection::vec((0.0..9.0_f64, 0.0..9.0_f64), 1..40)) {
+            let on = front(&points);
+            for pair in on.windows(2) {
+                prop_assert!(points[pair[0]].0 < points[pair[1]].0 && points[pair[0]].1 > points[pair[1]].1);
+            }
+            for (index, point) in points.iter().enumerate() {
+                let beaten = on.iter().any(|&i| i != index && points[i].0 <= point.0 && points[i].1 <= point.1);
+                prop_assert!(beaten || on.contains(&index));
+                prop_assert!(excess(*point, &points) >= 1.0);
+            }
+        }
+    }
+}

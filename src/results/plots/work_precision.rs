@@ -1,0 +1,217 @@
+//! Work against precision: curves of single knobs, points, a front and marked settings, over logarithmic axes, in panels that share the error's axis and a legend.
+
+use plotters::style::RGBColor;
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Form, Frame, Grid, MARK, PlotError, Sheet, draw, legend_width};
+use super::colour;
+
+const INK: RGBColor = RGBColor(30, 30, 30);
+const GREY: RGBColor = RGBColor(150, 150, 150);
+const PALE: RGBColor = RGBColor(215, 215, 215);
+const WHITE: RGBColor = RGBColor(255, 255, 255);
+const GOLD: RGBColor = RGBColor(255, 205, 40);
+
+/// Width of a panel, its left margin and the frame's height in shown pixels.
+const PANEL: i32 = 500;
+const MARGIN: i32 = 85;
+const TOP: i32 = 50;
+const BOTTOM: i32 = 520;
+/// Width of a letter and height of a note in drawn units.
+const LETTER: i32 = 28;
+const LINE: i32 = 60;
+
+/// A setting with a name.
+#[derive(Clone, Debug)]
+pub struct Mark<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Cost and error.
+    pub at: (f64, f64),
+}
+
+/// One panel: errors against one kind of cost. Errors below the axis are drawn at its end.
+#[derive(Clone, Debug)]
+pub struct WorkPrecisionPanel<'a> {
+    /// The cost's axis.
+    pub cost: Axis,
+    /// One curve for each knob; cost and error.
+    pub knobs: Vec<Vec<(f64, f64)>>,
+    /// Points without a curve.
+    pub points: Vec<(f64, f64)>,
+    /// The front, by rising cost.
+    pub front: Vec<(f64, f64)>,
+    /// Settings with a name.
+    pub marks: Vec<Mark<'a>>,
+}
+
+/// The picture.
+#[derive(Clone, Debug)]
+pub struct WorkPrecisionPlot<'a> {
+    /// Title over everything.
+    pub title: &'a str,
+    /// The error's axis.
+    pub error: Axis,
+    /// Names of the knobs.
+    pub knobs: Vec<&'a str>,
+    /// Error below which points cannot be told from the reference.
+    pub doubt: f64,
+    /// The panels, side by side.
+    pub panels: Vec<WorkPrecisionPanel<'a>>,
+}
+
+impl WorkPrecisionPlot<'_> {
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`].
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let others = ["combinations", "front, by work", "marked"];
+        let legend = legend_width(self.knobs.iter().copied().chain(others));
+        let frames: Vec<Frame> = (0..self.panels.len() as i32)
+            .map(|panel| Frame::of(panel * PANEL + MARGIN..(panel + 1) * PANEL - 10, TOP..BOTTOM))
+            .collect();
+        let Some(last) = frames.last() else {
+            return Err(PlotError::Shape { picture: "work and precision", quantity: "panels", expected: 1, got: 0 });
+        };
+        let size = (PANEL * self.panels.len() as i32 + legend, BOTTOM + 60);
+        draw("work and precision", size, "", |sheet| {
+            sheet.heading(self.title, frames[0].x.start..last.x.end, 16);
+            for (panel, frame) in self.panels.iter().zip(&frames) {
+                self.panel(sheet, panel, frame);
+            }
+            let mut row = 0;
+            for (index, name) in self.knobs.iter().enumerate() {
+                sheet.marked_entry(last, row, name, form(index), (colour::line(index), WHITE));
+                row += 1;
+            }
+            sheet.marked_entry(last, row, others[0], Form::Circle, (GREY, PALE));
+            sheet.legend_entry(last, row + 1, others[1], INK);
+            sheet.marked_entry(last, row + 2, others[2], Form::Star, (INK, GOLD));
+        })
+    }
+
+    fn panel(&self, sheet: &mut Sheet<'_>, panel: &WorkPrecisionPanel<'_>, frame: &Frame) {
+        sheet.axes("", frame, &panel.cost, &self.error, Grid::Both);
+        let place = |&(cost, error): &(f64, f64)| {
+            let up = self.error.place(error.max(self.error.range().start)).clamp(0.0, 1.0);
+            (frame.across(panel.cost.place(cost).clamp(0.0, 1.0)), frame.up(up))
+        };
+        let doubt = self.error.place(self.doubt);
+        if (0.0..=1.0).contains(&doubt) {
+            sheet.dashes(frame, doubt, GREY);
+            let at = (frame.x.start + 6 * LETTER / 7, frame.up(doubt) - LETTER / 4);
+            sheet.note_left("doubt of the reference", at);
+        }
+        for (index, curve) in panel.knobs.iter().enumerate() {
+            let places: Vec<(i32, i32)> = curve.iter().map(place).collect();
+            sheet.line(places.clone(), colour::line(index), 1.25);
+            for at in places {
+                sheet.mark(at, form(index), MARK, colour::line(index), WHITE);
+            }
+        }
+        for point in &panel.points {
+            sheet.mark(place(point), Form::Circle, 0.8 * MARK, GREY, PALE);
+        }
+        sheet.line(panel.front.iter().map(place).collect(), INK, 2.25);
+        let places: Vec<(i32, i32)> = panel.marks.iter().map(|mark| place(&mark.at)).collect();
+        for &at in &places {
+            sheet.mark(at, Form::Star, 2.0 * MARK, INK, GOLD);
+        }
+        let mut taken: Vec<Area> = places.iter().map(|&(x, y)| Area::around(x, y, 45, 40)).collect();
+        let points = panel.knobs.iter().flatten().chain(&panel.points).map(place);
+        taken.extend(points.map(|(x, y)| Area::around(x, y, 18, 18)));
+        for (mark, at) in panel.marks.iter().zip(places) {
+            let (at, anchor, area) = beside(mark.name, at, frame, &taken);
+            taken.push(area);
+            sheet.note(mark.name, at, anchor);
+        }
+        sheet.frame(frame);
+    }
+}
+
+fn form(index: usize) -> Form {
+    Form::OF_CURVES[index % Form::OF_CURVES.len()]
+}
+
+/// A rectangle in drawn units: left, right, top, bottom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Area(i32, i32, i32, i32);
+
+impl Area {
+    fn around(x: i32, y: i32, width: i32, height: i32) -> Self {
+        Self(x - width, x + width, y - height, y + height)
+    }
+
+    /// Overlapping part, in drawn units squared.
+    fn shared(self, other: Self) -> i64 {
+        let overlap = |a: (i32, i32), b: (i32, i32)| i64::from((a.1.min(b.1) - a.0.max(b.0)).max(0));
+        overlap((self.0, self.1), (other.0, other.1)) * overlap((self.2, self.3), (other.2, other.3))
+    }
+}
+
+/// Where a mark's name hides least: right of it, left, above, below, or further away in these directions.
+fn beside(name: &str, (x, y): (i32, i32), frame: &Frame, taken: &[Area]) -> ((i32, i32), Anchor, Area) {
+    let width = LETTER * name.chars().count() as i32;
+    let mut best: Option<(i64, (i32, i32), Anchor, Area)> = None;
+    for away in [0, 60, 130] {
+        let gap = 44 + away;
+        let places = [
+            ((x + gap, y), Anchor::Right, Area(x + gap, x + gap + width, y - LINE / 2, y + LINE / 2)),
+            ((x - gap, y), Anchor::Left, Area(x - gap - width, x - gap, y - LINE / 2, y + LINE / 2)),
+            ((x, y - gap), Anchor::Above, Area(x - width / 2, x + width / 2, y - gap - LINE, y - gap)),
+            ((x, y + gap), Anchor::Below, Area(x - width / 2, x + width / 2, y + gap, y + gap + LINE)),
+        ];
+        for (at, anchor, area) in places {
+            let inside =
+                area.0 > frame.x.start && area.1 < frame.x.end && area.2 > frame.y.start && area.3 < frame.y.end;
+            let hidden = taken.iter().map(|&other| area.shared(other)).sum::<i64>() + if inside { 0 } else { 1 << 40 };
+            if best.as_ref().is_none_or(|best| hidden < best.0) {
+                best = Some((hidden, at, anchor, area));
+            }
+        }
+    }
+    let (_, at, anchor, area) = best.unwrap_or((0, (x, y), Anchor::Above, Area(x, x, y, y)));
+    (at, anchor, area)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_avoid_each_other_and_the_frame() {
+        let frame = Frame::of(0..500, 0..400);
+        let mut taken = Vec::new();
+        // Four settings in one place: four names that share nothing.
+        for name in ["draft", "standard", "reference", "the scene"] {
+            let (_, _, area) = beside(name, (1900, 800), &frame, &taken);
+            assert!(taken.iter().all(|&other| area.shared(other) == 0), "{name}: {area:?} {taken:?}");
+            assert!(area.1 < frame.x.end, "{name}: {area:?}");
+            taken.push(area);
+        }
+    }
+
+    #[test]
+    fn a_picture_names_its_knobs_and_marks() {
+        let panel = |title: &str| WorkPrecisionPanel {
+            cost: Axis::logarithmic(title, 1.0..100.0),
+            knobs: vec![vec![(2.0, 3.0), (20.0, 0.3)], vec![(5.0, 0.0)]],
+            points: vec![(9.0, 0.5)],
+            front: vec![(2.0, 3.0), (9.0, 0.5)],
+            marks: vec![Mark { name: "draft", at: (9.0, 0.5) }],
+        };
+        let plot = WorkPrecisionPlot {
+            title: "t",
+            error: Axis::logarithmic("Error [dB]", 0.1..10.0),
+            knobs: vec!["elements", "poles"],
+            doubt: 0.2,
+            panels: vec![panel("Work"), panel("Time")],
+        };
+        let svg = plot.to_svg().unwrap();
+        for text in ["elements", "poles", "draft", "doubt of the reference", "Work", "Time"] {
+            assert!(svg.contains(text), "{text}");
+        }
+        assert!(WorkPrecisionPlot { panels: vec![], ..plot }.to_svg().is_err());
+    }
+}

@@ -1,0 +1,95 @@
+//! A study: errors fall with refinement, work is exact, the front is one.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod common;
+
+use std::sync::atomic::AtomicBool;
+
+use common::{scene, scene_text};
+use tyrewave::pipeline::Unwatched;
+use tyrewave::pipeline::study::{Kind, Study, StudyOptions, front, study};
+use tyrewave::scene::LoadedScene;
+
+const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
+const MADE: &str = "kind = \"made\"\nseed = 2";
+
+fn small(history: &str) -> LoadedScene {
+    scene(&scene_text(32, MADE, ROLLING, history, ""))
+}
+
+fn studied(loaded: &LoadedScene) -> Study {
+    let defaults = StudyOptions::of(&loaded.scene);
+    let options = StudyOptions { highest: 125.0, runs: 3, elements: Some(64), substeps: Some(4), ..defaults };
+    study(loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap()
+}
+
+#[test]
+fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
+    let loaded = small("history = \"modal\"");
+    let found = studied(&loaded);
+    assert!(found.reference.difference.worst == 0.0 && found.reference.difference.force == 0.0);
+    let knob = |name: &str| found.knobs.iter().find(|knob| knob.name == name).unwrap_or_else(|| panic!("{name}"));
+    let errors: Vec<f64> = knob("pole tolerance").points.iter().map(|point| point.difference.force).collect();
+    println!("poles: {errors:?}");
+    assert_eq!(errors.len(), 4);
+    // From 1e-3 to 1e-6; a fit is better than asked for by a factor that varies.
+    assert!(errors[0] > 10.0 * errors[3] && errors.windows(2).all(|pair| pair[1] < 1.5 * pair[0]), "{errors:?}");
+    let elements: Vec<f64> =
+        knob("elements").points.iter().map(|point| point.difference.contact_length.abs()).collect();
+    println!("elements: {elements:?}");
+    for (name, missing) in [("memory", "modal"), ("single precision", "not built"), ("first-order-hold", "unstable")] {
+        let reason = knob(name).missing.as_ref().unwrap();
+        assert!(reason.contains(missing) && knob(name).points.is_empty(), "{name}: {reason}");
+    }
+    assert!(knob("tread law").kind == Kind::Model && knob("tread law").points.len() == 2);
+    assert_eq!(found.joint.len(), 3);
+    assert!(found.doubt.worst > 0.0 && found.refined.len() == 3, "{:?}", found.refined);
+
+    // The front: rising work, falling error, nothing beats it, and nothing that is not on it is unbeaten.
+    let on: Vec<(f64, f64)> = found.front.iter().map(|point| found.coordinates(point)).collect();
+    assert!(on.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{on:?}");
+    let all: Vec<(f64, f64)> = found.points().map(|point| found.coordinates(point)).collect();
+    let expected: Vec<(f64, f64)> = front(&all).into_iter().map(|index| all[index]).collect();
+    assert_eq!(on, expected);
+
+    // Again, on one thread: the same errors and the same work, to the last bit.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let again = alone.install(|| studied(&loaded));
+    assert!(found.points().count() == again.points().count() && found.points().count() > 20);
+    for (a, b) in found.points().zip(again.points()) {
+        assert_eq!((&a.label, a.difference), (&b.label, b.difference));
+        assert_eq!(a.cost.multiply_adds.to_bits(), b.cost.multiply_adds.to_bits(), "{}", a.label);
+        assert_eq!(a.cost.compliance_evaluations, b.cost.compliance_evaluations, "{}", a.label);
+    }
+}
+
+#[test]
+fn a_direct_history_is_swept_by_its_memory_and_a_smooth_road_is_refused() {
+    let loaded = small("history = \"direct\"\nmemory = 0.3");
+    let options = StudyOptions {
+        highest: 125.0,
+        runs: 0,
+        elements: Some(32),
+        substeps: Some(2),
+        ..StudyOptions::of(&loaded.scene)
+    };
+    let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let memory = found.knobs.iter().find(|knob| knob.name == "memory").unwrap();
+    let errors: Vec<f64> = memory.points.iter().map(|point| point.difference.force).collect();
+    println!("memory: {errors:?}");
+    assert!(errors.len() >= 3 && errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+    let terms = found.knobs.iter().find(|knob| knob.name == "lateral terms").unwrap();
+    assert!(terms.anchor.is_some() && terms.points.len() == 4);
+
+    let smooth = scene(&scene_text(32, "kind = \"smooth\"", ROLLING, "", ""));
+    let refused = study(&smooth, &options, &AtomicBool::new(false), &mut Unwatched).err().unwrap().to_string();
+    assert!(refused.contains("road.kind") && refused.contains("no levels"), "{refused}");
+}
+
+#[test]
+fn a_study_that_would_take_too_long_is_refused() {
+    let loaded = scene(&scene_text(512, MADE, ROLLING, "history = \"modal\"\ntime_limit = 1e-3", ""));
+    let refused =
+        study(&loaded, &StudyOptions::of(&loaded.scene), &AtomicBool::new(false), &mut Unwatched).err().unwrap();
+    assert!(refused.to_string().contains("time_limit"), "{refused}");
+}

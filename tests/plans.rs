@@ -90,7 +90,7 @@ fn what_is_off_has_no_work_in_the_plan() {
 #[test]
 fn what_road_and_model_cannot_honour_is_said_once() {
     let road = "kind = \"made\"\nspacing = 0.01\nwavelengths = [0.1, 0.08]\nlevels = [46, 46]";
-    let numerics = format!("{MODAL}\nfmax = 1000\naccuracy = \"6 dB\"");
+    let numerics = format!("{MODAL}\nfmax = 1000\naccuracy = \"7 dB\"");
     let text = scene_text(64, road, ROLLING, &numerics, "").replace("elements = 64\n", "");
     let loaded = scene(&text);
     let run = Run::begin(&loaded, &Plan::of(&loaded), &AtomicBool::new(false)).unwrap();

@@ -1,7 +1,8 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
 //! Derived with `tyrewave study` on made dense asphalt, checked on other roads and speeds (tests/presets.rs); `tyrewave study SCENE --check-presets` checks them on any scene. A stated error is
-//! the largest difference of a third octave of the contact force, 100 Hz to fmax, from a converged run of the same model with the axle at the same height.
+//! the largest difference of a third octave of the contact force, 100 Hz to fmax, from a finer run of the same model (1024 elements or more, at least 48 steps in a period of fmax, cells of 1 mm) with the
+//! axle at the same height: 1.2 times the worst seen in the derivation. That run is itself not converged in the time step: on a rough road the contact is of first order in it at best.
 
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +73,7 @@ impl FrontRow {
             steps_per_period: 12.0,
             pole_tolerance: 1e-3,
             cell: 4e-3,
-            error: 6.0,
+            error: 6.5,
             cost: 0.5,
         },
         Self {
@@ -83,7 +84,7 @@ impl FrontRow {
             steps_per_period: 20.0,
             pole_tolerance: 1e-4,
             cell: 3e-3,
-            error: 4.0,
+            error: 5.0,
             cost: 1.0,
         },
         Self {
@@ -94,8 +95,8 @@ impl FrontRow {
             steps_per_period: 32.0,
             pole_tolerance: 1e-5,
             cell: 2e-3,
-            error: 2.5,
-            cost: 3.0,
+            error: 3.5,
+            cost: 2.1,
         },
     ];
 

@@ -21,7 +21,7 @@ const POLES: Bounds = Bounds::between(1e-10, 1e-2, "");
 const CONDITION: Bounds = Bounds::between(1e-15, 1e-3, "");
 
 /// From what no road is known to, up to what is hardly an accuracy.
-const ACCURACY: Bounds = Bounds::between(0.05, 6.0, "dB");
+const ACCURACY: Bounds = Bounds::between(0.05, 12.0, "dB");
 
 /// The table, and which of the keys that `fmax`, `preset` and `accuracy` decide were given.
 #[derive(Default)]

@@ -59,12 +59,12 @@ fn accuracy_and_presets() {
     let numerics = |keys: &str| format!("[numerics]\n{keys}");
     let of = |keys: &str| Scene::from_str(&BASE.replace("[numerics]", &numerics(keys)), "x");
     let message = |keys: &str| of(keys).unwrap_err().render(false);
-    for (wish, key) in [("accuracy = \"6 dB\"", "accuracy"), ("preset = \"draft\"", "preset")] {
+    for (wish, key) in [("accuracy = \"7 dB\"", "accuracy"), ("preset = \"draft\"", "preset")] {
         let found = message(wish);
         assert!(found.contains("numerics.fmax") && found.contains(&format!("numerics.{key} is meant for")), "{found}");
     }
     assert!(message("fmax = 1000\naccuracy = 0.5").contains("\"0.5 dB\""));
-    assert!(message("fmax = 1000\naccuracy = \"9 dB\"").contains("at most 6 dB"));
+    assert!(message("fmax = 1000\naccuracy = \"20 dB\"").contains("at most 12 dB"));
     assert!(message("fmax = 1000\naccuracy = \"nan dB\"").contains("finite"));
     let unknown = message("fmax = 1000\npreset = \"drafts\"");
     assert!(unknown.contains("did you mean \"draft\"?"), "{unknown}");
@@ -74,7 +74,7 @@ fn accuracy_and_presets() {
         (first.line(), first.key().to_owned(), error.to_string())
     };
     let line = BASE.lines().position(|line| line == "[numerics]").unwrap() + 1;
-    let (at, key, both) = place("fmax = 1000\npreset = \"draft\"\naccuracy = \"6 dB\"");
+    let (at, key, both) = place("fmax = 1000\npreset = \"draft\"\naccuracy = \"7 dB\"");
     assert_eq!((at, key.as_str()), (line + 3, "numerics.accuracy"));
     assert!(both.contains("either this or `preset`"), "{both}");
     let (at, key, fine) = place("fmax = 1000\naccuracy = \"0.06 dB\"");

@@ -53,7 +53,7 @@ pub(super) fn text(study: &Study, scene: &Scene) -> String {
     let Study { options, reference, doubt, .. } = study;
     let mut text = format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held; {} threads\n\
-         reference: {}\n\nHow sure the reference is (halved, doubled; observed order; error left):\n",
+         reference: {}\n\nHow sure the reference is: the same with a knob halved and doubled, the order that shows, the error that is left:\n",
         options.highest,
         options.duration,
         study.threads,
@@ -62,22 +62,26 @@ pub(super) fn text(study: &Study, scene: &Scene) -> String {
     let refined: Vec<[String; 6]> = study
         .refined
         .iter()
-        .map(|refined| {
-            let of = |found: &Richardson| {
+        .flat_map(|refined| {
+            let row = |knob: &str, currency: &str, found: &Richardson| {
                 let order = match found.order {
-                    Some(order) if found.converges => format!("order {order:.1}"),
-                    Some(order) => format!("order {order:.1}: not converged"),
+                    Some(order) if found.converges => format!("{order:.1}"),
+                    Some(order) => format!("{order:.1}, not converged"),
                     None => "exact".to_owned(),
                 };
-                format!("{:.2e} -> {:.2e}, {order}: {:.2e}", found.coarse, found.fine, found.error)
+                let [coarse, fine, error] = [found.coarse, found.fine, found.error].map(|value| format!("{value:.2e}"));
+                [knob.to_owned(), currency.to_owned(), coarse, fine, order, error]
             };
-            let currencies =
-                [&refined.worst, &refined.rms, &refined.force, &refined.mean_force, &refined.contact_length].map(of);
-            let [worst, rms, force, mean, length] = currencies;
-            [refined.knob.to_owned(), worst, rms, force, mean, length]
+            [
+                row(&refined.knob, "worst [dB]", &refined.worst),
+                row("", "rms [dB]", &refined.rms),
+                row("", "force", &refined.force),
+                row("", "mean force", &refined.mean_force),
+                row("", "patch", &refined.contact_length),
+            ]
         })
         .collect();
-    text.push_str(&words(&["", "worst [dB]", "rms [dB]", "force", "mean force", "patch"], &refined));
+    text.push_str(&words(&["", "difference of", "halved", "doubled", "order", "left"], &refined));
     text.push_str(&format!(
         "doubt: {:.2} dB worst, {:.2} dB rms, force {:.2e}, mean force {:.1e}, patch {:.1e}; smaller errors are marked ~\n",
         doubt.worst, doubt.rms, doubt.force, doubt.mean_force, doubt.contact_length
@@ -124,11 +128,11 @@ pub(super) fn text(study: &Study, scene: &Scene) -> String {
         text.push_str(&format!("\nCombinations, in the order of their choice:\n{}", aligned(&header, &rows)));
     }
     for (title, points) in [("Settings with a name", &study.named), ("Front, by exact work", &study.front)] {
-        let rows: Vec<[String; 10]> = points
-            .iter()
-            .map(|point| row(format!("{}: {}", point.label, point.settings.label(scene)), point, doubt))
-            .collect();
+        let rows: Vec<[String; 10]> = points.iter().map(|point| row(point.label.clone(), point, doubt)).collect();
         text.push_str(&format!("\n{title}:\n{}", aligned(&HEADER, &rows)));
+        for point in points {
+            text.push_str(&format!("{}: {}\n", point.label, point.settings.label(scene)));
+        }
     }
     text
 }

@@ -96,7 +96,7 @@ impl FrontRow {
             pole_tolerance: 1e-5,
             cell: 2e-3,
             error: 3.5,
-            cost: 2.1,
+            cost: 2.5,
         },
     ];
 

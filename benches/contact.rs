@@ -1,22 +1,24 @@
-//! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; the history by poles, instant by instant and in blocks; and the search for the points in contact with
-//! cached factors, with fresh ones, and by projected Gauss-Seidel sweeps, each with its error.
+//! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; the history by poles, instant by instant and in blocks, with the direct sum beside it; the search for the
+//! points in contact with many factors kept, with one, and by projected Gauss-Seidel sweeps; a solution with a factor found, beside a neighbour's, and with one made anew. Each with its error.
 //!
 //! `cargo bench --bench contact`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
 use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::active_set::ActiveSet;
-use tyrewave::contact::factors::FactorCache;
+use tyrewave::contact::factors::{FactorCache, FactorCounts};
 use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
+use tyrewave::pipeline::past::fetch;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
-use tyrewave::tyre::rational::{FitOptions, fit};
+use tyrewave::tyre::rational::{FitOptions, RationalModel};
 
 const ELEMENTS: usize = 512;
 /// Points in contact of the default tyre.
@@ -75,50 +77,106 @@ fn history(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The history by poles, its instants taken one by one or in blocks, `TYREWAVE_BENCH_ELEMENTS` round the tyre. One iteration is 240 instants, so that whole blocks are timed.
+/// Weights of the convolution that the recursion is, from its answer to a unit force on one element: the direct sum over them differs from it by rounding only.
+fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
+    let elements = model.elements;
+    let mut history =
+        ModalHistory::with_blocks(model, Field::Surface, rule, time_step, 1).expect("the surface is fitted");
+    let forward = RealFftPlanner::<f64>::new().plan_fft_forward(elements);
+    let (mut ring, mut waves) = (forward.make_input_vec(), forward.make_output_vec());
+    let mut values = vec![0.0; waves.len() * lags];
+    let mut forces = vec![0.0; elements];
+    for lag in 0..lags {
+        history.displacement(0, &mut ring);
+        forces[0] = if lag == 0 { 1.0 } else { 0.0 };
+        history.push(0, &forces);
+        forward.process(&mut ring, &mut waves).expect("planned lengths");
+        for (n, wave) in waves.iter().enumerate() {
+            values[n * lags + lag] = wave.re / elements as f64;
+        }
+    }
+    let at_rest = model.at_rest(Field::Surface).expect("the surface is fitted");
+    Weights { values, lags, at_rest, evaluations: 0, omitted: 0.0 }
+}
+
+/// The history by poles, its instants taken one by one or in blocks, and by the direct sum over the default memory; the number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240
+/// instants, so that whole blocks are timed.
 fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
+    /// Memory of the direct sum \[s\].
+    const MEMORY: f64 = 0.7;
     let tyre = Scene::from_str(DEFAULT, "default").expect("the default scene").scene.tyre;
-    let elements = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(128);
-    let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
-    let options = FitOptions::new(&tyre, elements, 80.0 / 3.6);
-    let model = fit(&tyre, &options).unwrap_or_else(|error| panic!("the default tyre is refused: {error}"));
-    let columns = elements * 9 / 64;
-    let (from, to) = (columns / 4, columns - columns / 4);
-    let roll = |history: &mut ModalHistory, old: &mut [f64], begin: i64| {
-        let mut forces = vec![0.0; columns];
-        for instant in begin..begin + ROUND {
-            history.displacement(instant, old);
+    let wanted = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok());
+    for elements in wanted.map_or_else(|| vec![128_usize, 256, 512, 1024], |elements| vec![elements]) {
+        let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
+        let options = FitOptions::new(&tyre, elements, 80.0 / 3.6);
+        let model = fetch(&tyre, &options, &AtomicBool::new(false))
+            .unwrap_or_else(|error| panic!("the default tyre is refused: {error}"))
+            .model;
+        let columns = elements * 9 / 64;
+        let (from, to) = (columns / 4, columns - columns / 4);
+        let forces_at = |instant: i64, forces: &mut [f64]| {
             for (j, force) in forces.iter_mut().enumerate().take(to).skip(from) {
                 *force = 100.0 + ((j as i64 * 7 + instant * 3) % 11) as f64;
             }
-            history.push(instant, &forces);
+        };
+        let roll = |history: &mut dyn PastForces, old: &mut [f64], begin: i64, instants: i64| {
+            let mut forces = vec![0.0; columns];
+            for instant in begin..begin + instants {
+                history.displacement(instant, old);
+                forces_at(instant, &mut forces);
+                history.push(instant, &forces);
+            }
+        };
+        let history = |instants| {
+            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, instants)
+                .expect("the surface is fitted")
+        };
+        let mut exact = vec![0.0; columns];
+        roll(&mut history(1), &mut exact, 0, ROUND);
+        let largest = exact.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let checked = |name: &str, old: &[f64], bound: f64| {
+            let error = old.iter().zip(&exact).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
+            println!("N = {elements}, {name}: {error:.0e} off the plain recursion");
+            assert!(error < bound, "{error:e}");
+        };
+        let mut group = criterion.benchmark_group(format!("history by poles, {elements} elements"));
+        group.sample_size(20).throughput(Throughput::Elements(ROUND as u64));
+        // All lengths where a round is cheapest; else the plain recursion and the length that runs take.
+        let lengths: &[usize] = if elements <= 128 || wanted.is_some() { &[1, 4, 8, 16, 24, 40] } else { &[1, 8] };
+        for &instants in lengths {
+            let (mut blocks, mut old) = (history(instants), vec![0.0; columns]);
+            roll(&mut blocks, &mut old, 0, ROUND);
+            checked(&format!("blocks of {instants}"), &old, 1e-12);
+            let mut begin = ROUND;
+            group.bench_function(BenchmarkId::new("block", instants), |bench| {
+                bench.iter(|| {
+                    roll(&mut blocks, black_box(&mut old), begin, ROUND);
+                    begin += ROUND;
+                });
+            });
         }
-    };
-    let history = |instants| {
-        ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, instants)
-            .expect("the surface is fitted")
-    };
-    let mut exact = vec![0.0; columns];
-    roll(&mut history(1), &mut exact, 0);
-    let largest = exact.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-    let mut group = criterion.benchmark_group(format!("history by poles, {elements} elements"));
-    group.sample_size(20).throughput(Throughput::Elements(ROUND as u64));
-    for instants in [1, 4, 8, 16, 24, 40] {
-        let (mut blocks, mut old) = (history(instants), vec![0.0; columns]);
-        roll(&mut blocks, &mut old, 0);
-        let error = old.iter().zip(&exact).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
-        println!("blocks of {instants}: {error:.0e} off the plain recursion");
-        assert!(error < 1e-12, "{error:e}");
-        let mut begin = ROUND;
-        group.bench_function(BenchmarkId::new("block", instants), |bench| {
+        let lags = (MEMORY / time_step) as usize;
+        let weights = pulse_weights(&model, TimeRule::Bdf2, time_step, lags);
+        let mut direct = DirectHistory::new(LagKernel::new(&weights, elements, columns, 1), columns, 1);
+        let mut old = vec![0.0; columns];
+        roll(&mut direct, &mut old, 0, ROUND);
+        checked(&format!("direct sum of {lags} lags"), &old, 1e-12);
+        let (mut instant, mut forces) = (ROUND, vec![0.0; columns]);
+        while instant < ROUND + lags as i64 {
+            forces_at(instant, &mut forces);
+            direct.push(instant, &forces);
+            instant += 1;
+        }
+        group.sample_size(10).throughput(Throughput::Elements(1));
+        group.bench_function("direct sum", |bench| {
             bench.iter(|| {
-                roll(&mut blocks, black_box(&mut old), begin);
-                begin += ROUND;
+                roll(&mut direct, black_box(&mut old), instant, 1);
+                instant += 1;
             });
         });
+        group.finish();
     }
-    group.finish();
 }
 
 /// G0 of the default tyre, BDF2, by distance.
@@ -136,11 +194,12 @@ fn instant_influence() -> Vec<f64> {
     row
 }
 
-/// Required displacements \[m\] of a rough patch at a step.
+/// Required displacements \[m\] of a rough patch at a step, as long as the window asks for.
 fn required(columns: usize, step: usize) -> Vec<f64> {
     let middle = 0.5 * (columns as f64 - 1.0);
+    let curvature = 3e-6 * (72.0 / columns as f64).powi(2);
     let rough = |e: usize| 2e-4 * ((e * 2_654_435_761 % 1000) as f64 / 1000.0 - 0.5);
-    (0..columns).map(|j| 6e-4 - 3e-6 * (j as f64 - middle).powi(2) + rough(j + step)).collect()
+    (0..columns).map(|j| 6e-4 - curvature * (j as f64 - middle).powi(2) + rough(j + step)).collect()
 }
 
 /// Projected Gauss-Seidel until no force changes by more than 1e-12 of the largest; returns the sweeps.
@@ -162,74 +221,103 @@ fn gauss_seidel(influence: &[f64], d: &[f64], forces: &mut [f64]) -> usize {
 }
 
 fn search(criterion: &mut Criterion) {
-    const COLUMNS: usize = 72;
-    const STEPS: usize = 64;
+    const STEPS: usize = 32;
     let influence = instant_influence();
-    let d: Vec<Vec<f64>> = (0..STEPS).map(|step| required(COLUMNS, step)).collect();
-    let row = || influence[..COLUMNS].to_vec();
+    for columns in [18_usize, 36, 72, 144] {
+        let d: Vec<Vec<f64>> = (0..STEPS).map(|step| required(columns, step)).collect();
+        let row = || influence[..columns].to_vec();
 
-    // All ways agree.
-    let (mut exact, mut found, mut sweeps, mut worst) = (vec![0.0; COLUMNS], vec![0.0; COLUMNS], 0, 0.0_f64);
-    let mut active = ActiveSet::new(row(), COLUMNS, 1e-12, 4096);
-    for d in &d {
-        exact.fill(0.0);
-        sweeps += gauss_seidel(&influence, d, &mut exact);
-        active.advance(1);
-        assert!(active.search(d, &mut found).is_ok());
-        let peak = exact.iter().fold(0.0_f64, |a, &b| a.max(b));
-        worst = exact.iter().zip(&found).map(|(a, b)| (a - b).abs() / peak).fold(worst, f64::max);
-    }
-    assert!(worst < 1e-9, "the ways differ by {worst:e} of the peak");
-    println!("active set against Gauss-Seidel: {worst:.1e} of the peak; {} sweeps a step", sweeps / STEPS);
+        // All ways agree.
+        let (mut exact, mut found, mut sweeps, mut worst) = (vec![0.0; columns], vec![0.0; columns], 0, 0.0_f64);
+        for kept in [4096, 1] {
+            let mut active = ActiveSet::new(row(), columns, 1e-12, kept);
+            for d in &d {
+                exact.fill(0.0);
+                sweeps += gauss_seidel(&influence, d, &mut exact);
+                active.advance(1);
+                assert!(active.search(d, &mut found).is_ok());
+                let peak = exact.iter().fold(0.0_f64, |a, &b| a.max(b));
+                worst = exact.iter().zip(&found).map(|(a, b)| (a - b).abs() / peak).fold(worst, f64::max);
+            }
+        }
+        assert!(worst < 1e-9, "the ways differ by {worst:e} of the peak");
+        println!(
+            "{columns} columns, active set against Gauss-Seidel: {worst:.1e} of the peak; {} sweeps a step",
+            sweeps / (2 * STEPS)
+        );
 
-    let mut group = criterion.benchmark_group("search of 64 steps, 72 columns");
-    group.sample_size(20).throughput(Throughput::Elements(STEPS as u64));
-    for (name, cached) in [("cached factors", 4096), ("fresh factors", 1)] {
-        let mut active = ActiveSet::new(row(), COLUMNS, 1e-12, cached);
-        group.bench_function(name, |bench| {
+        let mut group = criterion.benchmark_group(format!("search of {STEPS} steps, {columns} columns"));
+        group.sample_size(20).throughput(Throughput::Elements(STEPS as u64));
+        for (name, kept) in [("many factors kept", 4096), ("one factor kept", 1)] {
+            let mut active = ActiveSet::new(row(), columns, 1e-12, kept);
+            group.bench_function(name, |bench| {
+                bench.iter(|| {
+                    for d in &d {
+                        active.advance(1);
+                        assert!(active.search(black_box(d), &mut found).is_ok());
+                    }
+                });
+            });
+        }
+        group.sample_size(10).bench_function("projected Gauss-Seidel", |bench| {
             bench.iter(|| {
                 for d in &d {
-                    active.advance(1);
-                    assert!(active.search(black_box(d), &mut found).is_ok());
+                    exact.fill(0.0);
+                    black_box(gauss_seidel(&influence, d, &mut exact));
                 }
             });
         });
+        group.finish();
     }
-    group.sample_size(10).bench_function("projected Gauss-Seidel", |bench| {
-        bench.iter(|| {
-            for d in &d {
-                exact.fill(0.0);
-                black_box(gauss_seidel(&influence, d, &mut exact));
-            }
-        });
-    });
-    group.finish();
+}
 
+fn solve(criterion: &mut Criterion) {
+    let influence = instant_influence();
     let mut group = criterion.benchmark_group("solve");
-    for points in [16_usize, 32, 64] {
-        // Two sets that are no shifts of each other; a cache of one factor then finds none of them.
-        let sets = [(0..points).collect::<Vec<_>>(), (0..points + 1).filter(|j| *j != 1).collect()];
+    for points in [16_usize, 32, 64, 128] {
+        // Points in a row; the same with one of them exchanged, twice; every second point, which differs by too many for the factor of a row to serve.
+        let in_a_row: Vec<usize> = (0..points).collect();
+        let exchanged = |without: usize| -> Vec<usize> { (0..=points).filter(|j| *j != without).collect() };
+        let (first, second) = (exchanged(1), exchanged(2));
+        let spread: Vec<usize> = (0..points).map(|j| 2 * j).collect();
         let values: Vec<f64> = (0..points).map(|j| 1e-4 * (1 + j % 3) as f64).collect();
-        for (name, capacity) in [("cached", 2), ("fresh", 1)] {
-            let mut cache = FactorCache::new(capacity, points + 1);
+        group.throughput(Throughput::Elements(points as u64));
+        type Served = fn(FactorCounts) -> u64;
+        let ways: [(&str, usize, [&[usize]; 2], Served); 3] = [
+            ("found", 2, [&in_a_row, &spread], |counts| counts.hits),
+            ("beside a neighbour", 1, [&first, &second], |counts| counts.neighbours),
+            ("made anew", 1, [&in_a_row, &spread], |counts| counts.factorisations),
+        ];
+        for (name, capacity, sets, served) in ways {
+            let mut cache = FactorCache::new(capacity, 2 * points);
             let mut solution = values.clone();
+            for set in [&in_a_row, sets[0], sets[1]] {
+                solution.copy_from_slice(&values);
+                assert!(cache.solve(set, &influence, &mut solution).is_ok());
+            }
+            let before = served(cache.counts());
+            for set in sets {
+                solution.copy_from_slice(&values);
+                assert!(cache.solve(set, &influence, &mut solution).is_ok());
+                for (&i, value) in set.iter().zip(&values) {
+                    let displacement: f64 = set.iter().zip(&solution).map(|(&j, f)| influence[i.abs_diff(j)] * f).sum();
+                    let residual = (displacement - value).abs();
+                    assert!(residual < 1e-12 * 3e-4 * points as f64, "{name}, {points} points: {residual:e}");
+                }
+            }
+            assert_eq!(served(cache.counts()), before + 2, "{name}: {:?}", cache.counts());
+            let mut turn = 0;
             group.bench_function(BenchmarkId::new(name, points), |bench| {
-                let mut turn = 0;
                 bench.iter(|| {
                     turn = 1 - turn;
                     solution.copy_from_slice(&values);
-                    assert!(cache.solve(&sets[turn], &influence, black_box(&mut solution)).is_ok());
+                    assert!(cache.solve(sets[turn], &influence, black_box(&mut solution)).is_ok());
                 });
-                let residual = |i: usize| {
-                    let sum = |(j, force): (usize, &f64)| influence[sets[turn][i].abs_diff(sets[turn][j])] * force;
-                    solution.iter().enumerate().map(sum).sum::<f64>() - values[i]
-                };
-                assert!((0..points).all(|i| residual(i).abs() < 1e-12 * 3e-4 * points as f64));
             });
         }
     }
     group.finish();
 }
 
-criterion_group!(benches, history, modal, search);
+criterion_group!(benches, history, modal, search, solve);
 criterion_main!(benches);

@@ -11,7 +11,7 @@ use tyrewave::meter::peak::multiply_add_rate;
 use tyrewave::scene::{Foundation, Law, Layer, Material, TimeRule, Tyre};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::flops::{FIRST_LAYER, FURTHER_LAYER};
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
 use tyrewave::tyre::rational::{Cache, FitOptions, fit};
 
 fn tyre() -> Tyre {
@@ -48,9 +48,15 @@ fn tyre() -> Tyre {
 fn compliance(criterion: &mut Criterion) {
     let tyre = tyre();
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 512), Truncation::Tail, 1e-8, 2.0 * PI * 20e3);
-    let at: Vec<_> = (0..64).map(|k| sum.at(Complex64::new(0.0, 1e3 * 1.05f64.powi(k)))).collect();
+    let all: Vec<_> = (0..64).map(|k| sum.at(Complex64::new(0.0, 1e3 * 1.05f64.powi(k)))).collect();
+    for at in [8, 16, 32, 64].map(|points| &all[..points]) {
+        compliance_at(criterion, &sum, at);
+    }
+}
+
+fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
     let mut lanes = Vec::new();
-    sum.faces(40, &at, Field::Surface, &mut lanes);
+    sum.faces(40, at, Field::Surface, &mut lanes);
     let scalar: Vec<_> = at.iter().map(|at| sum.value(40, at, Field::Surface)).collect();
     let evaluations: u64 = scalar.iter().map(|value| value.evaluations).sum();
     for (a, b) in lanes.iter().zip(&scalar) {
@@ -60,18 +66,19 @@ fn compliance(criterion: &mut Criterion) {
     let best = (0..20).fold(f64::INFINITY, |best, _| {
         let begin = Instant::now();
         lanes.clear();
-        sum.faces(40, black_box(&at), Field::Surface, &mut lanes);
+        sum.faces(40, black_box(at), Field::Surface, &mut lanes);
         best.min(begin.elapsed().as_secs_f64() / evaluations as f64)
     });
     let peak = multiply_add_rate();
     println!(
-        "one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s of fused multiply-adds on this core",
+        "{} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s of fused multiply-adds on this core",
+        at.len(),
         1e9 * best,
         1e-9 * operations / best,
         100.0 * operations / best / peak,
         1e-9 * peak
     );
-    let mut group = criterion.benchmark_group("compliance");
+    let mut group = criterion.benchmark_group(format!("compliance at {} points", at.len()));
     // Time per element is time per evaluation.
     group.throughput(Throughput::Elements(evaluations));
     group.bench_function("scalar", |bencher| {
@@ -80,7 +87,7 @@ fn compliance(criterion: &mut Criterion) {
     group.bench_function("lanes", |bencher| {
         bencher.iter(|| {
             lanes.clear();
-            sum.faces(40, black_box(&at), Field::Surface, &mut lanes);
+            sum.faces(40, black_box(at), Field::Surface, &mut lanes);
             lanes.len()
         });
     });
@@ -93,9 +100,20 @@ fn compliance(criterion: &mut Criterion) {
 /// exact than the model, so that the comparison favours brute force.
 const LAGS_PER_ELEMENT: usize = 16;
 
-fn model(criterion: &mut Criterion) {
+/// The number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`.
+fn models(criterion: &mut Criterion) {
+    let wanted = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok());
+    // As a test, without `--bench`, the dear ones are left out.
+    let sizes: &[usize] =
+        if std::env::args().any(|argument| argument == "--bench") { &[128, 256, 512] } else { &[128] };
+    wanted
+        .map_or_else(|| sizes.to_vec(), |elements| vec![elements])
+        .into_iter()
+        .for_each(|elements| model(criterion, elements));
+}
+
+fn model(criterion: &mut Criterion, elements: usize) {
     let tyre = tyre();
-    let elements = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok()).unwrap_or(256);
     let lags = LAGS_PER_ELEMENT * elements;
     let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
     // Just more exact than brute force is with its memory, relative to each H_n's largest value.
@@ -125,13 +143,14 @@ fn model(criterion: &mut Criterion) {
     assert!(fit_error <= options.tolerance && first_error <= 1.1 * options.tolerance, "{fit_error:e} {first_error:e}");
     assert!(fit_error < memory_error, "brute force with {lags} lags is the more exact one: {memory_error:e}");
     // A coarse tyre's brute force stops at its own sampling frequency, far below the 20 kHz of the fit.
-    assert!(brute.evaluations > fitted.evaluations() * if elements < 1024 { 10 } else { 20 });
+    assert!(brute.evaluations > fitted.evaluations() * (10 * elements as u64 / 256).min(20));
     let folder = std::env::temp_dir().join(format!("tyrewave-bench-{}", std::process::id()));
     let cache = Cache::at(folder.clone(), u64::MAX);
     let never = AtomicBool::new(false);
     let _ = cache.fetch(&tyre, &options, &never);
     let mut group = criterion.benchmark_group(format!("influence N = {elements}"));
-    group.sample_size(10);
+    // Time per element is time per influence function.
+    group.sample_size(10).throughput(Throughput::Elements(elements as u64 / 2 + 1));
     group.bench_function("fitted", |bencher| bencher.iter(|| fit(&tyre, &options).map(|model| model.order())));
     group.bench_function("brute force", |bencher| {
         bencher.iter(|| Weights::new(&sum, Field::Surface, TimeRule::Bdf2, time_step, lags).evaluations);
@@ -143,5 +162,5 @@ fn model(criterion: &mut Criterion) {
     let _ = std::fs::remove_dir_all(folder);
 }
 
-criterion_group!(benches, compliance, model);
+criterion_group!(benches, compliance, models);
 criterion_main!(benches);

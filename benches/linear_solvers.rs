@@ -1,4 +1,4 @@
-//! The linear systems of the search: G0 of the points in contact, 30 to 500 of them, solved by LU, by Cholesky and by LDLT (LU without exchanges, which the program uses), factors made anew or kept, by Levinson's recursion where the points
+//! The linear systems of the search: G0 of the points in contact, 32 to 512 of them, solved by LU, by Cholesky and by LDLT (LU without exchanges, which the program uses), factors made anew or kept, by Levinson's recursion where the points
 //! are neighbours, and with one point more than a kept factor has, each with its residual.
 //!
 //! `cargo bench --bench linear_solvers`.
@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
@@ -69,7 +69,7 @@ fn bordered(solve: impl Fn(&[f64]) -> Vec<f64>, row: &[f64], own: f64, d: &[f64]
 
 fn solvers(criterion: &mut Criterion) {
     let influence = instant_influence();
-    for points in [30_usize, 60, 120, 250, 500] {
+    for points in [32_usize, 64, 128, 256, 512] {
         let matrix = Mat::from_fn(points, points, |i, j| influence[i.abs_diff(j)]);
         let d: Vec<f64> = (0..points).map(|i| 1e-3 * (PI * (i as f64 + 0.5) / points as f64).sin()).collect();
         let right = || Mat::from_fn(points, 1, |i, _| d[i]);
@@ -97,7 +97,7 @@ fn solvers(criterion: &mut Criterion) {
         }
         println!("{line}");
         let mut group = criterion.benchmark_group(format!("{points} points"));
-        group.sample_size(20);
+        group.sample_size(20).throughput(Throughput::Elements(points as u64));
         group.bench_function(BenchmarkId::new("LU", "made anew"), |bench| {
             bench.iter(|| black_box(&matrix).partial_piv_lu().solve(right()));
         });

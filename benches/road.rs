@@ -1,45 +1,132 @@
-//! Cost of roads: drawing made texture, and resampling a measured profile, per metre.
+//! Cost of roads: made texture drawn in chunks, beside one transform of the whole area; a measured profile resampled once and spread across, beside the same heights resampled column by column. The number of elements round the
+//! tyre doubles.
+//!
+//! `cargo bench --bench road`.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
+use std::f64::consts::PI;
 use std::hint::black_box;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+use tyrewave::numeric::transform_length;
 use tyrewave::road::height_map::HeightMap;
+use tyrewave::road::made::{RingSpectrum, TargetSpectrum};
 use tyrewave::road::resample::Resampled;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::{AtEnd, MadeRoad, Road};
 
-const METRES: usize = 20;
+const METRES: f64 = 10.0;
+const SIZES: [usize; 4] = [128, 256, 512, 1024];
 
-fn roads(criterion: &mut Criterion) {
-    let lattice = Lattice { dx: 1.95 / 512.0, dy: 0.002, columns: 70 };
-    let rows = (METRES as f64 / lattice.dx) as usize;
-    let mut heights = vec![0.0; rows * lattice.columns];
-    let mut group = criterion.benchmark_group("road");
-    group.sample_size(10).throughput(Throughput::Elements(METRES as u64));
-    let spec = Road::Made(MadeRoad::default());
-    group.bench_function("open made road", |bench| {
-        bench.iter(|| RoadSurface::open(&spec, lattice, Limits::default()).is_ok())
-    });
-    if let Ok(mut road) = RoadSurface::open(&spec, lattice, Limits::default()) {
+fn lattice(elements: usize) -> Lattice {
+    Lattice { dx: 1.95 / elements as f64, dy: 0.002, columns: 70 }
+}
+
+fn mean_square(heights: &[f64]) -> f64 {
+    heights.iter().map(|z| z * z).sum::<f64>() / heights.len() as f64
+}
+
+/// The textbook way to a texture of the same spectrum: the whole area at once, random lines along and across, transformed. One metre across, the run's columns kept.
+fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) -> Vec<f64> {
+    let (along, across) = (transform_length(rows), (1.024 / lattice.dy).round() as usize);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let wavenumber = |line: usize, lines: usize, spacing: f64| line.min(lines - line) as f64 / (lines as f64 * spacing);
+    let cell = 1.0 / (along as f64 * lattice.dx * across as f64 * lattice.dy);
+    let mut planner = FftPlanner::new();
+    let (over_columns, over_rows) = (planner.plan_fft_inverse(across), planner.plan_fft_inverse(along));
+    let mut row = vec![Complex64::default(); across];
+    let mut kept = vec![Complex64::default(); lattice.columns * along];
+    for i in 0..along {
+        for (j, value) in row.iter_mut().enumerate() {
+            let square = wavenumber(i, along, lattice.dx).powi(2) + wavenumber(j, across, lattice.dy).powi(2);
+            let (size, phase) = (random.random::<f64>(), 2.0 * PI * random.random::<f64>());
+            *value = Complex64::from_polar((-2.0 * (1.0 - size).ln() * spectrum.density(square) * cell).sqrt(), phase);
+        }
+        over_columns.process(&mut row);
+        for (column, value) in row[..lattice.columns].iter().enumerate() {
+            kept[column * along + i] = *value;
+        }
+    }
+    over_rows.process(&mut kept);
+    (0..rows * lattice.columns)
+        .map(|place| kept[place % lattice.columns * along + place / lattice.columns].re)
+        .collect()
+}
+
+fn made(criterion: &mut Criterion) {
+    let (spec, spectrum) = (Road::Made(MadeRoad::default()), RingSpectrum::fit(&TargetSpectrum::dense_asphalt()));
+    let mut group = criterion.benchmark_group("made road");
+    group.sample_size(10);
+    for elements in SIZES {
+        let lattice = lattice(elements);
+        let rows = (METRES / lattice.dx) as usize;
+        let mut heights = vec![0.0; rows * lattice.columns];
+        let mut road = RoadSurface::open(&spec, lattice, Limits::default()).expect("a road");
+        road.heights(0, rows, &mut heights).expect("an endless road");
+        // Two draws of one spectrum: they are as high as each other but for the chance of 10 m, 35 of the longest waves.
+        let ratio = 10.0 * (mean_square(&heights) / mean_square(&at_once(&spectrum, lattice, rows, 1))).log10();
+        println!("N = {elements}: the two draws differ by {ratio:.2} dB");
+        assert!(ratio.abs() < 1.0, "{ratio} dB");
+        // Time per element is time per row.
+        group.throughput(Throughput::Elements(rows as u64));
+        group.bench_function(BenchmarkId::new("open", elements), |bench| {
+            bench.iter(|| RoadSurface::open(&spec, lattice, Limits::default()).is_ok());
+        });
         let mut first = 0;
-        group.bench_function("draw made road", |bench| {
+        group.bench_function(BenchmarkId::new("drawn in chunks", elements), |bench| {
             bench.iter(|| {
                 first += rows as i64;
                 assert!(road.heights(first, rows, &mut heights).is_ok());
                 // The road must be rough: a draw that got fast by giving nothing fails.
-                let square = heights.iter().map(|z| z * z).sum::<f64>() / heights.len() as f64;
-                assert!((0.4e-3..0.9e-3).contains(&square.sqrt()));
-                black_box(square)
+                let height = mean_square(&heights).sqrt();
+                assert!((0.3e-3..0.9e-3).contains(&height), "{height} m");
+                black_box(height)
+            });
+        });
+        let mut seed = 1;
+        group.bench_function(BenchmarkId::new("drawn at once", elements), |bench| {
+            bench.iter(|| {
+                seed += 1;
+                at_once(&spectrum, lattice, rows, seed)
             });
         });
     }
-    let spacing = 3.75e-5;
-    let profile: Vec<f64> = (0..48_000).map(|i| 1e-3 * (f64::from(i) * spacing * 300.0).sin()).collect();
-    let map = HeightMap { path: "bench".into(), dx: spacing, dy: 0.0, first_y: 0.0, columns: 1, heights: profile };
-    let road = Resampled::new(map, lattice, AtEnd::Repeat);
-    group.bench_function("resample repeated profile", |bench| bench.iter(|| road.heights(0, black_box(&mut heights))));
     group.finish();
 }
 
-criterion_group!(benches, roads);
+fn measured(criterion: &mut Criterion) {
+    let spacing = 3.75e-5;
+    // Waves of 60 mm: four elements of the coarsest tyre.
+    let profile: Vec<f64> = (0..48_000).map(|i| 1e-3 * (2.0 * PI * f64::from(i) * spacing / 0.06).sin()).collect();
+    let mut group = criterion.benchmark_group("measured road");
+    group.sample_size(10);
+    for elements in SIZES {
+        let lattice = lattice(elements);
+        let rows = (METRES / lattice.dx) as usize;
+        let map = |columns: usize, dy: f64, first_y: f64| {
+            let heights = profile.iter().flat_map(|z| vec![*z; columns]).collect();
+            HeightMap { path: "bench".into(), dx: spacing, dy, first_y, columns, heights }
+        };
+        let level = Resampled::new(map(1, 0.0, 0.0), lattice, AtEnd::Repeat);
+        let by_column = Resampled::new(map(lattice.columns, lattice.dy, lattice.y(0)), lattice, AtEnd::Repeat);
+        let (mut spread, mut heights) = (vec![0.0; rows * lattice.columns], vec![0.0; rows * lattice.columns]);
+        level.heights(0, &mut spread);
+        by_column.heights(0, &mut heights);
+        assert!(spread.iter().zip(&heights).all(|(a, b)| (a - b).abs() < 1e-15), "the ways differ");
+        assert!((0.69e-3..0.72e-3).contains(&mean_square(&heights).sqrt()));
+        group.throughput(Throughput::Elements(rows as u64));
+        for (name, road) in [("profile, spread", &level), ("column by column", &by_column)] {
+            group.bench_function(BenchmarkId::new(name, elements), |bench| {
+                bench.iter(|| road.heights(0, black_box(&mut heights)));
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, made, measured);
 criterion_main!(benches);

@@ -1,5 +1,5 @@
 //! Rough contact on the half-space: iterations and thread-CPU time over grid size, surface and number of threads, each
-//! solution checked; and one criterion measurement with the convolution's plain alternative beside it.
+//! solution checked; and criterion measurements with the convolution's plain alternative beside it.
 //!
 //! `cargo bench --bench rough_contact` measures; `-- --table 128,256,512` prints the table.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 use std::time::Instant;
 
-use criterion::Criterion;
+use criterion::{BenchmarkId, Criterion, Throughput};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
@@ -167,45 +167,49 @@ fn plain_convolution(kernel: &[Complex64], input: &[f64], n: usize, work: &mut [
 }
 
 fn measure(criterion: &mut Criterion) {
-    let n = 256;
-    let map = surface(n, true);
-    let control = Control::Penetration(penetration(&map, true));
     let mut group = criterion.benchmark_group("rough_contact");
     group.sample_size(10);
-    group.bench_function("rough_sphere_256", |bencher| {
-        bencher.iter(|| indent(&map, MODULUS, control, Limits::default()).expect("a solution"));
-    });
-    let kernel = |i: usize, j: usize| love::displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy);
-    let mut convolution = Convolution::<f64>::from_kernel(map.extent, kernel);
-    let mut output = vec![0.0; n * n];
-    group.bench_function("convolution_256", |bencher| {
-        bencher.iter(|| convolution.apply(&map.heights, &mut output, |_| true));
-    });
-    let m = 2 * n;
-    let mut spectrum: Vec<Complex64> = (0..m * m)
-        .map(|place| {
-            let (i, j) = (place / m, place % m);
-            let (i, j) = (i.min(m - i), j.min(m - j));
-            if i < n && j < n { kernel(i, j).into() } else { Complex64::default() }
-        })
-        .collect();
-    let forward = FftPlanner::new().plan_fft_forward(m);
-    for _ in 0..2 {
-        forward.process(&mut spectrum);
-        for i in 0..m {
-            for j in 0..i {
-                spectrum.swap(i * m + j, j * m + i);
+    for n in [64, 128, 256] {
+        let map = surface(n, true);
+        let control = Control::Penetration(penetration(&map, true));
+        let solve = || indent(&map, MODULUS, control, Limits::default()).expect("a solution");
+        checked(&map, &solve());
+        group.throughput(Throughput::Elements((n * n) as u64));
+        group.bench_function(BenchmarkId::new("rough sphere", n), |bencher| bencher.iter(solve));
+        let kernel = |i: usize, j: usize| love::displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy);
+        let mut convolution = Convolution::<f64>::from_kernel(map.extent, kernel);
+        let mut output = vec![0.0; n * n];
+        convolution.apply(&map.heights, &mut output, |_| true);
+        let m = 2 * n;
+        let mut spectrum: Vec<Complex64> = (0..m * m)
+            .map(|place| {
+                let (i, j) = (place / m, place % m);
+                let (i, j) = (i.min(m - i), j.min(m - j));
+                if i < n && j < n { kernel(i, j).into() } else { Complex64::default() }
+            })
+            .collect();
+        let forward = FftPlanner::new().plan_fft_forward(m);
+        for _ in 0..2 {
+            forward.process(&mut spectrum);
+            for i in 0..m {
+                for j in 0..i {
+                    spectrum.swap(i * m + j, j * m + i);
+                }
             }
         }
-    }
-    let mut work = vec![Complex64::default(); m * m];
-    group.bench_function("plain_convolution_256", |bencher| {
-        bencher.iter(|| plain_convolution(&spectrum, &map.heights, n, &mut work));
-    });
-    let scale = 1.0 / (m * m) as f64;
-    for place in 0..n * n {
-        let plain = work[place / n * m + place % n].re * scale;
-        assert!((plain - output[place]).abs() <= 1e-12 * output[0].abs(), "{plain} {}", output[place]);
+        let mut work = vec![Complex64::default(); m * m];
+        plain_convolution(&spectrum, &map.heights, n, &mut work);
+        let scale = 1.0 / (m * m) as f64;
+        for place in 0..n * n {
+            let plain = work[place / n * m + place % n].re * scale;
+            assert!((plain - output[place]).abs() <= 1e-12 * output[0].abs(), "{plain} {}", output[place]);
+        }
+        group.bench_function(BenchmarkId::new("convolution", n), |bencher| {
+            bencher.iter(|| convolution.apply(&map.heights, &mut output, |_| true));
+        });
+        group.bench_function(BenchmarkId::new("plain convolution", n), |bencher| {
+            bencher.iter(|| plain_convolution(&spectrum, &map.heights, n, &mut work));
+        });
     }
     group.finish();
 }

@@ -1,11 +1,12 @@
-//! Stiffness curves of road slices: growing factor against one search per level, scaling in slices and points, threads.
+//! Stiffness curves of road slices: growing factor against one search per level, curves of springs against sums over them, scaling in slices and points, threads.
 //!
 //! `cargo bench --bench slices` measures; `-- --table` prints the tables.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
+use std::hint::black_box;
 use std::time::Instant;
 
-use criterion::{BenchmarkId, Criterion};
+use criterion::{BenchmarkId, Criterion, Throughput};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tyrewave::half_space::{GrowingContact, LineInfluence, active_set};
@@ -144,30 +145,59 @@ fn tables() {
     }
 }
 
+/// S(y) of independent springs, summed over them.
+fn summed_springs(depths: &[f64], y: f64) -> f64 {
+    depths.iter().map(|depth| (y - depth).max(0.0)).sum::<f64>() / depths.len() as f64
+}
+
 fn measure(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("slices");
-    group.sample_size(10);
-    for points in [20, 80] {
+    const ROWS: usize = 100;
+    for points in [20, 40, 80, 160] {
         let line = LineInfluence::love(points, LENGTH, WIDTH / points as f64);
-        let depths = depths(&heights(1, points));
+        let all = heights(ROWS, points);
+        let of_one = depths(&all[..points]);
         let mut growing = GrowingContact::default();
-        growing.follow(&line, &depths, f64::INFINITY);
+        growing.follow(&line, &of_one, f64::INFINITY);
         let deepest = growing.events()[points - 1].0;
-        let (forces, _) = searched(&line, &depths, deepest);
+        let (forces, _) = searched(&line, &of_one, deepest);
         checked(&growing, &line, &forces, deepest);
-        group.bench_with_input(BenchmarkId::new("growing_factor", points), &depths, |bencher, depths| {
-            bencher.iter(|| growing.follow(&line, depths, f64::INFINITY));
+        // Time per element is time per slice.
+        let mut group = criterion.benchmark_group(format!("half-space slices of {points} points"));
+        group.sample_size(10).throughput(Throughput::Elements(1));
+        group.bench_function("growing factor", |bencher| {
+            bencher.iter(|| growing.follow(&line, &of_one, f64::INFINITY));
         });
-        group.bench_with_input(BenchmarkId::new("search_at_64_levels", points), &depths, |bencher, depths| {
-            bencher.iter(|| searched(&line, depths, deepest));
+        group.bench_function(BenchmarkId::new("searches", LEVELS), |bencher| {
+            bencher.iter(|| searched(&line, &of_one, deepest));
         });
-        let rows = heights(100, points);
+        group.finish();
+
+        // Springs: curves made once and looked up, or sums over the springs each time.
         let winkler = SliceBuilder::winkler(points).expect("some points");
-        group.bench_with_input(BenchmarkId::new("winkler_100_rows", points), &rows, |bencher, rows| {
-            bencher.iter(|| winkler.build_rows(rows).expect("curves"));
+        let curves = winkler.build_rows(&all).expect("curves");
+        let all_depths: Vec<Vec<f64>> = all.chunks_exact(points).map(depths).collect();
+        let levels: Vec<f64> = (1..=LEVELS).map(|level| 2e-3 * f64::from(level) / f64::from(LEVELS)).collect();
+        for (curve, depths) in curves.iter().zip(&all_depths) {
+            for &y in &levels {
+                let error = (curve.displacement_at(y) - summed_springs(depths, y)).abs();
+                assert!(error < 1e-14, "error {error:e} m at {y}");
+            }
+        }
+        let mut group = criterion.benchmark_group(format!("spring slices of {points} points"));
+        group.sample_size(10).throughput(Throughput::Elements(ROWS as u64));
+        group.bench_function("curves made", |bencher| {
+            bencher.iter(|| winkler.build_rows(black_box(&all)).expect("curves"));
         });
+        group.bench_function(BenchmarkId::new("penetrations by curve", LEVELS), |bencher| {
+            let at = |y: f64| curves.iter().map(|curve| curve.displacement_at(y)).sum::<f64>();
+            bencher.iter(|| black_box(&levels).iter().map(|&y| at(y)).sum::<f64>());
+        });
+        group.bench_function(BenchmarkId::new("penetrations by sums", LEVELS), |bencher| {
+            let at = |y: f64| all_depths.iter().map(|depths| summed_springs(depths, y)).sum::<f64>();
+            bencher.iter(|| black_box(&levels).iter().map(|&y| at(y)).sum::<f64>());
+        });
+        group.finish();
     }
-    group.finish();
 }
 
 fn main() {

@@ -30,8 +30,8 @@ use serde::{Deserialize, Serialize};
 /// `sdirk3` an element's mean may be slightly negative.
 ///
 /// Why `bdf2` is the default: on a rough road the contact, not the modes, limits every rule, and none is far ahead at equal work. `tyrewave rules scenes/default.toml --work`
-/// (N = 512, 80 km/h, total force up to 1 kHz against 16 steps per element; multiply-adds of the history for 0.4 s rolled): 3.9e8: bdf1 0.86, bdf2 0.79, trapezoidal 0.77; 7.8e8: bdf2
-/// 0.72, sdirk2 0.70; 1.6e9: bdf2 0.58, sdirk2 0.55; 1.2e9: sdirk3 0.74; 3.1e9: sdirk2 0.44. The two finest references (sdirk2, bdf2) differ by 0.29 themselves: the lead of
+/// (N = 512, 80 km/h, total force up to 1 kHz against 16 steps per element; multiply-adds of the history for 0.5 s rolled): 3.3e8: bdf1 0.87, bdf2 0.82, trapezoidal 0.81; 6.7e8: bdf2
+/// 0.78, sdirk2 0.76; 1.3e9: bdf2 0.68, sdirk2 0.66; 9.9e8: sdirk3 0.79; 2.7e9: sdirk2 0.52. The two finest references (sdirk2, bdf2) differ by 0.38 themselves: the lead of
 /// sdirk2 at equal work is no evidence for a change, and only `bdf2` runs with both histories.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]

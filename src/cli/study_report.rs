@@ -73,7 +73,7 @@ pub(super) fn text(study: &Study, scene: &Scene) -> String {
                 [knob.to_owned(), currency.to_owned(), coarse, fine, order, error]
             };
             [
-                row(&refined.knob, "worst [dB]", &refined.worst),
+                row(refined.knob, "worst [dB]", &refined.worst),
                 row("", "rms [dB]", &refined.rms),
                 row("", "force", &refined.force),
                 row("", "mean force", &refined.mean_force),

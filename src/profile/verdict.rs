@@ -233,10 +233,11 @@ fn times(pairs: &Pairs) -> (Ratio, Vec<StageVerdict>) {
             (stage.clone(), first, second)
         })
         .collect();
-    let sum = |of: fn(&(String, Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
-        (0..pairs.first.len()).map(|run| stages.iter().map(|stage| of(stage)[run]).sum()).collect()
+    let sum = |times: Vec<&Vec<f64>>| -> Vec<f64> {
+        (0..pairs.first.len()).map(|run| times.iter().map(|times| times[run]).sum()).collect()
     };
-    let whole = Ratio::new(&sum(|stage| &stage.1), &sum(|stage| &stage.2), DOUBT);
+    let first = sum(stages.iter().map(|(_, first, _)| first).collect());
+    let whole = Ratio::new(&first, &sum(stages.iter().map(|(.., second)| second).collect()), DOUBT);
     let mut verdicts: Vec<StageVerdict> = stages
         .iter()
         .map(|(stage, first, second)| {

@@ -154,7 +154,8 @@ fn correction(settings: &Settings, tried: &[Tried]) -> (f64, f64) {
 
 /// How different settings are: a factor of two in elements, steps or cells, a decade in a tolerance and another rule are 1 each.
 fn distance(a: &Settings, b: &Settings) -> f64 {
-    let ratio = |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from(a != b)) };
+    let ratio =
+        |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from((a - b).abs() > 0.0)) };
     let points = |settings: &Settings| settings.lateral_points.unwrap_or(1) as f64;
     [
         ratio(a.elements as f64, b.elements as f64),

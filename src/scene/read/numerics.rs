@@ -66,7 +66,7 @@ impl Given {
             let wanted = format!("{}, the highest frequency that numerics.{key} is meant for", Bounds::positive("Hz"));
             return table.complain("numerics.fmax", Problem::Missing { wanted });
         };
-        let mut choices = row.map_or(Vec::new(), |row| self.from_row(row, preset.is_some(), scene));
+        let mut choices = row.map_or(Vec::new(), |row| self.take_row(row, preset.is_some(), scene));
         choices.extend(self.resolution(Need { highest, row }, scene, table)?);
         // A wish beside keys that are all given has chosen nothing.
         if row.is_some() && choices.len() == 1 {
@@ -76,7 +76,7 @@ impl Given {
     }
 
     /// What a row of the table says beside elements and steps.
-    fn from_row(&self, row: &FrontRow, named: bool, scene: &mut Scene) -> Vec<Choice> {
+    fn take_row(&self, row: &FrontRow, named: bool, scene: &mut Scene) -> Vec<Choice> {
         let (name, error) = (row.preset.name(), row.error);
         let why = format!("preset \"{name}\"");
         let worth = format!(

@@ -98,7 +98,11 @@ impl BlockClock {
 /// Part of a block that others may have taken without disturbing it.
 const LITTLE: f64 = 0.02;
 
-/// Times of the stages of a block less what others took of it, all \[ns\]. What was taken was taken from the stage that makes nearly all of the block; if none does, the block is of no use.
+/// Blocks so long \[ns\] are disturbed many times over, each stage in proportion to its length.
+const LONG: u64 = 5_000_000;
+
+/// Times of the stages of a block less what others took of it, all \[ns\]. What was taken was taken from the stage that makes nearly all of the block, or from all stages of a long block alike; if it
+/// cannot be said, the block is of no use.
 fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
     let all: u64 = times.iter().sum();
     if taken as f64 <= LITTLE * all as f64 {
@@ -106,8 +110,12 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
     }
     let longest = times.iter_mut().max()?;
     let rest = all - *longest;
-    *longest = longest.saturating_sub(taken);
-    (rest as f64 <= LITTLE * *longest as f64).then_some(times)
+    if rest as f64 <= LITTLE * longest.saturating_sub(taken) as f64 {
+        *longest = longest.saturating_sub(taken);
+        return Some(times);
+    }
+    let left = all.saturating_sub(taken);
+    (left >= LONG).then(|| times.iter().map(|&time| (time as f64 * left as f64 / all as f64) as u64).collect())
 }
 
 /// Does a workload on this thread: times are this thread's, so the pool should have no other.
@@ -269,6 +277,8 @@ mod tests {
         assert_eq!(undisturbed(vec![100, 0, 900], 300), None);
         assert_eq!(undisturbed(vec![10, 0, 990], 300), Some(vec![10, 0, 690]));
         assert_eq!(undisturbed(vec![10, 0, 990], 800), None);
+        assert_eq!(undisturbed(vec![2 * LONG, 0, 6 * LONG], 4 * LONG), Some(vec![LONG, 0, 3 * LONG]));
+        assert_eq!(undisturbed(vec![2 * LONG, 0, 6 * LONG], 8 * LONG), None);
         assert_eq!(undisturbed(Vec::new(), 5), None);
     }
 }

@@ -185,10 +185,11 @@ mod tests {
         let mut taken = Vec::new();
         // Four settings in one place: four names that share nothing.
         for name in ["draft", "standard", "reference", "the scene"] {
-            let (_, _, area) = beside(name, (1900, 800), &frame, &taken);
+            let (_, _, area) = beside(name, (1000, 800), &frame, &taken);
             assert!(taken.iter().all(|&other| area.shared(other) == 0), "{name}: {area:?} {taken:?}");
-            assert!(area.1 < frame.x.end, "{name}: {area:?}");
             taken.push(area);
+            let (_, _, area) = beside(name, (1900, 800), &frame, &[]);
+            assert!(area.1 < frame.x.end, "{name}: {area:?}");
         }
     }
 

@@ -32,12 +32,16 @@ impl Need {
         self.row.map_or(5e-3, |row| row.longest_element)
     }
 
+    /// Largest relative error of the rule's rate at fmax, phase and damping together.
+    pub fn rule_error(&self) -> f64 {
+        self.row.map_or(Self::RULE_ERROR, FrontRow::rule_error)
+    }
+
     /// Largest w dt of a rule at fmax.
     pub fn largest_angle(&self, rule: TimeRule) -> f64 {
         match self.row {
             Some(row) if row.time_rule == rule => 2.0 * PI / row.steps_per_period,
-            Some(row) => rule.largest_angle(row.rule_error()),
-            None => rule.largest_angle(Self::RULE_ERROR),
+            _ => rule.largest_angle(self.rule_error()),
         }
     }
 }
@@ -93,9 +97,9 @@ impl Resolution {
         0.5 * speed * self.elements as f64 / circumference
     }
 
-    /// Highest frequency at which the rule keeps [`Need::RULE_ERROR`] \[Hz\].
-    pub fn rule_limit(&self, circumference: f64, speed: f64, rule: TimeRule) -> f64 {
-        rule.largest_angle(Need::RULE_ERROR) * self.steps_per_second(circumference, speed) / (2.0 * PI)
+    /// Highest frequency at which the rule keeps the need's [`Need::rule_error`] \[Hz\].
+    pub fn rule_limit(&self, need: Need, circumference: f64, speed: f64, rule: TimeRule) -> f64 {
+        need.largest_angle(rule) * self.steps_per_second(circumference, speed) / (2.0 * PI)
     }
 
     /// Time steps in a second.
@@ -116,7 +120,7 @@ mod tests {
         };
         let found = of(2000.0, TimeRule::Bdf2, None, None);
         assert_eq!(found, Resolution { elements: 720, substeps: 4 });
-        assert!(found.rule_limit(1.95, 80.0 / 3.6, TimeRule::Bdf2) >= 2000.0);
+        assert!(found.rule_limit(need(2000.0), 1.95, 80.0 / 3.6, TimeRule::Bdf2) >= 2000.0);
         assert!(found.texture_limit(1.95, 80.0 / 3.6) >= 2.0 * 2000.0);
         assert_eq!(of(2000.0, TimeRule::Bdf2, Some(512), Some(3)), Resolution { elements: 512, substeps: 3 });
         assert!(of(2000.0, TimeRule::Sdirk3, None, None).substeps < found.substeps);

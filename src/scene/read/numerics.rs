@@ -138,9 +138,9 @@ impl Given {
             );
             return contradiction("numerics.elements", wrong, format!("{}, or leave it out", wanted.elements));
         }
-        let limit = found.rule_limit(length, speed, rule);
-        let percent = 100.0 * Need::RULE_ERROR;
-        if self.substeps && limit < highest {
+        let limit = found.rule_limit(need, length, speed, rule);
+        let percent = (100.0 * need.rule_error()).round();
+        if self.substeps && limit < (1.0 - 1e-9) * highest {
             let wrong = format!(
                 "{} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and numerics.fmax = {} Hz is wanted",
                 found.substeps,

@@ -46,9 +46,9 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     assert!(found.doubt.worst > 0.0 && found.refined.len() == 3, "{:?}", found.refined);
 
     // The front: rising work, falling error, nothing beats it, and nothing that is not on it is unbeaten.
-    let on: Vec<(f64, f64)> = found.front.iter().map(|point| found.coordinates(point)).collect();
+    let on: Vec<(f64, f64)> = found.front.iter().map(Study::coordinates).collect();
     assert!(on.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{on:?}");
-    let all: Vec<(f64, f64)> = found.points().map(|point| found.coordinates(point)).collect();
+    let all: Vec<(f64, f64)> = found.points().map(Study::coordinates).collect();
     let expected: Vec<(f64, f64)> = front(&all).into_iter().map(|index| all[index]).collect();
     assert_eq!(on, expected);
 

@@ -68,7 +68,8 @@ pub fn candidates(
             let known = steps(name).into_iter().filter(|(settings, error)| settings.time_rule == rule && *error > 0.0);
             (rule, known.map(|(settings, error)| (settings.time_step(scene), error)).collect())
         })
-        .filter(|(_, known): &(_, Vec<_>)| known.len() > 1)
+        // A rule that rings is marginal, whatever its levels are.
+        .filter(|(rule, known): &(_, Vec<_>)| known.len() > 1 && *rule != TimeRule::Trapezoidal)
         .collect();
     let rolled = scene.rolling.warm_up + scene.rolling.duration;
     let mut found = Vec::new();
@@ -111,20 +112,20 @@ pub fn candidates(
     found
 }
 
-/// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is. `known`: work and error; errors below `doubt` \[dB\] say nothing.
-pub fn next(all: &[Candidate], tried: &[Tried], known: &[(f64, f64)], doubt: f64) -> Option<Candidate> {
+/// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is. `known`: work and error; errors below `floor` \[dB\] are equal.
+pub fn next(all: &[Candidate], tried: &[Tried], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
     let fresh = all.iter().filter(|candidate| tried.iter().all(|tried| tried.expected.settings != candidate.settings));
     let expected: Vec<Candidate> = fresh
         .map(|candidate| {
             let (error, work) = correction(&candidate.settings, tried);
             Candidate {
-                error: (candidate.error * error).max(doubt),
+                error: (candidate.error * error).max(floor),
                 multiply_adds: candidate.multiply_adds * work,
                 ..candidate.clone()
             }
         })
         .collect();
-    let known: Vec<(f64, f64)> = known.iter().map(|&(work, error)| (work, error.max(doubt))).collect();
+    let known: Vec<(f64, f64)> = known.iter().map(|&(work, error)| (work, error.max(floor))).collect();
     let points: Vec<(f64, f64)> = known
         .iter()
         .copied()

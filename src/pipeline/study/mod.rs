@@ -35,6 +35,9 @@ use super::trial::{SETTLING, Trials};
 use crate::scene::{LoadedScene, Road, Scene, SceneError};
 use lab::Lab;
 
+/// Errors below this share of the doubt are not worth a combination.
+const FLOOR: f64 = 0.25;
+
 /// What a study rolls beside the reference and the presets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -158,7 +161,7 @@ pub struct Study {
     pub named: Vec<Point>,
     /// The combinations.
     pub joint: Vec<Joint>,
-    /// The front by exact work, cheapest first: settings that nothing with less work is closer to the reference than. Errors below the doubt are equal.
+    /// The front by exact work, cheapest first: settings that nothing with less work is closer to the reference than.
     pub front: Vec<Point>,
     /// Threads.
     pub threads: usize,
@@ -170,9 +173,9 @@ impl Study {
         points(&self.knobs, &self.named, &self.joint)
     }
 
-    /// Work and error as the front sees a point: errors below the doubt are equal to it.
-    pub fn coordinates(&self, point: &Point) -> (f64, f64) {
-        (point.cost.multiply_adds, point.difference.worst.max(self.doubt.worst))
+    /// Work and error as the front sees a point.
+    pub fn coordinates(point: &Point) -> (f64, f64) {
+        (point.cost.multiply_adds, point.difference.worst)
     }
 }
 
@@ -285,9 +288,8 @@ fn carry_out(
     };
     let (mut joint, mut tried): (Vec<Joint>, Vec<Tried>) = (Vec::new(), Vec::new());
     while joint.len() < options.runs {
-        let coordinates = |point: &Point| (point.cost.multiply_adds, point.difference.worst);
-        let known: Vec<(f64, f64)> = points(&swept, &of_named, &joint).map(coordinates).collect();
-        let Some(expected) = joint::next(&all, &tried, &known, doubt.worst) else { break };
+        let known: Vec<(f64, f64)> = points(&swept, &of_named, &joint).map(Study::coordinates).collect();
+        let Some(expected) = joint::next(&all, &tried, &known, FLOOR * doubt.worst) else { break };
         let found = point(lab, &format!("combination {}", joint.len() + 1), &expected.settings, &reference)?;
         let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
         let plain = plain.map_or((expected.error, expected.multiply_adds), |plain| (plain.error, plain.multiply_adds));
@@ -311,7 +313,7 @@ fn carry_out(
         front: Vec::new(),
         threads: rayon::current_num_threads(),
     };
-    let coordinates: Vec<(f64, f64)> = study.points().map(|point| study.coordinates(point)).collect();
+    let coordinates: Vec<(f64, f64)> = study.points().map(Study::coordinates).collect();
     let on = front(&coordinates);
     let all: Vec<&Point> = study.points().collect();
     study.front = on.into_iter().map(|index| all[index].clone()).collect();

@@ -97,13 +97,11 @@ impl Verdict {
 
 /// The verdicts of a study in which the presets are named points.
 pub fn verdicts(study: &Study) -> Vec<Verdict> {
-    // As found: clamped to the doubt every fine preset would be beaten by all coarser ones that are below it.
-    let coordinates = |point: &Point| (point.cost.multiply_adds, point.difference.worst);
-    let points: Vec<(f64, f64)> = study.points().map(coordinates).collect();
+    let points: Vec<(f64, f64)> = study.points().map(Study::coordinates).collect();
     let verdict = |row: &FrontRow| {
         let point: &Point = study.named.iter().find(|point| point.label == row.preset.name())?;
         let (found, stated) = (point.difference.worst, row.error);
-        Some(Verdict { preset: row.preset, stated, found, excess: excess(coordinates(point), &points) })
+        Some(Verdict { preset: row.preset, stated, found, excess: excess(Study::coordinates(point), &points) })
     };
     FrontRow::ALL.iter().filter_map(verdict).collect()
 }

@@ -77,10 +77,11 @@ impl Verdict {
         }
         let counted = self.workloads.len();
         let _ = match self.workloads.iter().filter(|workload| !workload.complaints().is_empty()).count() {
-            0 => writeln!(
-                text,
-                "{bullet}{counted} workloads: results right, counters as they should be, no stage slower"
-            ),
+            0 => {
+                let timed = self.workloads.iter().all(|workload| workload.whole.is_some());
+                let times = if timed { "no stage slower" } else { "times are compared between two programs only" };
+                writeln!(text, "{bullet}{counted} workloads: results right, counters as they should be; {times}")
+            }
             failed => writeln!(text, "{bullet}{failed} of {counted} workloads are worse"),
         };
     }

@@ -400,18 +400,17 @@ mod tests {
     }
 
     #[test]
-    fn work_of_the_history_grows_with_its_poles() {
+    fn a_step_takes_the_same_work_however_many_there_are() {
         let stop = AtomicBool::new(false);
-        let ladder: Vec<Rung> = [64, 128]
-            .iter()
-            .map(|&elements| {
-                let mut loaded = scene(elements, 200).unwrap();
-                loaded.scene.numerics.pole_tolerance = 1e-3;
-                let rolled = rolled(&loaded, &stop).unwrap();
-                rolled.rung(rolled.poles, Stage::History)
-            })
-            .collect();
-        let ladder = Ladder { axis: "poles", cost: "history", expected: 1.0, reason: "", rungs: ladder };
-        assert!((ladder.of_work().unwrap() - 1.0).abs() < 0.15, "{ladder:?}");
+        let of = |steps| {
+            let mut loaded = scene(64, steps).unwrap();
+            loaded.scene.numerics.pole_tolerance = 1e-3;
+            let rolled = rolled(&loaded, &stop).unwrap();
+            assert!(rolled.poles > 0.0 && rolled.columns > 0.0 && rolled.whole > 0.0);
+            [Stage::History, Stage::Transforms, Stage::Penetration].map(|stage| rolled.rung(1.0, stage).work.unwrap())
+        };
+        for (few, many) in of(400).into_iter().zip(of(1600)) {
+            assert!((few / many - 1.0).abs() < 0.02, "{few} {many}");
+        }
     }
 }

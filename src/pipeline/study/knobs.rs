@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::settings::Settings;
 use crate::pipeline::compare::least_rate;
-use crate::scene::{History, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
+use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 
 /// What turning a knob changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -120,7 +120,12 @@ fn elements(reference: &Settings) -> Knob {
         let substeps = (reference.steps() as f64 / elements as f64).round() as usize;
         (elements.to_string(), Settings { elements, substeps, ..reference.clone() })
     };
-    Knob::error("elements", Ok(ELEMENT_PARTS.map(step).into()))
+    let possible =
+        |settings: &Settings| settings.elements >= Resolution::FEWEST_ELEMENTS && settings.elements.is_multiple_of(2);
+    Knob::error(
+        "elements",
+        Ok(ELEMENT_PARTS.map(step).into_iter().filter(|(_, settings)| possible(settings)).collect()),
+    )
 }
 
 fn substeps(reference: &Settings) -> Knob {

@@ -68,7 +68,7 @@ pub struct Resolution {
 
 impl Resolution {
     /// Fewest elements that are proposed.
-    const FEWEST_ELEMENTS: usize = 16;
+    pub const FEWEST_ELEMENTS: usize = 16;
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
 

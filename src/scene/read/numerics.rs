@@ -12,7 +12,7 @@ pub(super) const NUMERICS: Nested<Given> =
 pub(super) const OUTPUTS: Nested<Outputs> = Nested { title: "[outputs]", wanted: "the table [outputs]", read: outputs };
 
 /// Fewer elements do not even resolve the patch of a car tyre by two.
-const FEWEST_ELEMENTS: u64 = 16;
+const FEWEST_ELEMENTS: u64 = Resolution::FEWEST_ELEMENTS as u64;
 /// Below a few units of rounding no sum of thousands of terms converges.
 const INFLUENCE: Bounds = Bounds::between(1e-14, 0.1, "");
 /// What a fit in double precision can reach, and what still is one.

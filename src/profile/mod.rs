@@ -1,7 +1,7 @@
 //! Performance from commit to commit: what fixed pieces of work cost, recorded and compared.
 //!
 //! 1. [`mod@workload`]: the pieces of work, each with a physical value that it must find;
-//! 2. [`measure`]: one of them done in this process: exact counters, time of every stage in short blocks;
+//! 2. [`mod@measure`]: one of them done in this process: exact counters, time of every stage in short blocks;
 //! 3. [`mod@record`]: all of them as a file, stamped with what they were measured on; [`instructions`] counted where a counting tool is there;
 //! 4. [`changes`]: counters of two records side by side; what differs is explained by a reason that somebody wrote down, or it fails;
 //! 5. [`interleave`]: two programs run in turn, again and again; [`ratio`]: what their times say;

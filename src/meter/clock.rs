@@ -58,6 +58,12 @@ impl Spent {
         Self { wall, watched: wall, cpu }
     }
 
+    /// Processor time over all of it \[s\], at the rate of the part over which it was measured; `None` where it was not.
+    pub fn cpu_seconds(self) -> Option<f64> {
+        let watched = self.watched.as_secs_f64();
+        (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)
+    }
+
     /// A share of it.
     pub fn share(self, share: f64) -> Self {
         Self { wall: self.wall.mul_f64(share), watched: self.watched.mul_f64(share), cpu: self.cpu.mul_f64(share) }

@@ -85,8 +85,12 @@ pub struct StageCost {
 impl StageCost {
     /// Processor time over the whole stage \[s\], at the rate of the part over which it was measured: of all threads outside of the steps, of the run's own thread within them.
     pub fn cpu_seconds(&self) -> Option<f64> {
-        let watched = self.watched.as_secs_f64();
-        (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)
+        self.spent().cpu_seconds()
+    }
+
+    /// Its times on the run's own thread.
+    fn spent(&self) -> Spent {
+        Spent { wall: self.wall, watched: self.watched, cpu: self.cpu }
     }
 
     /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0. `None` for stages within the steps, too short for it.
@@ -130,7 +134,7 @@ impl StageCost {
         self.calls += other.calls;
         self.background += other.background;
         self.work += other.work;
-        self.add_spent(Spent { wall: other.wall, watched: other.watched, cpu: other.cpu });
+        self.add_spent(other.spent());
         self.add_allocations(other.allocations);
         self.watched_all += other.watched_all;
         self.peak_memory = self.peak_memory.max(other.peak_memory);

@@ -28,7 +28,6 @@ pub mod machine;
 pub mod peak;
 pub mod process;
 mod stage;
-pub mod thread_time;
 pub mod trace;
 
 use std::time::{Duration, Instant};
@@ -309,6 +308,15 @@ impl Meter {
         self.costs[stage as usize]
     }
 
+    /// As [`Self::cost`], the stage's parts included.
+    pub fn whole(&self, stage: Stage) -> StageCost {
+        let mut whole = self.cost(stage);
+        for part in Stage::ALL.into_iter().filter(|part| part.part_of() == Some(stage)) {
+            whole.add(&self.cost(part));
+        }
+        whole
+    }
+
     /// The value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
         self.counts[counter as usize]
@@ -417,6 +425,18 @@ mod tests {
             assert!((found - expected).abs() < 1e-6, "{timing:?}: {found}");
             assert_eq!(meter.cost(Stage::Output).wall, 5 * millisecond);
         }
+    }
+
+    #[test]
+    fn the_whole_of_a_stage_has_its_parts() {
+        let mut meter = Meter::default();
+        for (stage, multiply_adds) in [(Stage::ActiveSet, 5), (Stage::Factorisation, 3), (Stage::History, 7)] {
+            meter.add_time(stage, Duration::from_millis(multiply_adds));
+            meter.add_work(stage, Work { multiply_adds, bytes: 0 });
+        }
+        let whole = meter.whole(Stage::ActiveSet);
+        assert_eq!((whole.work.multiply_adds, whole.wall), (8, Duration::from_millis(8)));
+        assert_eq!(meter.whole(Stage::History), meter.cost(Stage::History));
     }
 
     #[test]

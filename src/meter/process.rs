@@ -87,4 +87,15 @@ mod tests {
         // Other tests of the process may have worked, too; a busy machine may have given this one little.
         assert!(cpu_time().unwrap() > before && thread_cpu_time().unwrap() > Duration::ZERO);
     }
+
+    #[test]
+    fn sleep_takes_no_processor_time_of_the_thread() {
+        let Some(begin) = thread_cpu_time() else { return };
+        std::thread::sleep(Duration::from_millis(60));
+        let slept = thread_cpu_time().unwrap() - begin;
+        assert!(slept < Duration::from_millis(30), "{slept:?}");
+        while thread_cpu_time().unwrap() - begin < Duration::from_millis(20) {
+            std::hint::spin_loop();
+        }
+    }
 }

@@ -121,10 +121,7 @@ fn rolled(
         error: 0.0,
         multiply_adds: meter.counted(Counter::HistoryMultiplyAdds),
         solves: meter.counted(Counter::Solves),
-        wall: [Stage::History, Stage::Transforms, Stage::ActiveSet, Stage::Factorisation]
-            .map(|stage| meter.cost(stage).wall)
-            .iter()
-            .sum(),
+        wall: [Stage::History, Stage::Transforms, Stage::ActiveSet].map(|stage| meter.whole(stage).wall).iter().sum(),
     };
     let Rolling { warm_up, duration, .. } = scene.rolling;
     Ok((Common::of(&trial, warm_up..warm_up + duration, highest), point))

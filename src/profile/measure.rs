@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::error::ProfileError;
 use super::workload::{Truth, Workload};
 use crate::meter::machine::instruction_set;
-use crate::meter::thread_time::thread_time;
+use crate::meter::process::thread_cpu_time;
 use crate::meter::{Counter, Meter, Stage, Watch};
 use crate::numeric::nanoseconds;
 use crate::pipeline::{Plan, Run, RunError};
@@ -79,12 +79,12 @@ struct BlockClock {
 
 impl BlockClock {
     fn start() -> Self {
-        Self { wall: Instant::now(), processor: thread_time() }
+        Self { wall: Instant::now(), processor: thread_cpu_time() }
     }
 
     /// Time that others took \[ns\]; 0 where the system does not tell.
     fn taken(&self) -> u64 {
-        let used = self.processor.zip(thread_time()).map(|(begin, end)| end.saturating_sub(begin));
+        let used = self.processor.zip(thread_cpu_time()).map(|(begin, end)| end.saturating_sub(begin));
         used.map_or(0, |used| nanoseconds(self.wall.elapsed().saturating_sub(used)))
     }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use crate::meter::process::peak_memory;
-use crate::meter::{Counter, MachinePeak, Meter, Spent, Stage, idle_share};
+use crate::meter::{Counter, MachinePeak, Meter, Stage, idle_share};
 
 /// Stage times, counters and rates. Numbers that were not measured are `null`.
 #[derive(Clone, Debug, Serialize)]
@@ -88,9 +88,8 @@ pub struct StepsRecord {
 
 impl StepsRecord {
     fn of(meter: &Meter, threads: usize) -> Self {
-        let Spent { wall, watched, cpu } = meter.steps();
-        let (seconds, watched) = (wall.as_secs_f64(), watched.as_secs_f64());
-        let cpu_seconds = (watched > 0.0).then(|| cpu.as_secs_f64() * seconds / watched);
+        let steps = meter.steps();
+        let (seconds, cpu_seconds) = (steps.wall.as_secs_f64(), steps.cpu_seconds());
         Self { seconds, cpu_seconds, idle_share: cpu_seconds.map(|cpu| idle_share(cpu, seconds, threads)) }
     }
 }

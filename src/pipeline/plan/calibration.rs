@@ -22,6 +22,7 @@ use crate::meter::{Meter, Stage, Watch};
 use crate::numeric::digest::sha256;
 use crate::pipeline::error::RunError;
 use crate::pipeline::run::Run;
+use crate::results::pending_file::PendingFile;
 use crate::scene::{DEFAULT, LoadedScene, Road, Scene};
 use crate::tyre::rational::cache::Cache;
 use crate::tyre::rational::{FitOptions, fit_unless_stopped};
@@ -82,15 +83,11 @@ pub fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let costs = measure(stop)?;
     let record = Record { machine: machine(), costs };
     if let Some(path) = file()
-        && let Ok(text) = serde_json::to_vec_pretty(&record)
+        && let Ok(text) = serde_json::to_string_pretty(&record)
+        && path.parent().map_or(Ok(()), fs::create_dir_all).is_ok()
     {
-        // Another process may do the same: each writes a file of its own and renames it.
-        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
-        let kept = path.parent().map_or(Ok(()), fs::create_dir_all);
-        let kept = kept.and_then(|()| fs::write(&temporary, text)).and_then(|()| fs::rename(&temporary, &path));
-        if kept.is_err() {
-            let _ = fs::remove_file(&temporary);
-        }
+        // What cannot be kept is measured again. Another process may do the same: each has a file of its own until it is complete.
+        let _ = PendingFile::create(&path).and_then(|file| file.complete(&text));
     }
     Ok(record.costs)
 }
@@ -203,8 +200,7 @@ impl Probe {
 
     /// Time of a stage with its parts: a plan has them together.
     fn seconds(&self, stage: Stage) -> f64 {
-        let whole = Stage::ALL.into_iter().filter(|&part| part == stage || part.part_of() == Some(stage));
-        whole.map(|part| self.meter.cost(part).wall.as_secs_f64()).sum()
+        self.meter.whole(stage).wall.as_secs_f64()
     }
 
     fn planned(&self, unit: Unit) -> f64 {

@@ -13,12 +13,13 @@ use tyrewave::contact::axle::AxleHeight;
 use tyrewave::contact::geometry::Geometry;
 use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::contact::march::March;
+use tyrewave::contact::search::SliceLaw;
 use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::contact::stability::Stability;
 use tyrewave::contact::tread::ContactKernel;
 use tyrewave::pipeline::past::fetch;
 use tyrewave::road::slices::SliceBuilder;
-use tyrewave::scene::{SliceCoupling, TimeRule, Tread};
+use tyrewave::scene::{TimeRule, Tread};
 use tyrewave::tyre::influence::Field;
 use tyrewave::tyre::rational::{FitOptions, RationalModel};
 
@@ -49,7 +50,7 @@ fn smooth_road(
     let first = ModalHistory::first_weights(model, Field::Surface, rule, time_step).unwrap();
     let kernel = ContactKernel::new(Tread::Elastic, &first, elements, 0.0)?;
     let history = ModalHistory::new(model, Field::Surface, rule, time_step).unwrap();
-    let mut march = March::new(geometry, kernel, SliceCoupling::Explicit, Box::new(history), &numerics, time_step);
+    let mut march = March::new(geometry, kernel, SliceLaw::Explicit, Box::new(history), &numerics, time_step);
     let axle = AxleHeight::Fixed { indentation: 0.012, ramp: 0.05 / time_step };
     let mut slices = SliceQueue::starting_at(march.geometry().first_element(0));
     let flat = SliceBuilder::flat(1).unwrap().build_rows(&[0.0]).unwrap();

@@ -5,7 +5,7 @@
 //! the mean force is 2767.3 N by sum_i b_i F_i and 2504 N by the last stage of `sdirk2`, 2767.7 N converged). Everything is at rest at t = -dt; the axle waits until t = 0. At each time:
 //! 1. u_old of every element of the window from the history;
 //! 2. penetration y_i = indentation - rise(x_i) + peak_i - u_old_i and required displacement d_i = S_i(y_i), or the gap y_i itself where y_i <= 0;
-//! 3. forces: the active set (elastic, bedding), or F_i = max(0, d_i)/G0_ii (uncoupled); with the implicit coupling the search takes y_i itself and d_i follows from the forces;
+//! 3. forces: the active set (elastic, bedding), or each point by itself (uncoupled); where slices yield by themselves the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
 use super::active_set::{Residuals, SearchCounts};
@@ -13,13 +13,13 @@ use super::axle::AxleHeight;
 use super::error::ContactError;
 use super::geometry::Geometry;
 use super::history::{HistoryWork, PastForces};
-use super::implicit_set::SlicesUnder;
-use super::search::Search;
+use super::local_set::SlicesUnder;
+use super::search::{Search, SliceLaw};
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::meter::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
-use crate::scene::{Numerics, SliceCoupling, Tread};
+use crate::scene::{Numerics, Tread};
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +105,7 @@ impl March {
     pub fn new(
         geometry: Geometry,
         kernel: ContactKernel,
-        coupling: SliceCoupling,
+        slices: SliceLaw,
         history: Box<dyn PastForces>,
         numerics: &Numerics,
         time_step: f64,
@@ -113,7 +113,7 @@ impl March {
         let columns = geometry.columns;
         Self {
             history,
-            search: Search::new(&kernel, coupling, columns, numerics),
+            search: Search::new(&kernel, slices, columns, numerics),
             old: vec![0.0; columns],
             required: vec![0.0; columns],
             forces: vec![0.0; columns],

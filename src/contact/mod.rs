@@ -4,7 +4,7 @@
 //! - [`tread`]: influence functions brought to the contact: first weights G0 and kernels of the history;
 //! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
 //! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
-//! - [`implicit_set`]: the same with the slices' springs in series; [`search`] chooses;
+//! - [`local_set`]: the same with slices that yield by themselves; [`search`] chooses;
 //! - [`march`]: one time step after the other;
 //! - [`axle`]: axle height, static solution; [`moving_axle`]: an axle with a mass;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
@@ -15,8 +15,8 @@ pub mod error;
 pub mod factors;
 pub mod geometry;
 pub mod history;
-pub mod implicit_set;
 mod ldlt;
+pub mod local_set;
 pub mod march;
 pub mod moving_axle;
 mod neighbour_set;

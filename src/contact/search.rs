@@ -2,51 +2,68 @@
 
 use super::active_set::{ActiveSet, Residuals, SearchCounts};
 use super::error::ContactError;
-use super::implicit_set::{ImplicitSet, SlicesUnder, Unsolved};
+use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
 use super::tread::ContactKernel;
 use crate::meter::{Clocks, Spent};
 use crate::numeric::{StateError, StateReader, StateWriter};
-use crate::scene::{Numerics, SliceCoupling, Tread};
+use crate::scene::{Numerics, Tread};
+
+/// By how much a slice yields more than the element as a whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SliceLaw {
+    /// As the paper's equation 4 has it: the curve is read at the penetration that the forces of the step leave out.
+    Explicit,
+    /// In series with the coupled tread, with the compliance G0_ii, which belongs to the time step.
+    Implicit,
+    /// In series with the coupled tread, with a compliance \[m/N\] that belongs to tread and texture.
+    Local(f64),
+}
 
 /// How the forces of a step are found.
 pub enum Search {
     /// All points together, their displacements given: the paper's equation 4.
     Explicit(Box<ActiveSet>),
-    /// All points together, each slice's spring in series.
-    Implicit(Box<ImplicitSet>),
-    /// Each point by itself: F_i = max(0, d_i)/G0_ii.
+    /// All points together, each slice yielding by itself.
+    Local(Box<LocalSet>),
+    /// Each point by itself, see [`LocalSlice`].
     Alone {
         /// G0_ii \[m/N\].
         own: f64,
+        /// The slice on it.
+        slice: LocalSlice,
     },
 }
 
 impl Search {
-    /// The search that tread law and coupling ask for. Points by themselves have no neighbours: both couplings are one.
-    pub fn new(kernel: &ContactKernel, coupling: SliceCoupling, columns: usize, numerics: &Numerics) -> Self {
+    /// The search that tread and slice law ask for. Points by themselves have no neighbours: the paper's two couplings are one for them.
+    pub fn new(kernel: &ContactKernel, law: SliceLaw, columns: usize, numerics: &Numerics) -> Self {
         let mut influence = kernel.instant[..columns].to_vec();
         influence[0] += kernel.spring;
-        let tolerance = numerics.contact_tolerance;
-        match (kernel.law, coupling) {
-            (Tread::Uncoupled, _) => Self::Alone { own: influence[0] },
-            (_, SliceCoupling::Implicit) => Self::Implicit(Box::new(ImplicitSet::new(influence, columns, tolerance))),
-            (_, SliceCoupling::Explicit) => {
+        let (own, tolerance) = (influence[0], numerics.contact_tolerance);
+        let compliance = match law {
+            SliceLaw::Local(compliance) => compliance,
+            SliceLaw::Explicit | SliceLaw::Implicit => own,
+        };
+        match (kernel.law, law) {
+            (Tread::Uncoupled, _) => Self::Alone { own, slice: LocalSlice::new(own, compliance) },
+            (_, SliceLaw::Explicit) => {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
                 Self::Explicit(Box::new(search))
             }
+            _ => Self::Local(Box::new(LocalSet::new(influence, compliance, columns, tolerance))),
         }
     }
 
     /// Whether [`Self::forces`] wants penetrations y; otherwise required displacements d = S(y).
     pub fn takes_penetrations(&self) -> bool {
-        matches!(self, Self::Implicit(_))
+        !matches!(self, Self::Explicit(_))
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
         match self {
             Self::Explicit(search) => search.advance(by),
-            Self::Implicit(search) => search.advance(by),
+            Self::Local(search) => search.advance(by),
             Self::Alone { .. } => {}
         }
     }
@@ -67,13 +84,16 @@ impl Search {
                 let points = search.active().iter().filter(|&&active| active).count();
                 ContactError::SingularMatrix { points, step }
             }),
-            Self::Implicit(search) => search.search(slices, required, forces).map_err(|unsolved| match unsolved {
+            Self::Local(search) => search.search(slices, required, forces).map_err(|unsolved| match unsolved {
                 Unsolved::Singular => ContactError::SingularMatrix { points: search.points(), step },
                 Unsolved::Unsettled => ContactError::Unsettled { points: search.points(), step },
             }),
-            Self::Alone { own } => {
-                for (force, &required) in forces.iter_mut().zip(&*required) {
-                    *force = required.max(0.0) / *own;
+            Self::Alone { own, slice } => {
+                for (column, (force, required)) in forces.iter_mut().zip(&mut *required).enumerate() {
+                    *force = slices.get(column).map_or(0.0, |curve| slice.force(curve, *required));
+                    if *force > 0.0 {
+                        *required = *own * *force;
+                    }
                 }
                 Ok(Residuals::default())
             }
@@ -84,7 +104,7 @@ impl Search {
     pub fn counts(&self) -> SearchCounts {
         match self {
             Self::Explicit(search) => search.counts(),
-            Self::Implicit(search) => search.counts(),
+            Self::Local(search) => search.counts(),
             Self::Alone { .. } => SearchCounts::default(),
         }
     }
@@ -93,7 +113,7 @@ impl Search {
     pub fn set_clocks(&mut self, clocks: Clocks) {
         match self {
             Self::Explicit(search) => search.set_clocks(clocks),
-            Self::Implicit(search) => search.set_clocks(clocks),
+            Self::Local(search) => search.set_clocks(clocks),
             Self::Alone { .. } => {}
         }
     }
@@ -102,7 +122,7 @@ impl Search {
     pub fn take_factorisation_time(&mut self) -> Spent {
         match self {
             Self::Explicit(search) => search.take_factorisation_time(),
-            Self::Implicit(search) => search.take_factorisation_time(),
+            Self::Local(search) => search.take_factorisation_time(),
             Self::Alone { .. } => Spent::default(),
         }
     }
@@ -111,7 +131,7 @@ impl Search {
     pub fn save(&self, state: &mut StateWriter) {
         match self {
             Self::Explicit(search) => search.save(state),
-            Self::Implicit(search) => search.save(state),
+            Self::Local(search) => search.save(state),
             Self::Alone { .. } => {}
         }
     }
@@ -123,7 +143,7 @@ impl Search {
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         match self {
             Self::Explicit(search) => search.restore(state),
-            Self::Implicit(search) => search.restore(state),
+            Self::Local(search) => search.restore(state),
             Self::Alone { .. } => Ok(()),
         }
     }

@@ -15,12 +15,13 @@ use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, d
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
+use crate::contact::search::SliceLaw;
 use crate::contact::slice_queue::SliceQueue;
 use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
 use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, Slices, Tread};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::rational::RationalModel;
@@ -110,6 +111,14 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         kernel.spring =
             meter.time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(field), tyre.circumference, at_rest))?;
     }
+    let slice_law = match plan.decisions.slice_coupling {
+        SliceCoupling::Explicit => SliceLaw::Explicit,
+        SliceCoupling::Implicit => SliceLaw::Implicit,
+        SliceCoupling::Local => {
+            let kappa = scene.contact.local_compliance.unwrap_or(5.5e-10);
+            SliceLaw::Local(kappa / (plan.element * tyre.contact_width))
+        }
+    };
     let axle = match scene.rolling.axle {
         Axle::Indentation { indentation, .. } => {
             AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
@@ -121,7 +130,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         }
     };
     Ok(Prepared {
-        march: March::new(geometry, kernel, plan.decisions.slice_coupling, history, numerics, plan.time_step),
+        march: March::new(geometry, kernel, slice_law, history, numerics, plan.time_step),
         road,
         axle,
         at_rest,

@@ -93,15 +93,18 @@ impl Effect {
                 }
             }
             Self::SliceCoupling => {
-                scene.contact.slice_coupling = if on { SliceCoupling::Implicit } else { SliceCoupling::Explicit };
+                scene.contact.slice_coupling = if on { SliceCoupling::Local } else { SliceCoupling::Explicit };
+                if !on {
+                    scene.contact.local_compliance = None;
+                }
             }
             Self::TreadCoupling => {
                 let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };
                 scene.contact.tread = if on { Tread::Elastic } else { without };
                 if on {
                     (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
-                } else if without == Tread::Uncoupled {
-                    // Points that have no neighbours within a step have one coupling only.
+                } else if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
+                    // For points that have no neighbours within a step the paper's two couplings are one.
                     scene.contact.slice_coupling = SliceCoupling::Explicit;
                 }
             }

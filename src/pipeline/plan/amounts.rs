@@ -296,7 +296,7 @@ impl Amounts {
         self.add(Stage::ActiveSet, point, solutions * points, Place::March);
         let mut search = windows * points * columns;
         let mut factorisations = solutions * factorised;
-        if plan.decisions.slice_coupling == SliceCoupling::Implicit {
+        if plan.decisions.slice_coupling != SliceCoupling::Explicit {
             search += ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
             factorisations = solutions * ROUNDS;
             // Pieces of curves to be looked up.

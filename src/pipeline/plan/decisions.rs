@@ -18,7 +18,7 @@ pub struct Decisions {
     pub lateral_points: Option<usize>,
     /// The tread law.
     pub tread: Tread,
-    /// Which penetration the slices' curves are read at.
+    /// By how much a slice yields more than its element.
     pub slice_coupling: SliceCoupling,
     /// The velocities to follow from the forces, if any.
     pub vibration: Option<Vibration>,
@@ -49,7 +49,7 @@ impl Decisions {
         let mut notes = Vec::new();
         let (tyre, tension) = centrifugal_tension(scene, &mut notes);
         let (texture, slices, lateral_points) = texture(scene);
-        let (coupling, slice_coupling) = slice_coupling(scene, slices);
+        let (coupling, slice_coupling) = slice_coupling(scene, slices, &mut notes);
         let tread = scene.contact.tread;
         let (effects, vibration) = (&scene.effects, vibration(scene));
         let wanted = |field: fn(&Vibration) -> bool| vibration.as_ref().is_some_and(field);
@@ -143,29 +143,37 @@ fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
     (row, scene.contact.slices, scene.contact.lateral_points)
 }
 
-fn slice_coupling(scene: &Scene, slices: Slices) -> (Decision, SliceCoupling) {
-    let explicit = |form: &str, reason: &str| {
-        let row = Decision { effect: "slice coupling", on: false, form: form.to_owned(), reason: reason.to_owned() };
-        (row, SliceCoupling::Explicit)
-    };
-    match scene.contact.slice_coupling {
-        // The factors of the explicit form can be kept.
-        _ if slices == Slices::None => explicit("", "slices that are level across are the same by either form"),
+fn slice_coupling(scene: &Scene, slices: Slices, notes: &mut Vec<String>) -> (Decision, SliceCoupling) {
+    let row = |on, form: &str, reason: String| Decision { effect: "slice coupling", on, form: form.to_owned(), reason };
+    let explicit = |form: &str, reason: String| (row(false, form, reason), SliceCoupling::Explicit);
+    let coupling = scene.contact.slice_coupling;
+    // The factors of the explicit form can be kept.
+    if slices == Slices::None {
+        return explicit("", "slices that are level are the same by every form".to_owned());
+    }
+    let given = |name: &str| format!("contact.slice_coupling = \"{name}\"");
+    if coupling != SliceCoupling::Local {
+        notes.push(
+            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: levels have no limit as the time step falls; \
+             contact.slice_coupling = \"local\" has one"
+                .to_owned(),
+        );
+    }
+    match coupling {
+        SliceCoupling::Local => {
+            let reason = match scene.contact.local_compliance {
+                Some(kappa) => format!("contact.local_compliance = {kappa:e} m/Pa"),
+                None => "its compliance from the tread's modulus and the road's texture".to_owned(),
+            };
+            (row(true, "each slice yields by a compliance of its own", reason), coupling)
+        }
         SliceCoupling::Implicit if scene.contact.tread == Tread::Uncoupled => {
-            explicit("", "points of an uncoupled tread have no neighbours within a step")
+            explicit("", "points of an uncoupled tread have no neighbours within a step".to_owned())
         }
         SliceCoupling::Explicit => {
-            explicit("curves read without the neighbours' forces of the step", "contact.slice_coupling = \"explicit\"")
+            explicit("curves read without the neighbours' forces of the step", given("explicit"))
         }
-        SliceCoupling::Implicit => {
-            let row = Decision {
-                effect: "slice coupling",
-                on: true,
-                form: "each slice's spring in series with the coupled tread".to_owned(),
-                reason: "contact.slice_coupling = \"implicit\"".to_owned(),
-            };
-            (row, SliceCoupling::Implicit)
-        }
+        SliceCoupling::Implicit => (row(true, "each slice yields by G0 of its element", given("implicit")), coupling),
     }
 }
 

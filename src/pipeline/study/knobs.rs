@@ -227,7 +227,8 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let treads = others(&treads, anchor.tread, |tread| Settings { tread, ..anchor.clone() });
     let laws = [(Slices::None, "none"), (Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
     let laws = others(&laws, anchor.slices, |slices| Settings { slices, ..anchor.clone() });
-    let couplings = [(SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
+    let couplings =
+        [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
     let coupled = if !varies || anchor.slices == Slices::None {
         Err(level())
     } else if anchor.tread == Tread::Uncoupled {

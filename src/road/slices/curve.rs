@@ -73,6 +73,25 @@ impl StiffnessCurve {
         s0 + slope * (y - y0)
     }
 
+    /// S(w) \[m\] at the penetration w > 0 for which w + `excess` S(w) = y \[m\]: the slice in series with a spring whose compliance is `excess` times its own; `excess` > -1. 0 for y <= 0.
+    pub fn displacement_in_series(&self, y: f64, excess: f64) -> f64 {
+        if y <= 0.0 {
+            return 0.0;
+        }
+        // The left side grows with w, because no slope is above 1.
+        let (mut below, mut above) = (0, self.penetration.len());
+        while below < above {
+            let middle = (below + above) / 2;
+            if self.penetration[middle] + excess * self.displacement[middle] <= y {
+                below = middle + 1;
+            } else {
+                above = middle;
+            }
+        }
+        let (s0, y0, slope) = self.segment(below);
+        s0 + slope * ((y - y0 - excess * s0) / (1.0 + excess * slope))
+    }
+
     /// The normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y < 0.
     pub fn stiffness_at(&self, y: f64) -> f64 {
         if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }

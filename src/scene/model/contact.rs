@@ -9,8 +9,11 @@ pub struct Contact {
     pub tread: Tread,
     /// How a road slice deforms the tread across the width.
     pub slices: Slices,
-    /// Which penetration a slice's stiffness curve is read at.
+    /// By how much a slice yields more than the element as a whole.
     pub slice_coupling: SliceCoupling,
+    /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub local_compliance: Option<f64>,
     /// Cells across the contact width; default: about 2 mm each (a grid that fits exactly keeps its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lateral_points: Option<usize>,
@@ -51,13 +54,18 @@ pub enum Slices {
     HalfSpace,
 }
 
-/// Which penetration a slice's stiffness curve is read at.
+/// By how much a slice yields more than the element as a whole.
+///
+/// `explicit` and `implicit` are the paper's equation 4 and take the element's own influence of one time step for the slice's spring; that falls with the time step and takes the texture's
+/// yielding with it, so neither has a limit for small time steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SliceCoupling {
-    /// The one that the forces of the step leave out: the paper's equation 4.
+    /// By a compliance that belongs to the tread under the stones, whatever the time step.
     #[default]
+    Local,
+    /// By G0_ii, the curve read at the penetration that the forces of the step leave out.
     Explicit,
-    /// The one that is left after what the neighbours do in the same step: each slice's spring in series with the coupled tread.
+    /// By G0_ii, the curve read at what is left of the penetration after what the neighbours do in the same step.
     Implicit,
 }

@@ -20,9 +20,9 @@ pub struct Numerics {
     pub elements: usize,
     /// Time steps q per element rolled.
     pub substeps: usize,
-    /// Time rule.
+    /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
     pub time_rule: TimeRule,
-    /// How the past is carried along.
+    /// How the past is carried along; by default by poles, or as a sum where a `memory` is given.
     pub history: History,
     /// Length of the force history that is kept, `direct` only \[s\].
     pub memory: f64,
@@ -66,8 +66,8 @@ impl Default for Numerics {
             accuracy: None,
             elements: 512,
             substeps: 1,
-            time_rule: TimeRule::Bdf2,
-            history: History::Direct,
+            time_rule: TimeRule::Sdirk2,
+            history: History::Modal,
             memory: 0.7,
             pole_tolerance: 1e-5,
             influence_tolerance: 1e-7,
@@ -93,9 +93,9 @@ fn decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Result<S::O
 #[serde(rename_all = "kebab-case")]
 pub enum History {
     /// The convolution sum over `memory` seconds: the reference.
-    #[default]
     Direct,
     /// A recursion per pole of the rational model: the whole past, much faster.
+    #[default]
     Modal,
 }
 

@@ -10,6 +10,14 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     let tread = table.or("tread", &OneOf::<Tread>::new(), Tread::default());
     let slices = table.or("slices", &OneOf::<Slices>::new(), Slices::default());
     let slice_coupling = table.or("slice_coupling", &OneOf::<SliceCoupling>::new(), SliceCoupling::default());
+    let local_compliance = match slice_coupling {
+        Some(SliceCoupling::Local) | None => table.optional("local_compliance", &Bounds::positive("m/Pa")),
+        Some(SliceCoupling::Explicit | SliceCoupling::Implicit) => {
+            let owner = "the paper's slice couplings, whose compliance is G0_ii";
+            table.refuse(&["local_compliance"], owner, "remove it, or choose slice_coupling = \"local\"");
+            Some(None)
+        }
+    };
     let lateral_points = table.optional("lateral_points", &Count(1));
     let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), 0.0);
     let bedding_stiffness = match tread {
@@ -39,6 +47,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         tread,
         slices: slices?,
         slice_coupling,
+        local_compliance: local_compliance?,
         lateral_points: lateral_points?,
         slice_tolerance: slice_tolerance?,
         bedding_stiffness: bedding_stiffness?,

@@ -204,10 +204,13 @@ fn numerics(table: &mut Table<'_>) -> Option<Given> {
     let given = |key: &str| table.has(key);
     let (elements_given, substeps_given) = (given("elements"), given("substeps"));
     let (rule_given, history_given, poles_given) = (given("time_rule"), given("history"), given("pole_tolerance"));
+    // A memory to be summed over is a wish for the sum; sums have weights for multistep rules only.
+    let history_default = if given("memory") { History::Direct } else { default.history };
     let elements = table.or("elements", &Elements, default.elements);
     let substeps = table.or("substeps", &Count(1), default.substeps);
-    let time_rule = table.or("time_rule", &OneOf::<TimeRule>::new(), default.time_rule);
-    let history = table.or("history", &OneOf::<History>::new(), default.history);
+    let history = table.or("history", &OneOf::<History>::new(), history_default);
+    let rule_default = if history == Some(History::Direct) { TimeRule::Bdf2 } else { default.time_rule };
+    let time_rule = table.or("time_rule", &OneOf::<TimeRule>::new(), rule_default);
     let pole_tolerance = table.or("pole_tolerance", &POLES, default.pole_tolerance);
     let memory = table.or("memory", &Bounds::positive("s"), default.memory);
     let influence_tolerance = table.or("influence_tolerance", &INFLUENCE, default.influence_tolerance);

@@ -138,16 +138,21 @@ fn contact() -> impl Strategy<Value = Contact> {
         prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
     let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
-    (tread, slices, any::<[bool; 2]>(), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
-        |((tread, bedding_stiffness), slices, [implicit, equal], lateral_points, slice_tolerance)| Contact {
+    let couplings = prop_oneof![
+        prop::option::of(positive()).prop_map(|kappa| (SliceCoupling::Local, kappa)),
+        Just((SliceCoupling::Explicit, None)),
+        Just((SliceCoupling::Implicit, None)),
+    ];
+    (tread, slices, (couplings, any::<bool>()), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
+        |((tread, bedding_stiffness), slices, (coupling, equal), lateral_points, slice_tolerance)| Contact {
             tread,
             slices,
-            // Means nothing to points by themselves.
-            slice_coupling: if implicit && tread != Tread::Uncoupled {
-                SliceCoupling::Implicit
-            } else {
-                SliceCoupling::Explicit
+            // The paper's couplings are one for points by themselves.
+            slice_coupling: match coupling.0 {
+                SliceCoupling::Implicit if tread == Tread::Uncoupled => SliceCoupling::Explicit,
+                other => other,
             },
+            local_compliance: coupling.1,
             lateral_points,
             slice_tolerance,
             bedding_stiffness,
@@ -306,7 +311,7 @@ fn settings_are_plain_json() {
     let settings = Scene::from_str(BASE, "base").unwrap().settings().unwrap();
     assert_eq!(settings["tyre"]["layers"][1]["material"]["law"], "power-law");
     assert_eq!(settings["rolling"]["axle"]["load"], 3400.0);
-    assert_eq!(settings["numerics"]["time_rule"], "bdf2");
+    assert_eq!(settings["numerics"]["time_rule"], "sdirk2");
     assert_eq!(settings["rolling"]["warm_up"], Rolling::WARM_UP);
     assert_eq!(settings["road"]["kind"], "smooth");
 }

@@ -122,6 +122,23 @@ fn contact_laws() {
         "tread = \"uncoupled\"",
         "both couplings are the same",
     );
+    refused(
+        "tread = \"elastic\"",
+        "local_compliance = -1e-10",
+        23,
+        "contact.local_compliance",
+        "-1e-10 is out",
+        "above 0 m/Pa",
+    );
+    refused(
+        "tread = \"elastic\"",
+        "slice_coupling = \"explicit\"\nlocal_compliance = 5e-10",
+        24,
+        "contact.local_compliance",
+        "whose compliance is G0_ii",
+        "slice_coupling = \"local\"",
+    );
+    accepted("tread = \"elastic\"", "slice_coupling = \"local\"\nlocal_compliance = 5e-10");
     for (tread, right) in [("elastic", "are scaled to this one"), ("bedding", "unless bedding_stiffness")] {
         refused(
             "tread = \"elastic\"",

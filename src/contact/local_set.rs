@@ -1,25 +1,25 @@
-//! Forces where each slice's own spring is in series with the coupled tread: the implicit coupling of the slice law.
+//! Forces where each slice yields by a compliance of its own, in series with the coupled tread: the local law.
 //!
-//! The paper's equation 4 reads the slice's curve S_i at the penetration y_i that today's forces leave out: G0 F = S(y) on the set. A slice that takes up force f presses its stones
-//! into the tread by S_i^-1(G0_ii f), of which the element as a whole yields G0_ii f; what its neighbours do to it in the same step moves stones and rubber alike and is no penetration. So the
-//! spring of the slice feels v_i = y_i - sum over j != i of G0_ij F_j:
+//! A slice that takes up the force f is pressed into the tread by p_i(f) = S_i^-1(c f) - c f more than the element as a whole yields. The compliance c belongs to the tread under the stones:
+//! for the local law it is kappa/(dx b), the same whatever the time step; for the paper's implicit coupling it is G0_ii, which falls with the time step and takes the texture's yielding with it.
 //!
 //! ```text
-//! G0_ii F_i = S_i(v_i),    v = y - (G0 - G0_ii I) F,    or with p_i(f) = S_i^-1(G0_ii f) - G0_ii f >= 0:    G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it.
+//! G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it;    with v = y - G0 F + c F:    c F = S(v).
 //! ```
 //!
-//! p_i grows with f because the slope of S_i is at most 1, and G0 is positive definite: the conditions are those of the minimum of 1/2 F.G0 F - y.F + sum of the integrals of p_i, which is strictly
-//! convex, so there is exactly one F. With S(y) = y, p = 0 and this is equation 4. Written for v alone it is the piecewise linear H(v) = v + (G0/G0_ii - I) S+(v) - y = 0, S+ = max(S, 0).
-//!
-//! 1. guess v by two sweeps of non-linear Gauss-Seidel from the previous step's forces moved with the road, F_i = S_i+(v_i)/G0_ii: each is the minimum along its own coordinate;
-//! 2. on the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58, 353) is the linear system, on the points with s_i > 0,
+//! 1. Guess v by two sweeps of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point by itself has w + (G0_ii/c - 1) S(w) = y_i - sum over j != i of G0_ij F_j,
+//!    monotone and piecewise linear in w, and F_i = S(w)/c.
+//! 2. On the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58, 353) is the linear system, on the points with s_i > 0,
 //!    ```text
-//!    (sqrt(s_i s_j) G0_ij + G0_ii (1 - s_i) delta_ij) x_j = sqrt(s_i) y_i + o_i/sqrt(s_i),    F_i = sqrt(s_i) x_i,
+//!    (sqrt(s_i s_j) G0_ij + c (1 - s_i) delta_ij) x_j = sqrt(s_i) y_i + o_i/sqrt(s_i),    F_i = sqrt(s_i) x_i,
 //!    ```
-//!    symmetric and positive definite, its diagonal G0_ii however soft a slice is; a piece with s_i = 0 carries nothing;
-//! 3. points whose v has left their piece take the one that holds it, all at once, while their number falls or for ten rounds in which it does not;
-//! 4. otherwise 4, 8, 16, ... sweeps of step 1 go before every Newton step. The sweeps converge from anywhere (Luo & Tseng 1992, *SIAM J. Control Optim.* 30, 408), and next to the solution, where
-//!    every piece at hand holds it, one Newton step is exact: the search ends. Uses are counted.
+//!    symmetric and positive definite however soft a slice is; a piece with s_i = 0 carries nothing.
+//! 3. Points whose v has left their piece take the one that holds it, all at once, while their number falls or for ten rounds in which it does not.
+//! 4. Otherwise 4, 8, 16, ... sweeps of step 1 go before every Newton step; their uses are counted.
+//!
+//! There is exactly one F for any c > 0: p_i grows with f because the slope of S_i is at most 1, and G0 is positive definite, so the conditions are those of the minimum of the strictly convex
+//! 1/2 F.G0 F - y.F + sum of the integrals of p_i. The sweeps converge to it from anywhere (Luo & Tseng 1992, *SIAM J. Control Optim.* 30, 408), and next to it, where every piece at hand
+//! holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is the paper's equation 4.
 //!
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution (m^2) and m x columns.
 
@@ -50,7 +50,8 @@ pub struct SlicesUnder<'a> {
 }
 
 impl<'a> SlicesUnder<'a> {
-    fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
+    /// The slice under a column, if there is road there.
+    pub fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
         self.slices.get(self.first_element + column as i64)
     }
 
@@ -87,10 +88,12 @@ impl From<Singular> for Unsolved {
 }
 
 /// The search with its scratch.
-pub struct ImplicitSet {
+pub struct LocalSet {
     /// G0 by distance.
     influence: Vec<f64>,
-    /// The same from distance 1 - columns to columns - 1.
+    /// Compliance c of a slice.
+    compliance: f64,
+    /// G0 from distance 1 - columns to columns - 1.
     row: Vec<f64>,
     arch: Arch,
     tolerance: f64,
@@ -113,14 +116,15 @@ pub struct ImplicitSet {
     clocks: Clocks,
 }
 
-impl ImplicitSet {
-    /// A search over `columns` points; as [`super::active_set::ActiveSet::new`].
-    pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64) -> Self {
+impl LocalSet {
+    /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\] of their own.
+    pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         let stride = columns.next_multiple_of(LINE);
         Self {
             row: mirrored(&influence, columns),
             arch: Arch::new(),
             influence,
+            compliance,
             tolerance,
             patience: Some(PATIENCE),
             pieces: vec![0; columns],
@@ -144,7 +148,7 @@ impl ImplicitSet {
     }
 
     /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what they make of them:
-    /// d_i = S_i(v_i) + sum over j != i of G0_ij F_j, the displacement that equation 4 would have to require for the same forces.
+    /// d_i = y_i - p_i(F_i), the displacement that equation 4 would have to require for the same forces.
     ///
     /// # Errors
     /// [`Unsolved`].
@@ -211,9 +215,9 @@ impl ImplicitSet {
         Ok(())
     }
 
-    /// v = y - sum over j != i of G0_ij F_j.
+    /// v = y - G0 F + c F.
     fn felt(&self, column: usize, y: f64, force: f64) -> f64 {
-        y - (self.displacement[column] - self.influence[0] * force)
+        y - (self.displacement[column] - self.compliance * force)
     }
 
     /// Sweeps from the estimate, and the pieces that hold what they find.
@@ -221,7 +225,12 @@ impl ImplicitSet {
         let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
         let started = forces.clone().count();
         displace(self.arch, &mut self.displacement, &self.row, forces);
-        let law = SliceSpring { own: self.influence[0], stiffness: self.influence[0].recip(), y, slices };
+        let law = SliceAlone {
+            own: self.influence[0],
+            slice: LocalSlice::new(self.influence[0], self.compliance),
+            y,
+            slices,
+        };
         let Self { estimate, displacement, row, .. } = self;
         let changes = self.arch.dispatch(Sweeps { sweeps, law, estimate, displacement, row });
         self.add_windows_work(started + changes);
@@ -268,7 +277,7 @@ impl ImplicitSet {
                 self.roots.push(root);
             }
         }
-        let (rows, own) = (self.points.len(), self.influence[0]);
+        let rows = self.points.len();
         forces.fill(0.0);
         if rows > 0 {
             let mut laps = Laps::begin(self.clocks);
@@ -279,7 +288,7 @@ impl ImplicitSet {
                 for (value, (&i, other)) in column[row..rows].iter_mut().zip(below) {
                     *value = root * other * self.influence[i - j];
                 }
-                column[row] = own;
+                column[row] += self.compliance * (1.0 - root * root);
             }
             let matrix = MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, self.stride);
             factorised(matrix, &mut self.scratch)?;
@@ -355,25 +364,46 @@ impl ImplicitSet {
     }
 }
 
-/// A point alone: its slice's spring.
+/// A slice of compliance c on a point of compliance G0_ii, no others near.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalSlice {
+    /// 1/c.
+    stiffness: f64,
+    /// G0_ii/c - 1.
+    excess: f64,
+}
+
+impl LocalSlice {
+    /// For G0_ii and c \[m/N\].
+    pub fn new(own: f64, compliance: f64) -> Self {
+        Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
+    }
+
+    /// Its force \[N\] where the others leave the penetration y \[m\]: S(w)/c with w + (G0_ii/c - 1) S(w) = y.
+    #[inline(always)]
+    pub fn force(&self, curve: &StiffnessCurve, y: f64) -> f64 {
+        if y > 0.0 { curve.displacement_in_series(y, self.excess) * self.stiffness } else { 0.0 }
+    }
+}
+
+/// The law of a point by itself.
 #[derive(Clone, Copy)]
-struct SliceSpring<'a> {
+struct SliceAlone<'a> {
     /// G0_ii.
     own: f64,
-    /// 1/G0_ii.
-    stiffness: f64,
+    slice: LocalSlice,
     y: &'a [f64],
     slices: SlicesUnder<'a>,
 }
 
-impl OwnForce for SliceSpring<'_> {
+impl OwnForce for SliceAlone<'_> {
     #[inline(always)]
     fn force(&self, column: usize, force: f64, displacement: f64) -> f64 {
-        let v = self.y[column] - (displacement - self.own * force);
-        if v > 0.0 { self.slices.displacement(column, v) * self.stiffness } else { 0.0 }
+        let y = self.y[column] - (displacement - self.own * force);
+        self.slices.get(column).map_or(0.0, |curve| self.slice.force(curve, y))
     }
 }
 
 #[cfg(test)]
-#[path = "implicit_tests.rs"]
+#[path = "local_tests.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-//! Tests of the implicit coupling.
+//! Tests of slices that yield by themselves.
 
 use proptest::prelude::*;
 
@@ -35,15 +35,28 @@ fn pressed(curve: &StiffnessCurve, v: f64) -> f64 {
     if v > 0.0 { curve.displacement_at(v) } else { 0.0 }
 }
 
+/// S(w) with w + (own/c - 1) S(w) = y, by bisection: the left side grows with w.
+fn in_series(curve: &StiffnessCurve, y: f64, own: f64, compliance: f64) -> f64 {
+    let (mut low, mut high) = (0.0, y * (compliance / own).max(1.0));
+    if y <= 0.0 {
+        return 0.0;
+    }
+    for _ in 0..200 {
+        let w = 0.5 * (low + high);
+        if w + (own / compliance - 1.0) * pressed(curve, w) < y { low = w } else { high = w }
+    }
+    pressed(curve, 0.5 * (low + high))
+}
+
 /// The oracle: non-linear Gauss-Seidel with plain sums until nothing changes.
-fn gauss_seidel(influence: &[f64], curves: &[StiffnessCurve], y: &[f64]) -> Vec<f64> {
+fn gauss_seidel(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &[f64]) -> Vec<f64> {
     let mut forces = vec![0.0_f64; y.len()];
     for _ in 0..1_000_000 {
         let mut change = 0.0_f64;
         for i in 0..y.len() {
             let others: f64 =
                 forces.iter().enumerate().filter(|(j, _)| *j != i).map(|(j, f)| influence[i.abs_diff(j)] * f).sum();
-            let next = pressed(&curves[i], y[i] - others) / influence[0];
+            let next = in_series(&curves[i], y[i] - others, influence[0], compliance) / compliance;
             change = change.max((next - forces[i]).abs());
             forces[i] = next;
         }
@@ -54,12 +67,12 @@ fn gauss_seidel(influence: &[f64], curves: &[StiffnessCurve], y: &[f64]) -> Vec<
     forces
 }
 
-/// Largest violation of G0_ii F = S+(v), relative to the largest S+(y), by plain sums.
-fn violation(influence: &[f64], curves: &[StiffnessCurve], y: &[f64], forces: &[f64]) -> f64 {
+/// Largest violation of c F = S+(v), relative to the largest S+(y), by plain sums.
+fn violation(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &[f64], forces: &[f64]) -> f64 {
     let largest = curves.iter().zip(y).map(|(curve, &y)| pressed(curve, y)).fold(0.0, f64::max);
     let of = |i: usize| {
         let u: f64 = forces.iter().enumerate().map(|(j, f)| influence[i.abs_diff(j)] * f).sum();
-        let own = influence[0] * forces[i];
+        let own = compliance * forces[i];
         (own - pressed(&curves[i], y[i] - (u - own))).abs()
     };
     (0..y.len()).map(of).fold(0.0, f64::max) / largest
@@ -83,16 +96,19 @@ proptest! {
         y in prop::collection::vec(-1.0..1.5_f64, 12),
         start in prop::collection::vec(0.0..2.0_f64, 12),
         reach in 0.3..4.0_f64,
+        // Compliances far below and far above G0_ii.
+        softer in prop_oneof![Just(1.0), 0.05..20.0_f64],
         patience in prop_oneof![Just(None), Just(Some(0)), Just(Some(PATIENCE))],
     ) {
         let influence = decaying(12, reach);
-        let mut search = ImplicitSet::new(influence.clone(), 12, 1e-13);
+        let compliance = softer * influence[0];
+        let mut search = LocalSet::new(influence.clone(), compliance, 12, 1e-13);
         search.patience = patience;
         search.estimate.copy_from_slice(&start);
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
         let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
-        for (force, exact) in forces.iter().zip(gauss_seidel(&influence, &curves, &y)) {
+        for (force, exact) in forces.iter().zip(gauss_seidel(&influence, compliance, &curves, &y)) {
             prop_assert!((force - exact).abs() < 1e-9, "{force} {exact}");
         }
         // What is left in `required` makes equation 4 give the same forces.
@@ -104,11 +120,17 @@ proptest! {
     }
 
     #[test]
-    fn flat_slices_are_equation_4(y in prop::collection::vec(-1.0..1.0_f64, 12), reach in 0.3..4.0_f64) {
+    fn flat_slices_are_equation_4(
+        y in prop::collection::vec(-1.0..1.0_f64, 12),
+        reach in 0.3..4.0_f64,
+        compliance in 0.05..20.0_f64,
+    ) {
         let influence = decaying(12, reach);
         let slices = queue(&vec![StiffnessCurve::flat(0.0); 12]);
         let (mut forces, mut prescribed, mut required) = (vec![0.0; 12], vec![0.0; 12], y.clone());
-        ImplicitSet::new(influence.clone(), 12, 1e-13).search(under(&slices), &mut required, &mut forces).unwrap();
+        LocalSet::new(influence.clone(), compliance, 12, 1e-13)
+            .search(under(&slices), &mut required, &mut forces)
+            .unwrap();
         ActiveSet::new(influence, 12, 1e-13, 4).search(&y, &mut prescribed).unwrap();
         prop_assert_eq!(&required, &y);
         for (force, same) in forces.iter().zip(&prescribed) {
@@ -117,26 +139,29 @@ proptest! {
     }
 
     #[test]
-    fn more_force_than_by_equation_4_and_more_by_deeper_penetration(
+    fn instantaneous_slices_press_more_than_equation_4_and_every_slice_more_when_deeper(
         curves in slices(),
         y in prop::collection::vec(-0.5..1.5_f64, 12),
         deeper in 0.0..0.5_f64,
         reach in 0.3..4.0_f64,
+        softer in 0.05..20.0_f64,
     ) {
         let influence = decaying(12, reach);
         let slices = queue(&curves);
-        let total = |y: &[f64]| {
+        let total = |y: &[f64], softer: f64| {
             let (mut forces, mut required) = (vec![0.0; 12], y.to_vec());
-            ImplicitSet::new(influence.clone(), 12, 1e-13).search(under(&slices), &mut required, &mut forces).unwrap();
+            LocalSet::new(influence.clone(), softer * influence[0], 12, 1e-13)
+                .search(under(&slices), &mut required, &mut forces)
+                .unwrap();
             (forces, required)
         };
-        let (forces, required) = total(&y);
-        // d = y - v + S(v) with v <= y, and y - S(y) grows with y.
+        let (_, required) = total(&y, 1.0);
+        // With c = G0_ii, d = y - v + S(v) with v <= y, and y - S(y) grows with y.
         for ((d, curve), &y) in required.iter().zip(&curves).zip(&y) {
             prop_assert!(*d >= curve.displacement_at(y) - 1e-12);
         }
         let lower: Vec<f64> = y.iter().map(|y| y + deeper).collect();
-        let (pushed, _) = total(&lower);
+        let ((forces, _), (pushed, _)) = (total(&y, softer), total(&lower, softer));
         // (F' - F).(y' - y) >= 0: the law is monotone.
         let work: f64 = pushed.iter().zip(&forces).map(|(a, b)| (a - b) * deeper).sum();
         prop_assert!(work >= -1e-12);
@@ -147,7 +172,7 @@ proptest! {
 fn nothing_touches_when_nothing_is_required() {
     let curves = [curve(0.0, &[(0.1, 1.0)]), curve(0.4, &[(0.1, 1.0), (0.1, 1.0)]), StiffnessCurve::flat(0.0)];
     let slices = queue(&curves);
-    let mut search = ImplicitSet::new(decaying(4, 1.0), 4, 1e-12);
+    let mut search = LocalSet::new(decaying(4, 1.0), 0.7, 4, 1e-12);
     // The second slice carries nothing up to 0.4; there is no road under the fourth column.
     let (mut forces, mut required) = (vec![1.0; 4], vec![-1.0, 0.3, 0.0, f64::NEG_INFINITY]);
     let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
@@ -164,9 +189,20 @@ fn one_point_alone_follows_its_own_curve() {
     let mut required = vec![-5.0; 8];
     required[3] = 0.25;
     let mut forces = vec![0.0; 8];
-    ImplicitSet::new(influence.clone(), 8, 1e-13).search(under(&slices), &mut required, &mut forces).unwrap();
-    assert!((influence[0] * forces[3] - curves[3].displacement_at(0.25)).abs() < 1e-16);
-    assert!((required[3] - curves[3].displacement_at(0.25)).abs() < 1e-16, "nobody else acts: equation 4");
+    LocalSet::new(influence.clone(), influence[0], 8, 1e-13)
+        .search(under(&slices), &mut required, &mut forces)
+        .unwrap();
+    assert!((influence[0] * forces[3] - curves[3].displacement_at(0.25)).abs() < 1e-15);
+    assert!((required[3] - curves[3].displacement_at(0.25)).abs() < 1e-15, "nobody else acts: equation 4");
+    for compliance in [0.01, 0.3, 2.0, 50.0] {
+        required[3] = 0.25;
+        LocalSet::new(influence.clone(), compliance, 8, 1e-13)
+            .search(under(&slices), &mut required, &mut forces)
+            .unwrap();
+        let pressed = in_series(&curves[3], 0.25, influence[0], compliance);
+        assert!((compliance * forces[3] - pressed).abs() < 1e-14, "{compliance}: {} {pressed}", forces[3]);
+        assert!((required[3] - influence[0] * forces[3]).abs() < 1e-15);
+    }
 }
 
 #[test]
@@ -174,8 +210,8 @@ fn ties_soft_beginnings_and_nearly_identical_neighbours_end() {
     // Hard case: a nearly singular G0, breakpoints met exactly, slices that are all but free of stiffness at first.
     let influence: Vec<f64> =
         (0..40).map(|j| 1.0 / (1.0 + (j as f64 / 12.0).powi(2)) + if j == 0 { 1e-9 } else { 0.0 }).collect();
-    let mut search = ImplicitSet::new(influence.clone(), 40, 1e-12);
-    for round in 0..50 {
+    for (compliance, round) in [0.03, 1.0, 30.0].into_iter().flat_map(|c| (0..50).map(move |round| (c, round))) {
+        let mut search = LocalSet::new(influence.clone(), compliance, 40, 1e-12);
         let curves: Vec<_> = (0..40)
             .map(|i| match (i + round) % 4 {
                 0 => StiffnessCurve::flat(0.0),
@@ -190,7 +226,7 @@ fn ties_soft_beginnings_and_nearly_identical_neighbours_end() {
         let (mut required, mut forces) = (y.clone(), vec![0.0; 40]);
         let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
         assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-9, "{residuals:?}");
-        let violation = violation(&influence, &curves, &y, &forces);
+        let violation = violation(&influence, compliance, &curves, &y, &forces);
         assert!(violation < 1e-9, "round {round}: {violation:e}");
     }
 }
@@ -200,7 +236,8 @@ fn the_fallback_alone_finds_the_solution_too() {
     let influence = decaying(10, 6.0);
     let curves: Vec<_> = (0..10).map(|i| curve(0.0, &[(0.2, 1.0 + i as f64), (0.4, 1.0), (0.0, 3.0)])).collect();
     let slices = queue(&curves);
-    let mut search = ImplicitSet::new(influence.clone(), 10, 1e-13);
+    let compliance = influence[0];
+    let mut search = LocalSet::new(influence.clone(), compliance, 10, 1e-13);
     search.patience = None;
     let mut fallbacks = 0;
     for round in 0..40 {
@@ -209,7 +246,7 @@ fn the_fallback_alone_finds_the_solution_too() {
         search.estimate.iter_mut().enumerate().for_each(|(i, force)| *force = ((i + round) % 2) as f64 * 50.0);
         let (mut required, mut forces) = (y.clone(), vec![0.0; 10]);
         search.search(under(&slices), &mut required, &mut forces).unwrap();
-        assert!(violation(&influence, &curves, &y, &forces) < 1e-12);
+        assert!(violation(&influence, compliance, &curves, &y, &forces) < 1e-12);
         fallbacks = search.counts().fallbacks;
     }
     println!("{fallbacks} fallbacks");
@@ -221,19 +258,19 @@ fn a_restored_search_goes_on_in_the_same_bits() {
     let influence = decaying(16, 2.0);
     let curves: Vec<_> = (0..16).map(|i| curve(0.0, &[(0.1 + 0.02 * i as f64, 1.0), (0.0, 3.0)])).collect();
     let slices = queue(&curves);
-    let step = |search: &mut ImplicitSet, round: usize| {
+    let step = |search: &mut LocalSet, round: usize| {
         search.advance(round % 2);
         let mut required: Vec<f64> = (0..16).map(|i| ((i * 5 + round * 3) as f64).sin()).collect();
         let mut forces = vec![0.0; 16];
         search.search(under(&slices), &mut required, &mut forces).unwrap();
         forces.iter().chain(&required).map(|value| value.to_bits()).collect::<Vec<_>>()
     };
-    let mut whole = ImplicitSet::new(influence.clone(), 16, 1e-13);
+    let mut whole = LocalSet::new(influence.clone(), 0.8, 16, 1e-13);
     (0..20).for_each(|round| drop(step(&mut whole, round)));
     let mut state = StateWriter::default();
     whole.save(&mut state);
     let bytes = state.into_bytes();
-    let mut restored = ImplicitSet::new(influence, 16, 1e-13);
+    let mut restored = LocalSet::new(influence, 0.8, 16, 1e-13);
     let mut reader = StateReader::new(&bytes);
     restored.restore(&mut reader).unwrap();
     reader.end().unwrap();

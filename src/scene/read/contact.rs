@@ -10,8 +10,9 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     let tread = table.or("tread", &OneOf::<Tread>::new(), Tread::default());
     let slices = table.or("slices", &OneOf::<Slices>::new(), Slices::default());
     let slice_coupling = table.or("slice_coupling", &OneOf::<SliceCoupling>::new(), SliceCoupling::default());
-    let lateral_points = table.optional("lateral_points", &Count(1));
-    let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), 0.0);
+    let cells_across = table.optional("cells_across", &Count(1));
+    let cells_along = table.optional("cells_along", &Count(1));
+    let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), Contact::SLICE_TOLERANCE);
     let bedding_stiffness = match tread {
         Some(Tread::Elastic) => refuse_stiffness(table, "tread = \"elastic\""),
         Some(Tread::Uncoupled) => refuse_stiffness(table, "tread = \"uncoupled\""),
@@ -39,7 +40,8 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         tread,
         slices: slices?,
         slice_coupling,
-        lateral_points: lateral_points?,
+        cells_across: cells_across?,
+        cells_along: cells_along?,
         slice_tolerance: slice_tolerance?,
         bedding_stiffness: bedding_stiffness?,
         equal_stiffness: equal_stiffness?,

@@ -138,22 +138,26 @@ fn contact() -> impl Strategy<Value = Contact> {
         prop::option::of(positive()).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
     let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
-    (tread, slices, any::<[bool; 2]>(), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
-        |((tread, bedding_stiffness), slices, [implicit, equal], lateral_points, slice_tolerance)| Contact {
-            tread,
-            slices,
-            // Means nothing to points by themselves.
-            slice_coupling: if implicit && tread != Tread::Uncoupled {
-                SliceCoupling::Implicit
-            } else {
-                SliceCoupling::Explicit
+    (tread, slices, any::<[bool; 2]>(), prop::option::of(1..1000_usize), (prop::option::of(1..9_usize), 0.0..1e-3_f64))
+        .prop_map(
+            |((tread, bedding_stiffness), slices, [implicit, equal], cells_across, (cells_along, slice_tolerance))| {
+                Contact {
+                    tread,
+                    slices,
+                    // Means nothing to points by themselves.
+                    slice_coupling: if implicit && tread != Tread::Uncoupled {
+                        SliceCoupling::Implicit
+                    } else {
+                        SliceCoupling::Explicit
+                    },
+                    cells_across,
+                    cells_along,
+                    slice_tolerance,
+                    bedding_stiffness,
+                    equal_stiffness: equal && tread == Tread::Uncoupled,
+                }
             },
-            lateral_points,
-            slice_tolerance,
-            bedding_stiffness,
-            equal_stiffness: equal && tread == Tread::Uncoupled,
-        },
-    )
+        )
 }
 
 fn numerics() -> impl Strategy<Value = Numerics> {

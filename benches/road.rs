@@ -23,7 +23,7 @@ const METRES: f64 = 10.0;
 const SIZES: [usize; 4] = [128, 256, 512, 1024];
 
 fn lattice(elements: usize) -> Lattice {
-    Lattice { dx: 1.95 / elements as f64, dy: 0.002, columns: 70 }
+    Lattice { dx: 1.95 / elements as f64, along: 1, dy: 0.002, columns: 70 }
 }
 
 fn mean_square(heights: &[f64]) -> f64 {

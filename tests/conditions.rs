@@ -193,15 +193,15 @@ fn conditions_hold_on_a_made_road() {
         results.assert_sound("made road");
         let loaded = scene(&text);
         let element = CIRCUMFERENCE / case.elements as f64;
-        let lattice = Lattice::choose(&loaded.scene.road, element, CONTACT_WIDTH, None).unwrap();
+        let lattice = Lattice::choose(&loaded.scene.road, element, CONTACT_WIDTH, None, None).unwrap();
         // The road once again, all of it at once.
         let mut road = RoadSurface::open(&loaded.scene.road, lattice, Limits::default()).unwrap();
         let (first, rows) = (-40, 300);
-        let mut heights = vec![0.0; rows * lattice.columns];
+        let mut heights = vec![0.0; rows * lattice.cells()];
         road.heights(first, rows, &mut heights).unwrap();
         let slice = |e: i64| {
             let row = (e - first) as usize;
-            heights[row * lattice.columns..(row + 1) * lattice.columns].to_vec()
+            heights[row * lattice.cells()..(row + 1) * lattice.cells()].to_vec()
         };
         assert_met(
             &format!("made road, winkler {winkler}, implicit {implicit}"),

@@ -88,7 +88,7 @@ fn resolution_along_and_across_changes_s_less_and_less() {
     // Mean of S(y)/y over 2 m of dense asphalt by both laws.
     let mean = |dx: f64, dy: f64| {
         let columns = (width / dy).round() as usize;
-        let mut surface = RoadSurface::open(&road, Lattice { dx, dy, columns }, Limits::default()).unwrap();
+        let mut surface = RoadSurface::open(&road, Lattice { dx, along: 1, dy, columns }, Limits::default()).unwrap();
         let rows = (2.0 / dx) as usize;
         let mut heights = vec![0.0; rows * columns];
         surface.heights(0, rows, &mut heights).unwrap();

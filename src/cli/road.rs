@@ -61,7 +61,7 @@ impl RoadArguments {
         let folder = ResultsFolder::create(&target)?;
         let sample = &description.sample;
         if let Ok(heights) = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights) {
-            let map = RoadMap { title: &title, heights, start: 0.0, dx: sample.dx, dy: sample.dy };
+            let map = RoadMap { title: &title, heights, start: sample.start, dx: sample.dx, dy: sample.dy };
             folder.write_text("road.svg", &map.to_svg()?)?;
         }
         folder.write_text("road.json", &format!("{:#}\n", json!(description)))?;
@@ -82,10 +82,12 @@ fn description_text(road: &RoadDescription) -> String {
     row(
         "run's lattice",
         format!(
-            "dx {}, dy {}, {} columns",
+            "elements of {}, {} x {} cells of {} along, {} across",
             millimetres(road.lattice.dx),
-            millimetres(road.lattice.dy),
-            road.lattice.columns
+            road.lattice.along,
+            road.lattice.columns,
+            millimetres(road.lattice.cell()),
+            millimetres(road.lattice.dy)
         ),
     );
     if let Some(spacing) = road.report.spacing {

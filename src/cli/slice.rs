@@ -156,7 +156,7 @@ mod tests {
             spike[15] = 5e-3;
             assert!(answer(&spike, law, &[1e-3]).unwrap().displacement[0] < 3e-4);
             spike[7] = f64::NAN;
-            assert!(matches!(answer(&spike, law, &[1e-3]), Err(CliError::Slice(SliceError::Hole { column: 7, .. }))));
+            assert!(matches!(answer(&spike, law, &[1e-3]), Err(CliError::Slice(SliceError::Hole { cell: 7, .. }))));
             let millimetres: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.7).sin()).collect();
             let refused = answer(&millimetres, law, &[1e-3]).unwrap_err();
             assert!(refused.to_string().contains("millimetres"), "{refused}");

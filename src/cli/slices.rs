@@ -14,13 +14,13 @@ use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::Cost;
 use crate::results::{ResultsFolder, Summary};
 use crate::road::slices::statistics::{LevelStatistics, statistics};
-use crate::road::slices::{SliceScratch, StiffnessCurve};
+use crate::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use crate::road::{Lattice, RoadSurface};
 use crate::scene::{LoadedScene, Scene, Slices};
 
 const EXAMPLES: &str = "\
-Drawn, as in the paper's figure 4: the slice's profile with the indentation levels, the pressure under them on an elastic half-space, and the \
-displacement S(y) and stiffness s(y) by both laws. Printed: the spread of S over the road, and the share of the width in contact.
+Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the pressure under them on an elastic half-space, and the \
+displacement S(y) and stiffness s(y) by both laws. Printed: the spread of S over the road, and the share of the area in contact.
 
 Examples:
   tyrewave slices scenes/default.toml
@@ -59,7 +59,7 @@ struct Spread {
     deviation: [f64; 2],
     /// Root mean square of the difference of S between both, over the mean S.
     difference: f64,
-    /// Mean share of the width in contact, winkler.
+    /// Mean share of the area in contact, winkler.
     contact_fraction: f64,
     /// Mean, median and the middle 90 % of S and of s, by both.
     quantiles: [Option<LevelStatistics>; 2],
@@ -84,9 +84,15 @@ impl SlicesArguments {
         let sample = meter.time(Stage::Road, || self.sample(&loaded))?;
         let laws = [Slices::Winkler, Slices::HalfSpace];
         let curves = meter.time(Stage::Slices, || -> Result<_, CliError> {
-            let build = |law| Ok::<_, CliError>(slice_builder(law, sample.lattice)?.build_rows(&sample.heights)?);
+            let tolerance = loaded.scene.contact.slice_tolerance;
+            let build = |law| {
+                let builder = slice_builder(law, sample.lattice)?.with_tolerance(tolerance)?;
+                Ok::<_, CliError>(builder.build_rows(&sample.heights)?)
+            };
             Ok([build(laws[0])?, build(laws[1])?])
         })?;
+        let errors =
+            [0, 1].map(|law: usize| curves[law].iter().fold(0.0_f64, |largest, curve| largest.max(curve.error)));
         meter.count(Counter::Slices, 2 * curves[0].len() as u64);
         let depths = depths(&sample);
         let spread = spread(&curves, &depths);
@@ -98,6 +104,7 @@ impl SlicesArguments {
             "road_coordinate": sample.first as f64 * sample.lattice.dx,
             "lattice": sample.lattice,
             "slices": curves[0].len(),
+            "slice_error": errors,
             "spread": spread,
         });
         folder.write_text("slices.json", &format!("{answer:#}\n"))?;
@@ -106,7 +113,7 @@ impl SlicesArguments {
         if context.options.quiet {
             return Ok(());
         }
-        print(&format!("{}results in {}\n", table(&spread, curves[0].len()), place.display()))
+        print(&format!("{}results in {}\n", table(&spread, curves[0].len(), errors), place.display()))
     }
 
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {
@@ -118,7 +125,7 @@ impl SlicesArguments {
             let first = (self.at / dx).round() as i64;
             let there = surface.extent().map_or(i64::MAX, |(_, end)| (end / dx + 1e-6).floor() as i64 - first + 1);
             let rows = i64::from(self.slices).min(there.max(1)) as usize;
-            let mut heights = vec![0.0; rows * lattice.columns];
+            let mut heights = vec![0.0; rows * lattice.cells()];
             surface.heights(first, rows, &mut heights)?;
             Ok(Sample { lattice, first, heights })
         };
@@ -130,7 +137,7 @@ impl SlicesArguments {
 fn depths(sample: &Sample) -> Vec<f64> {
     sample
         .heights
-        .chunks(sample.lattice.columns)
+        .chunks(sample.lattice.cells())
         .flat_map(|row| {
             let peak = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             row.iter().map(move |height| peak - height)
@@ -154,7 +161,7 @@ fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
         });
         let [winkler, half_space] = values;
         let difference = (winkler.zip(half_space).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / count).sqrt();
-        // Independent springs: the normalised stiffness is the share of the width in contact.
+        // Independent springs: the normalised stiffness is the share of the area in contact.
         let quantiles =
             [0, 1].map(|law: usize| statistics(&curves[law], &[y]).and_then(|levels| levels.first().copied()));
         let contact = quantiles[0].map_or(0.0, |level| level.stiffness.mean);
@@ -170,12 +177,12 @@ fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
     [0.25, 0.5, 1.0, 2.0].map(at).into()
 }
 
-fn table(spread: &[Spread], slices: usize) -> String {
+fn table(spread: &[Spread], slices: usize, errors: [f64; 2]) -> String {
     if spread.is_empty() {
-        return "the road is flat across the contact width: S(y) = y by every law\n".into();
+        return "the road is flat under every element: S(y) = y by every law\n".into();
     }
     let mut text = format!("S(y)/y over {slices} slices, mean and standard deviation\n");
-    text.push_str("     y [mm]   winkler           half-space        rms difference   width in contact\n");
+    text.push_str("     y [mm]   winkler           half-space        rms difference   area in contact\n");
     for row in spread {
         text.push_str(&format!(
             "   {:8.3}   {:.3} +- {:.3}    {:.3} +- {:.3}    {:8.1} %       {:8.1} %\n",
@@ -188,13 +195,21 @@ fn table(spread: &[Spread], slices: usize) -> String {
             100.0 * row.contact_fraction
         ));
     }
+    text.push_str(&format!(
+        "largest error of a curve by leaving breakpoints out: {:.2} um, {:.2} um\n",
+        1e6 * errors[0],
+        1e6 * errors[1]
+    ));
     text
 }
 
 fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Result<(), CliError> {
     let lattice = sample.lattice;
-    let row = &sample.heights[..lattice.columns];
+    let slice = &sample.heights[..lattice.cells()];
     let peak = curves[0].peak;
+    // The line that touches first: the levels count from its own peak, too.
+    let highest = slice.iter().position(|&height| height >= peak).unwrap_or(0) / lattice.columns;
+    let row = &slice[highest * lattice.columns..][..lattice.columns];
     let depth = row.iter().map(|height| peak - height).fold(0.0, f64::max);
     if depth <= 0.0 {
         return Ok(());
@@ -216,13 +231,15 @@ fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&Stiffnes
 
     let builder = slice_builder(Slices::HalfSpace, lattice)?;
     let (_, pressures) =
-        builder.build_with_pressures(row, lattice.dx, lattice.dy, &levels, &mut SliceScratch::default())?;
+        builder.build_with_pressures(slice, CELL_LENGTH, lattice.dy, &levels, &mut SliceScratch::default())?;
+    let pressures: Vec<&[f64]> =
+        pressures.iter().map(|pressure| &pressure[highest * lattice.columns..][..lattice.columns]).collect();
     let series: Vec<Series<'_>> = pressures
         .iter()
         .zip(&named)
         .map(|(pressure, name)| Series { name, points: across.iter().copied().zip(pressure.iter().copied()).collect() })
         .collect();
-    let highest = pressures.iter().flatten().fold(0.0_f64, |highest, &pressure| highest.max(pressure));
+    let highest = pressures.iter().copied().flatten().fold(0.0_f64, |highest, pressure| highest.max(*pressure));
     let y = Axis::linear("Pressure / E* on a half-space [1]", 0.0..1.05 * highest);
     let plot = LinePlot { title, x: x(), y, series };
     folder.write_text("slice_pressure.svg", &plot.to_svg()?)?;

@@ -168,7 +168,7 @@ pub(super) fn csv(study: &Study) -> String {
             settings.substeps,
             settings.time_rule.name(),
             settings.pole_tolerance,
-            option(settings.lateral_points.map(|points| points as f64)),
+            option(settings.cells_across.map(|points| points as f64)),
             settings.slice_tolerance,
             found.worst,
             found.worst_band,

@@ -19,7 +19,7 @@ use crate::contact::search::SliceLaw;
 use crate::contact::slice_queue::SliceQueue;
 use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
 use crate::meter::{Meter, Stage};
-use crate::road::slices::{SliceBuilder, SliceError};
+use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
 use crate::tyre::convolution_quadrature::resolved_symbol;
@@ -64,9 +64,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, road_limits(scene)))
         .map_err(|error| in_scene(loaded, error))?;
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
-    // A smooth road has nothing across to be resolved, and without a slice law nobody asked for it.
-    if lattice.columns == 1 && !surface.is_smooth() && *slices != Slices::None {
-        warnings.push("the road is level across the contact width: the slice law makes no difference".into());
+    // A smooth road has no texture to be resolved, and without a slice law nobody asked for it.
+    if lattice.cells() == 1 && !surface.is_smooth() && *slices != Slices::None {
+        warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
     let radius = tyre.circumference / (2.0 * PI);
@@ -146,7 +146,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
 /// As [`Lattice::choose`].
 pub fn road_lattice(scene: &Scene, decisions: &Decisions) -> Result<Lattice, RoadError> {
     let element = scene.tyre.circumference / scene.numerics.elements as f64;
-    Lattice::choose(&scene.road, element, scene.tyre.contact_width, decisions.lateral_points)
+    Lattice::choose(&scene.road, element, scene.tyre.contact_width, decisions.cells_across, decisions.cells_along)
 }
 
 /// What opening a scene's road may use.
@@ -160,12 +160,13 @@ pub fn road_limits(scene: &Scene) -> Limits {
 /// As [`SliceBuilder`]'s constructors.
 pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
     match law {
-        // A road that is level across presses flat, by every law.
-        _ if lattice.columns == 1 => SliceBuilder::flat(1),
+        // A single cell presses flat, by every law.
+        _ if lattice.cells() == 1 => SliceBuilder::flat(1),
         Slices::None => SliceBuilder::flat(lattice.columns),
         Slices::Winkler => SliceBuilder::winkler(lattice.columns),
-        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, lattice.dx, lattice.dy),
-    }
+        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
+    }?
+    .with_lines(lattice.along)
 }
 
 /// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other laws.

@@ -33,6 +33,8 @@ pub struct RoadAhead {
     begun: i64,
     /// The element after the last one that the run will reach.
     reached: i64,
+    /// Largest error of the curves made \[m\].
+    slice_error: f64,
 }
 
 /// Slices that a state wants to be there.
@@ -54,7 +56,8 @@ impl RoadAhead {
         let period = surface.period().filter(|&period| period <= LONGEST_PERIOD).unwrap_or(0);
         let begun = queue.end();
         let maker = RoadMaker::new(surface, builder);
-        Self { maker, queue, elements, period: vec![None; period as usize], made: (begun, begun), begun, reached }
+        let (period, made) = (vec![None; period as usize], (begun, begun));
+        Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
     }
 
     /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. Given a scope to work in, chunks are made in it ahead of their need; else each when it is needed.
@@ -105,6 +108,7 @@ impl RoadAhead {
     fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
         let begin = rows.start;
         let curves = self.maker.take(rows, meter)?;
+        self.slice_error = curves.iter().fold(self.slice_error, |error, curve| error.max(curve.error));
         let period = self.period.len() as i64;
         if period > 0 {
             for (element, curve) in (begin..).zip(&curves) {
@@ -117,6 +121,7 @@ impl RoadAhead {
     /// Takes down which slices are there; not their curves, which [`Self::restore`] makes again.
     pub fn save(&self, state: &mut StateWriter) {
         state.wholes(&[self.queue.first(), self.queue.end(), self.made.0, self.made.1]);
+        state.number(self.slice_error);
     }
 
     /// Reads which slices are to be there; [`Self::refill`] then makes them.
@@ -128,6 +133,7 @@ impl RoadAhead {
         if self.made.0 != from || first < from || end < first || to < from {
             return Err(StateError::Value);
         }
+        self.slice_error = state.number()?;
         self.made.1 = to;
         self.begun = to;
         self.queue = SliceQueue::starting_at(first);
@@ -163,6 +169,11 @@ impl RoadAhead {
     fn kept(&self, element: i64) -> Option<StiffnessCurve> {
         let period = self.period.len() as i64;
         if period == 0 { None } else { self.period[element.rem_euclid(period) as usize].clone() }
+    }
+
+    /// Largest difference of a curve from that of all its slice's cells, of those that the tyre has reached \[m\].
+    pub fn slice_error(&self) -> f64 {
+        self.slice_error
     }
 
     /// The slices.

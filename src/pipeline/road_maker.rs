@@ -138,7 +138,7 @@ impl Bench {
 
     fn heights(&mut self, rows: Range<i64>) -> Result<(), RoadError> {
         let count = (rows.end - rows.start) as usize;
-        self.heights.resize(count * self.surface.lattice().columns, 0.0);
+        self.heights.resize(count * self.surface.lattice().cells(), 0.0);
         self.surface.heights(rows.start, count, &mut self.heights)
     }
 }
@@ -150,7 +150,7 @@ mod tests {
     use crate::scene::{MadeRoad, Road};
 
     fn maker(builder_columns: usize) -> RoadMaker {
-        let lattice = Lattice { dx: 0.01, dy: 0.02, columns: 6 };
+        let lattice = Lattice { dx: 0.01, along: 1, dy: 0.02, columns: 6 };
         let road = Road::Made(MadeRoad { seed: 2, ..MadeRoad::default() });
         let surface = RoadSurface::open(&road, lattice, Limits::default()).unwrap();
         RoadMaker::new(surface, SliceBuilder::winkler(builder_columns).unwrap())

@@ -372,6 +372,7 @@ impl Context<'_> {
             tension: residuals.tension,
             penetration: residuals.penetration,
             complementarity: residuals.complementarity,
+            slice_error: self.prepared.road.slice_error(),
             aborted_searches: 0,
             solves_per_step: counts
                 .histogram

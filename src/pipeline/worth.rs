@@ -89,7 +89,7 @@ impl Effect {
             Self::Texture => {
                 scene.effects.texture = switch;
                 if !on {
-                    scene.contact.lateral_points = None;
+                    scene.contact.cells_across = None;
                 }
             }
             Self::SliceCoupling => {

@@ -103,6 +103,8 @@ pub struct ContactQuality {
     pub penetration: f64,
     /// F.(u - d) = 0: largest violation, relative to the peaks of both.
     pub complementarity: f64,
+    /// Largest difference of a slice's curve from that of all its cells, made by leaving breakpoints out \[m\].
+    pub slice_error: f64,
     /// Searches that were given up: always 0, or the run has failed.
     pub aborted_searches: u64,
     /// Steps by the number of linear solves that they took.

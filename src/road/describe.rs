@@ -19,11 +19,13 @@ const SAMPLE_LENGTH: f64 = 1.0;
 /// A rectangular piece of the road on the run's lattice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeightSample {
-    /// Element length \[m\].
+    /// Road coordinate of the first row \[m\].
+    pub start: f64,
+    /// Row spacing \[m\].
     pub dx: f64,
     /// Column spacing \[m\].
     pub dy: f64,
-    /// Rows, element 0 first.
+    /// Rows, from the first one under element 0 on.
     pub rows: usize,
     /// Columns, centred on the tyre.
     pub columns: usize,
@@ -64,12 +66,12 @@ pub struct RoadDescription {
 /// As [`RoadSurface::open`].
 pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Result<RoadDescription, RoadError> {
     let mut surface = RoadSurface::open(spec, lattice, limits)?;
-    let mut rows = (SAMPLE_LENGTH / lattice.dx).ceil().clamp(2.0, 1e6) as usize;
+    let mut elements = (SAMPLE_LENGTH / lattice.dx).ceil().clamp(2.0, 1e6) as usize;
     if let Some((_, end)) = surface.extent() {
-        rows = rows.min((end / lattice.dx + 1e-6).floor() as usize + 1);
+        elements = elements.min((end / lattice.dx + 1e-6).floor() as usize + 1);
     }
-    let mut heights = vec![0.0; rows * lattice.columns];
-    surface.heights(0, rows, &mut heights)?;
+    let mut heights = vec![0.0; elements * lattice.cells()];
+    surface.heights(0, elements, &mut heights)?;
     let (low, high) =
         heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
     let own = own_profiles(spec, lattice, limits)?;
@@ -86,7 +88,14 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
         highest_frequency: report.highest_frequency(speed),
         highest_frequency_of_road: shortest_of_road.map(|wavelength| speed / wavelength),
         report,
-        sample: HeightSample { dx: lattice.dx, dy: lattice.dy, rows, columns: lattice.columns, heights },
+        sample: HeightSample {
+            start: lattice.place(0, 1.0),
+            dx: lattice.cell(),
+            dy: lattice.dy,
+            rows: elements * lattice.along,
+            columns: lattice.columns,
+            heights,
+        },
     })
 }
 
@@ -147,7 +156,7 @@ fn own_profiles(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Option<
         }
     };
     // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's cells.
-    let own = Lattice { dx: spacing, dy: spacing, columns: MEASURED_PROFILES };
+    let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
     let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
     let mut surface = RoadSurface::open(spec, own, limits)?;
     let mut heights = vec![0.0; rows * own.columns];

@@ -1,54 +1,89 @@
-//! The lattice on which the run sees the road: elements along, columns across.
+//! The lattice on which the run sees the road: elements along, cells along and across each.
 
 use serde::Serialize;
 
 use super::error::RoadError;
-use super::{grid, profile};
-use crate::scene::{Lateral, Road};
+use super::grid;
+use crate::scene::{Lateral, ProfileRoad, Road};
 
-/// The run's slice lattice: element e lies at road coordinate e dx, its cell is dx long; `columns` columns across the contact
-/// width, centred on the tyre, cell-centred, dy apart.
+/// The run's lattice of road cells: element e is centred at road coordinate e dx and holds `along` rows of cells, each of `columns` cells across the
+/// contact width, centred on the tyre. Heights are those of the cells' centres.
+///
+/// Rows are counted through: element e owns the rows e `along` to (e + 1) `along`, so its slice is `along` x `columns` contiguous heights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Lattice {
     /// Element length \[m\].
     pub dx: f64,
+    /// Cells along an element.
+    pub along: usize,
     /// Column spacing \[m\].
     pub dy: f64,
-    /// Columns across.
+    /// Cells across.
     pub columns: usize,
 }
 
 impl Lattice {
-    /// Width of a column of a lattice chosen here \[m\].
-    pub const COLUMN_WIDTH: f64 = 0.002;
+    /// Size of the cells of a lattice chosen here \[m\]: about so wide and at most so long.
+    pub const CELL: f64 = 0.002;
 
-    /// The lattice for a road: `lateral_points` columns if the scene says so; else a grid's own columns when it is already at
-    /// the run's dx and covers the contact width exactly; one column for roads that are level across; else columns of about 2 mm.
+    /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact width exactly, its rows falling
+    /// on the middle of each element and an odd number of them on its length; one column for roads that are level across; else cells of about 2 mm.
     ///
     /// # Errors
     /// A grid's file that cannot be read (its header is needed); dx or width not positive.
-    pub fn choose(road: &Road, dx: f64, contact_width: f64, lateral_points: Option<usize>) -> Result<Self, RoadError> {
+    pub fn choose(
+        road: &Road,
+        dx: f64,
+        contact_width: f64,
+        cells_across: Option<usize>,
+        cells_along: Option<usize>,
+    ) -> Result<Self, RoadError> {
         positive("element length", dx)?;
         positive("tyre.contact_width", contact_width)?;
-        let with = |columns: usize| Self { dx, dy: contact_width / columns as f64, columns };
-        if let Some(columns) = lateral_points {
-            return if columns > 0 {
-                Ok(with(columns))
-            } else {
-                Err(RoadError::NotPositive { key: "contact.lateral_points", value: 0.0 })
-            };
+        for (key, cells) in [("contact.cells_across", cells_across), ("contact.cells_along", cells_along)] {
+            positive(key, cells.unwrap_or(1) as f64)?;
         }
-        let usual = with((contact_width / Self::COLUMN_WIDTH).round().max(1.0) as usize);
-        Ok(match road {
-            Road::Smooth => with(1),
-            Road::Profile(profile::ProfileRoad { lateral: Lateral::Extruded, .. }) => with(1),
+        let (columns, along) = match road {
+            Road::Smooth => (1, 1),
+            Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, Self::usual_along(dx)),
             Road::Grid(spec) => {
                 let columns = grid::columns(spec)?;
-                let fits = same(spec.dx, dx) && same(spec.dy * columns as f64, contact_width);
-                if fits { Self { dx, dy: spec.dy, columns } } else { usual }
+                let rows = (dx / spec.dx).round();
+                let fits =
+                    same(rows * spec.dx, dx) && rows % 2.0 == 1.0 && same(spec.dy * columns as f64, contact_width);
+                if fits { (columns, rows as usize) } else { (Self::usual_across(contact_width), Self::usual_along(dx)) }
             }
-            _ => usual,
-        })
+            _ => (Self::usual_across(contact_width), Self::usual_along(dx)),
+        };
+        let columns = cells_across.unwrap_or(columns);
+        Ok(Self { dx, along: cells_along.unwrap_or(along), dy: contact_width / columns as f64, columns })
+    }
+
+    /// Cells of [`Self::CELL`] across a width \[m\], as nearly as can be.
+    pub fn usual_across(contact_width: f64) -> usize {
+        (contact_width / Self::CELL).round().max(1.0) as usize
+    }
+
+    /// Cells of at most [`Self::CELL`] along an element \[m\].
+    pub fn usual_along(dx: f64) -> usize {
+        // What fits up to rounding in a scene file fits.
+        (dx / Self::CELL - 1e-9).ceil().max(1.0) as usize
+    }
+
+    /// Length of a cell: the spacing of rows \[m\].
+    pub fn cell(&self) -> f64 {
+        self.dx / self.along as f64
+    }
+
+    /// Place of a row's middle in units of `spacing` \[m\]: the road coordinate itself in units of 1 m.
+    pub fn place(&self, row: i64, spacing: f64) -> f64 {
+        // One ratio for all rows: where it is a round number, so are the places.
+        (row as f64 - 0.5 * (self.along as f64 - 1.0)) * (self.cell() / spacing)
+    }
+
+    /// Heights of one element.
+    pub fn cells(&self) -> usize {
+        self.along * self.columns
     }
 
     /// Width covered \[m\].

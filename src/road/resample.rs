@@ -1,7 +1,7 @@
 //! Bringing a measured height map to the run's lattice, and continuing it past its end.
 //!
 //! 1. Across: each row of the map is resampled to the run's columns, once.
-//! 2. Along: each element is a weighted sum of rows, the rows past the end taken as `at_end` says (reflected, where the road
+//! 2. Along: each of the run's rows of cells is a weighted sum of rows of the map, the rows past the end taken as `at_end` says (reflected, where the road
 //!    must not be left).
 //!
 //! An axis on which the map is already at the run's spacing and phase is copied, bit for bit. On any other, the kernel is the
@@ -25,15 +25,16 @@ pub struct Resampled {
     /// Columns stored per row: 1 where the road is level across.
     stored: usize,
     kernel: WindowedSinc,
-    /// Whether element e is row e.
-    aligned: bool,
+    /// First of the run's rows that is row 0 of the map, where all of them are rows of it.
+    aligned: Option<i64>,
 }
 
 impl Resampled {
     /// Resamples across and prepares the rest.
     pub fn new(map: HeightMap, lattice: Lattice, at_end: AtEnd) -> Self {
         let kernel = WindowedSinc::resampling();
-        let aligned = same(map.dx, lattice.dx);
+        // An even number of cells along an element lies astride of its middle.
+        let aligned = (same(map.dx, lattice.cell()) && lattice.along % 2 == 1).then_some((lattice.along / 2) as i64);
         let dx = map.dx;
         let level_across = map.dy == 0.0;
         let stored = if level_across { 1 } else { lattice.columns };
@@ -58,12 +59,13 @@ impl Resampled {
 
     /// Elements after which the road is the same again; `None` where it ends or does not fall on the elements.
     pub fn period(&self) -> Option<i64> {
-        let count = self.count();
-        match self.at_end {
-            AtEnd::Repeat if self.aligned => Some(count),
-            AtEnd::Mirror if self.aligned => Some((2 * (count - 1)).max(1)),
-            _ => None,
-        }
+        self.aligned?;
+        let rows = match self.at_end {
+            AtEnd::Repeat => self.count(),
+            AtEnd::Mirror => (2 * (self.count() - 1)).max(1),
+            AtEnd::Refuse => return None,
+        };
+        Some(rows / greatest_common_divisor(rows, self.lattice.along as i64))
     }
 
     /// First and last element on the road; `None` when it goes on for ever.
@@ -73,22 +75,21 @@ impl Resampled {
         Some((0, (end / self.lattice.dx * (1.0 + 1e-12) + 1e-9).floor() as i64))
     }
 
-    /// Heights of elements `first`.., row-major; `out` holds whole rows.
+    /// Heights of the run's rows `first`.., row-major; `out` holds whole rows.
     pub fn heights(&self, first: i64, out: &mut [f64]) {
         let columns = self.lattice.columns;
         out.par_chunks_mut(columns).enumerate().with_min_len(16).for_each_init(Vec::new, |weights, (index, row)| {
-            let element = first + index as i64;
-            if self.aligned {
-                self.spread(self.row(element), row);
-            } else {
-                self.interpolate(element, weights, row);
+            let number = first + index as i64;
+            match self.aligned {
+                Some(zero) => self.spread(self.row(number - zero), row),
+                None => self.interpolate(number, weights, row),
             }
         });
     }
 
-    fn interpolate(&self, element: i64, weights: &mut Vec<f64>, out: &mut [f64]) {
-        let position = element as f64 * (self.lattice.dx / self.dx);
-        let ratio = (self.lattice.dx / self.dx).max(1.0);
+    fn interpolate(&self, number: i64, weights: &mut Vec<f64>, out: &mut [f64]) {
+        let position = self.lattice.place(number, self.dx);
+        let ratio = (self.lattice.cell() / self.dx).max(1.0);
         let start = self.kernel.weights(position, ratio, weights);
         if self.stored == 1 {
             let sum: f64 =
@@ -117,6 +118,10 @@ impl Resampled {
         };
         &self.rows[inside * self.stored..(inside + 1) * self.stored]
     }
+}
+
+fn greatest_common_divisor(a: i64, b: i64) -> i64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// The map's rows at the run's columns.
@@ -173,7 +178,7 @@ mod tests {
     #[test]
     fn map_at_the_lattice_is_copied_bit_for_bit() {
         let source = map(0.0037, 0.002, 50, 7, |x, y| (1e3 * x).sin() * (y * 777.0).cos());
-        let lattice = Lattice { dx: 0.0037, dy: 0.002, columns: 7 };
+        let lattice = Lattice { dx: 0.0037, along: 1, dy: 0.002, columns: 7 };
         let road = Resampled::new(source.clone(), lattice, AtEnd::Refuse);
         assert_eq!(all(&road, 0, 50), source.heights);
         assert_eq!(road.elements(), Some((0, 49)));
@@ -185,7 +190,7 @@ mod tests {
     fn wave_below_nyquist_passes_along_and_across() {
         let wave = |x: f64, y: f64| (2.0 * PI * x / 0.03).sin() * (2.0 * PI * y / 0.025).cos();
         let source = map(0.001, 0.001, 2000, 201, wave);
-        let lattice = Lattice { dx: 0.0041, dy: 0.0025, columns: 20 };
+        let lattice = Lattice { dx: 0.0041, along: 1, dy: 0.0025, columns: 20 };
         let road = Resampled::new(source, lattice, AtEnd::Refuse);
         let heights = all(&road, 100, 200);
         for (i, height) in heights.iter().enumerate() {
@@ -198,7 +203,7 @@ mod tests {
     fn wave_above_nyquist_does_not_alias() {
         // 0.7 of the coarse spacing's Nyquist wavelength: would fold to a long wave.
         let source = map(0.0005, 0.0, 8000, 1, |x, _| (2.0 * PI * x / 0.006).sin());
-        let road = Resampled::new(source, Lattice { dx: 0.004, dy: 0.2, columns: 1 }, AtEnd::Refuse);
+        let road = Resampled::new(source, Lattice { dx: 0.004, along: 1, dy: 0.2, columns: 1 }, AtEnd::Refuse);
         let worst = all(&road, 150, 600).iter().fold(0.0_f64, |worst, height| worst.max(height.abs()));
         assert!(worst < 2e-4, "{worst}");
     }
@@ -207,7 +212,7 @@ mod tests {
     fn finer_run_interpolates_the_same_wave() {
         let wave = |x: f64| (2.0 * PI * x / 0.05).sin();
         let source = map(0.01, 0.0, 400, 1, |x, _| wave(x));
-        let road = Resampled::new(source, Lattice { dx: 0.0013, dy: 0.2, columns: 1 }, AtEnd::Refuse);
+        let road = Resampled::new(source, Lattice { dx: 0.0013, along: 1, dy: 0.2, columns: 1 }, AtEnd::Refuse);
         for (i, height) in all(&road, 700, 700).iter().enumerate() {
             assert!((height - wave((700 + i) as f64 * 0.0013)).abs() < 1e-3);
         }
@@ -216,7 +221,7 @@ mod tests {
     #[test]
     fn repeated_road_has_its_period_and_mirrored_road_is_even() {
         let source = map(0.01, 0.0, 300, 1, |x, _| (17.0 * x).sin() + 0.3 * (40.0 * x).cos());
-        let lattice = Lattice { dx: 0.004, dy: 0.2, columns: 1 };
+        let lattice = Lattice { dx: 0.004, along: 1, dy: 0.2, columns: 1 };
         let repeat = Resampled::new(source.clone(), lattice, AtEnd::Repeat);
         assert!(repeat.extent().is_none());
         for (a, b) in all(&repeat, -20, 100).iter().zip(&all(&repeat, -20 + 750, 100)) {

@@ -1,4 +1,4 @@
-//! The road as the run sees it: heights of element rows, whatever their source.
+//! The road as the run sees it: heights of the cells under elements, whatever their source.
 
 use std::collections::VecDeque;
 
@@ -60,7 +60,8 @@ impl RoadSurface {
     pub fn open(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Self, RoadError> {
         positive("element length", lattice.dx)?;
         positive("column spacing", lattice.dy)?;
-        positive("contact.lateral_points", lattice.columns as f64)?;
+        positive("contact.cells_across", lattice.columns as f64)?;
+        positive("contact.cells_along", lattice.along as f64)?;
         let mut report = RoadReport::default();
         let source = match spec {
             Road::Smooth => Source::Smooth,
@@ -136,16 +137,16 @@ impl RoadSurface {
         }
     }
 
-    /// Heights \[m\] of rows `first`..`first + rows` into `out`, row-major rows x columns; row e is element e, at road coordinate e dx.
+    /// Heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element, row by row.
     ///
     /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads. Cost
-    /// O(rows) for rows asked in either order; a made road keeps the last few chunks.
+    /// O(cells) for elements asked in either order; a made road keeps the last few chunks.
     ///
     /// # Errors
-    /// Rows outside a road that ends; a buffer of another size.
-    pub fn heights(&mut self, first: i64, rows: usize, out: &mut [f64]) -> Result<(), RoadError> {
+    /// Elements outside a road that ends; a buffer of another size.
+    pub fn heights(&mut self, first: i64, elements: usize, out: &mut [f64]) -> Result<(), RoadError> {
         let columns = self.lattice.columns;
-        let needed = rows * columns;
+        let needed = elements * self.lattice.cells();
         if out.len() != needed {
             return Err(RoadError::BufferSize { needed, found: out.len() });
         }
@@ -153,18 +154,18 @@ impl RoadSurface {
             Source::Smooth => out.fill(0.0),
             Source::Measured(road) => {
                 if let Some((lowest, highest)) = road.elements() {
-                    let last = first.saturating_add(rows as i64 - 1);
-                    if rows > 0 && (first < lowest || last > highest) {
+                    let last = first.saturating_add(elements as i64 - 1);
+                    if elements > 0 && (first < lowest || last > highest) {
                         let dx = self.lattice.dx;
                         let available = road.extent().unwrap_or((0.0, 0.0));
                         return Err(RoadError::Short { needed: (first as f64 * dx, last as f64 * dx), available });
                     }
                 }
-                road.heights(first, out);
+                road.heights(first * self.lattice.along as i64, out);
             }
             Source::Made { texture, chunks, work } => {
                 let per_chunk = texture.chunk_rows() as i64;
-                let mut row = first;
+                let mut row = first * self.lattice.along as i64;
                 let mut rest = out;
                 while !rest.is_empty() {
                     let number = row.div_euclid(per_chunk);

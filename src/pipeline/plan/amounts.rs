@@ -239,10 +239,10 @@ impl Amounts {
     }
 
     fn road(&mut self, scene: &Scene, plan: &Plan) {
-        let across = across(scene, &plan.decisions);
+        let lattice = lattice(scene, plan);
+        let across = lattice.columns as f64;
         let rows = plan.steps as f64 / scene.numerics.substeps as f64 + self.expected.columns;
         let length = rows * plan.element;
-        let lattice = Lattice { dx: plan.element, dy: scene.tyre.contact_width / across, columns: across as usize };
         match &scene.road {
             Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Behind),
             Road::Made(made) => {
@@ -254,7 +254,7 @@ impl Amounts {
                     let (opening, chunk) = (sizes.opening(), sizes.chunk());
                     // Asked for in chunks of the run's own; the first lies partly before the start.
                     let asked = (rows / CHUNK_ROWS as f64).ceil() * CHUNK_ROWS as f64;
-                    let chunks = (asked / sizes.chunk_rows as f64).ceil() + 1.0;
+                    let chunks = (asked * lattice.along as f64 / sizes.chunk_rows as f64).ceil() + 1.0;
                     let unit = Unit::TextureMultiplyAdd;
                     self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
                     self.add(Stage::Road, unit, chunks * chunk.multiply_adds as f64, Place::Behind);
@@ -263,13 +263,13 @@ impl Amounts {
                 }
             }
             Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => {
-                self.add(Stage::Road, Unit::ResampledHeight, rows * across, Place::Behind);
+                self.add(Stage::Road, Unit::ResampledHeight, rows * lattice.cells() as f64, Place::Behind);
                 self.hold("heights of the road", 8.0 * length * across);
             }
         }
         let (unit, cells) = match plan.decisions.slices {
-            Slices::HalfSpace => (Unit::HalfSpacePair, rows * across * across),
-            Slices::Winkler | Slices::None => (Unit::SpringCell, rows * across),
+            Slices::HalfSpace => (Unit::HalfSpacePair, rows * lattice.cells() as f64 * across),
+            Slices::Winkler | Slices::None => (Unit::SpringCell, rows * lattice.cells() as f64),
         };
         self.add(Stage::Slices, unit, cells, Place::Behind);
         self.count(Counter::Slices, rows);
@@ -379,11 +379,13 @@ fn wavenumbers(scene: &Scene) -> f64 {
     (scene.numerics.elements / 2 + 1) as f64
 }
 
-/// Cells across the width.
-fn across(scene: &Scene, decisions: &Decisions) -> f64 {
-    decisions
-        .lateral_points
-        .map_or((scene.tyre.contact_width / Lattice::COLUMN_WIDTH).round().max(1.0), |points| points as f64)
+/// The lattice of the road, without a look at its file.
+fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
+    let width = scene.tyre.contact_width;
+    let Decisions { cells_across, cells_along, .. } = plan.decisions;
+    let columns = cells_across.unwrap_or_else(|| Lattice::usual_across(width));
+    let along = cells_along.unwrap_or_else(|| Lattice::usual_along(plan.element));
+    Lattice { dx: plan.element, along, dy: width / columns as f64, columns }
 }
 
 /// Terms of the sums over m and aliases for one wavenumber and frequency.

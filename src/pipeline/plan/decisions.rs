@@ -12,10 +12,12 @@ const WORTH_TELLING: f64 = 0.5;
 /// What a run simulates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decisions {
-    /// The slice law in use; [`Slices::None`] where the road is taken as level across.
+    /// The slice law in use; [`Slices::None`] where a slice holds no texture.
     pub slices: Slices,
     /// Cells across the contact width, where that is decided; 1: the road's middle line, level across.
-    pub lateral_points: Option<usize>,
+    pub cells_across: Option<usize>,
+    /// Cells along an element, where that is decided.
+    pub cells_along: Option<usize>,
     /// The tread law.
     pub tread: Tread,
     /// By how much a slice yields more than its element.
@@ -48,7 +50,7 @@ impl Decisions {
     pub fn new(scene: &Scene) -> Self {
         let mut notes = Vec::new();
         let (tyre, tension) = centrifugal_tension(scene, &mut notes);
-        let (texture, slices, lateral_points) = texture(scene);
+        let (texture, slices, cells_across) = texture(scene);
         let (coupling, slice_coupling) = slice_coupling(scene, slices, &mut notes);
         let tread = scene.contact.tread;
         let (effects, vibration) = (&scene.effects, vibration(scene));
@@ -71,7 +73,8 @@ impl Decisions {
             later("radiation"),
             later("friction"),
         ];
-        Self { slices, lateral_points, tread, slice_coupling, vibration, tyre, rows, notes }
+        let cells_along = if matches!(scene.road, Road::Smooth) { Some(1) } else { scene.contact.cells_along };
+        Self { slices, cells_across, cells_along, tread, slice_coupling, vibration, tyre, rows, notes }
     }
 }
 
@@ -116,9 +119,12 @@ fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decisio
 fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
     let switch = scene.effects.texture;
     let varies = scene.road.varies_across();
+    // A road that is level across is not flat along an element, unless that is one cell.
+    let flat = matches!(scene.road, Road::Smooth) || scene.contact.cells_along == Some(1);
+    let law = if flat { Slices::None } else { scene.contact.slices };
     let level = |form: &str, reason: String| {
         let row = Decision { effect: "texture across the width", on: false, form: form.to_owned(), reason };
-        (row, Slices::None, Some(1))
+        (row, law, Some(1))
     };
     if switch == Switch::Off {
         let form = if varies { "middle line of the road, level across" } else { "" };
@@ -129,18 +135,18 @@ fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
             if matches!(scene.road, Road::Smooth) { "the road is smooth" } else { "the road is the same all across" };
         return level("", format!("auto: {road}"));
     }
-    if scene.contact.lateral_points == Some(1) {
-        return level("", "contact.lateral_points = 1".to_owned());
+    if scene.contact.cells_across == Some(1) {
+        return level("", "contact.cells_across = 1".to_owned());
     }
     let law = match scene.contact.slices {
         Slices::None => "highest point of each slice",
-        Slices::Winkler => "springs across each slice",
-        Slices::HalfSpace => "each slice an elastic half-space",
+        Slices::Winkler => "springs all over each slice",
+        Slices::HalfSpace => "each line across on an elastic half-space",
     };
     let reason =
         given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
     let row = Decision { effect: "texture across the width", on: true, form: law.to_owned(), reason };
-    (row, scene.contact.slices, scene.contact.lateral_points)
+    (row, scene.contact.slices, scene.contact.cells_across)
 }
 
 fn slice_coupling(scene: &Scene, slices: Slices, notes: &mut Vec<String>) -> (Decision, SliceCoupling) {
@@ -268,8 +274,10 @@ mod tests {
     fn texture_follows_the_road() {
         assert_eq!(of(|_| ()).slices, Slices::Winkler);
         let smooth = of(|scene| scene.road = Road::Smooth);
-        assert_eq!((smooth.slices, smooth.lateral_points), (Slices::None, Some(1)));
+        assert_eq!((smooth.slices, smooth.cells_across), (Slices::None, Some(1)));
         let off = of(|scene| scene.effects.texture = Switch::Off);
-        assert_eq!((off.slices, off.lateral_points), (Slices::None, Some(1)));
+        assert_eq!((off.slices, off.cells_across), (Slices::Winkler, Some(1)));
+        let line = of(|scene| (scene.effects.texture, scene.contact.cells_along) = (Switch::Off, Some(1)));
+        assert_eq!((line.slices, line.cells_across, line.cells_along), (Slices::None, Some(1), Some(1)));
     }
 }

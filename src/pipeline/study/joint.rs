@@ -82,7 +82,7 @@ pub fn candidates(
                         substeps: 1,
                         time_rule: *rule,
                         pole_tolerance: with_poles.pole_tolerance,
-                        lateral_points: with_cells.lateral_points,
+                        cells_across: with_cells.cells_across,
                         ..reference.clone()
                     };
                     let planned = Plan::new(&base.on(scene)).amounts;
@@ -157,7 +157,7 @@ fn correction(settings: &Settings, tried: &[Tried]) -> (f64, f64) {
 fn distance(a: &Settings, b: &Settings) -> f64 {
     let ratio =
         |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from((a - b).abs() > 0.0)) };
-    let points = |settings: &Settings| settings.lateral_points.unwrap_or(1) as f64;
+    let points = |settings: &Settings| settings.cells_across.unwrap_or(1) as f64;
     [
         ratio(a.elements as f64, b.elements as f64),
         ratio(a.steps() as f64, b.steps() as f64),

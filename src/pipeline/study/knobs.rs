@@ -79,7 +79,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         influence_tolerance: FINEST_SUMS,
         lateral_terms: None,
         wavenumber_aliases: None,
-        lateral_points: own.lateral_points.map(cells),
+        cells_across: own.cells_across.map(cells),
         slice_tolerance: 0.0,
         ..own
     }
@@ -147,11 +147,11 @@ fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
 fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     let level = || "the road is level across the contact width".to_owned();
     let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
-    let cells = match reference.lateral_points {
+    let cells = match reference.cells_across {
         Some(points) if varies && points > 1 => Ok(CELLS
             .map(|cell| {
                 let points = (scene.tyre.contact_width / cell).round().max(1.0) as usize;
-                (format!("{:.1} mm", 1e3 * cell), Settings { lateral_points: Some(points), ..reference.clone() })
+                (format!("{:.1} mm", 1e3 * cell), Settings { cells_across: Some(points), ..reference.clone() })
             })
             .into()),
         None if varies => Err("the measured road has cells of its own".to_owned()),

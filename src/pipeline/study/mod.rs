@@ -331,8 +331,8 @@ fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> 
         ("elements", with(elements / 2, steps), with(2 * elements, steps)),
         ("substeps", with(elements, elements * (substeps / 2).max(1)), with(elements, 2 * steps)),
     ];
-    if let Some(points) = reference.lateral_points.filter(|&points| points > 1) {
-        let cells = |lateral_points| Settings { lateral_points: Some(lateral_points), ..reference.clone() };
+    if let Some(points) = reference.cells_across.filter(|&points| points > 1) {
+        let cells = |cells_across| Settings { cells_across: Some(cells_across), ..reference.clone() };
         all.push(("cells across", cells(points / 2), cells(2 * points)));
     }
     all

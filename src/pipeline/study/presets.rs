@@ -29,8 +29,7 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
         pole_tolerance: row.pole_tolerance,
         lateral_terms: None,
         wavenumber_aliases: None,
-        lateral_points: own.lateral_points.map(|_| row.cells(scene.tyre.contact_width)),
-        slice_tolerance: 0.0,
+        cells_across: own.cells_across.map(|_| row.cells(scene.tyre.contact_width)),
         ..own
     }
 }
@@ -62,8 +61,8 @@ pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
                 "fewer poles",
                 Settings { pole_tolerance: (10.0 * base.pole_tolerance).min(COARSEST_POLES), ..base.clone() },
             );
-            if let Some(points) = base.lateral_points.filter(|&points| points > 1) {
-                add("wider cells", Settings { lateral_points: Some(points.div_ceil(2)), ..base.clone() });
+            if let Some(points) = base.cells_across.filter(|&points| points > 1) {
+                add("wider cells", Settings { cells_across: Some(points.div_ceil(2)), ..base.clone() });
             }
             Knob { name: format!("around {name}"), kind: Kind::Neighbour, anchor: None, steps: Ok(steps) }
         })

@@ -30,7 +30,7 @@ pub struct Settings {
     pub wavenumber_aliases: Option<usize>,
     /// Cells across the contact width; `None`: the road's own, or level across.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub lateral_points: Option<usize>,
+    pub cells_across: Option<usize>,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
     /// Tread law.
@@ -45,7 +45,7 @@ impl Settings {
     /// Those of a scene.
     pub fn of(scene: &Scene) -> Self {
         let Scene { numerics, contact, .. } = scene;
-        let across = (scene.tyre.contact_width / Lattice::COLUMN_WIDTH).round().max(1.0) as usize;
+        let across = Lattice::usual_across(scene.tyre.contact_width);
         let made = matches!(scene.road, crate::scene::Road::Made(_) | crate::scene::Road::Profile(_));
         Self {
             elements: numerics.elements,
@@ -58,7 +58,7 @@ impl Settings {
             lateral_terms: numerics.lateral_terms,
             wavenumber_aliases: numerics.wavenumber_aliases,
             // What a grid that fits keeps is not known here; a texture has no cells of its own.
-            lateral_points: contact.lateral_points.or_else(|| (scene.road.varies_across() && made).then_some(across)),
+            cells_across: contact.cells_across.or_else(|| (scene.road.varies_across() && made).then_some(across)),
             slice_tolerance: contact.slice_tolerance,
             tread: contact.tread,
             slices: contact.slices,
@@ -74,7 +74,7 @@ impl Settings {
         (numerics.history, numerics.memory) = (self.history, self.memory);
         (numerics.pole_tolerance, numerics.influence_tolerance) = (self.pole_tolerance, self.influence_tolerance);
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (self.lateral_terms, self.wavenumber_aliases);
-        (contact.lateral_points, contact.slice_tolerance) = (self.lateral_points, self.slice_tolerance);
+        (contact.cells_across, contact.slice_tolerance) = (self.cells_across, self.slice_tolerance);
         (contact.slices, contact.slice_coupling) = (self.slices, self.slice_coupling);
         if contact.tread != self.tread {
             contact.tread = self.tread;
@@ -105,7 +105,7 @@ impl Settings {
             History::Modal => parts.push(format!("poles {:.0e}", self.pole_tolerance)),
             History::Direct => parts.push(format!("memory {} s", self.memory)),
         }
-        if let Some(points) = self.lateral_points {
+        if let Some(points) = self.cells_across {
             parts.push(format!("cells {:.2} mm", 1e3 * scene.tyre.contact_width / points as f64));
         }
         if self.slice_tolerance > 0.0 {

@@ -27,7 +27,7 @@ pub struct Sizes {
     pub reach: usize,
     /// Length M of the transforms.
     pub length: usize,
-    /// Elements per chunk.
+    /// Rows per chunk.
     pub chunk_rows: usize,
     /// From the lattice to the elements.
     pub interpolation: WindowedSinc,
@@ -58,11 +58,11 @@ impl Sizes {
         let interpolation = WindowedSinc::new(share, 1.0 - share, 80.0);
         let reach = (PERIOD_IN_WAVELENGTHS * longest / spacing).ceil();
         let margin = 2.0 * (reach + interpolation.half_width() + 2.0);
-        let length = (2.0 * margin).max(margin + 16.0 * lattice.dx / spacing).max(1024.0);
+        let length = (2.0 * margin).max(margin + 16.0 * lattice.cell() / spacing).max(1024.0);
         let highest = if lattice.columns > 1 { (0.5 / lattice.dy).min(1.0 / shortest) } else { 1.0 / shortest };
         let lines = (highest * period).ceil() + 1.0;
         let streams = (period / shortest).ceil() + 1.0;
-        let chunk = ((length - margin) * spacing / lattice.dx).floor().max(1.0);
+        let chunk = ((length - margin) * spacing / lattice.cell()).floor().max(1.0);
         // The length is yet to be rounded up to a power of two.
         let across = lattice.columns as f64;
         let needed = 2.0 * (length * (4.0 * streams + 16.0 * STREAMS as f64 + 8.0 * across) + chunk * 24.0 * across);
@@ -74,7 +74,7 @@ impl Sizes {
             period,
             reach: reach as usize,
             length,
-            chunk_rows: (((length as f64 - margin) * spacing / lattice.dx) as usize).max(1),
+            chunk_rows: (((length as f64 - margin) * spacing / lattice.cell()) as usize).max(1),
             interpolation,
             lines,
             streams: if lattice.columns > 1 { lines } else { 1.0 },

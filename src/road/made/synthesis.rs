@@ -49,7 +49,7 @@ pub struct Texture {
     lattice: Lattice,
     spacing: f64,
     seed: u64,
-    /// Elements per chunk.
+    /// Rows per chunk.
     chunk_rows: usize,
     /// Samples on either side that a filtered sample depends on.
     reach: usize,
@@ -89,7 +89,9 @@ impl Texture {
             (0..components).step_by(together.max(1) as usize).map(|m| m..m + together).collect();
         let filters = streams
             .par_iter()
-            .map(|stream| filter(&spectrum, stream.clone(), period, spacing, lattice.dx, reach, &forward, &backward))
+            .map(|stream| {
+                filter(&spectrum, stream.clone(), period, spacing, lattice.cell(), reach, &forward, &backward)
+            })
             .collect();
         let shape = |stream: &Range<u32>| -> Vec<f64> {
             if lattice.columns == 1 {
@@ -116,7 +118,7 @@ impl Texture {
         })
     }
 
-    /// Elements per chunk.
+    /// Rows per chunk.
     pub fn chunk_rows(&self) -> usize {
         self.chunk_rows
     }
@@ -126,12 +128,11 @@ impl Texture {
         &self.spectrum
     }
 
-    /// Heights \[m\] of chunk `chunk`: elements chunk * [`Self::chunk_rows`] and following, row-major, rows x columns; `heights` is overwritten.
+    /// Heights \[m\] of chunk `chunk`: rows chunk * [`Self::chunk_rows`] and following, row-major, rows x columns; `heights` is overwritten.
     pub fn chunk(&self, chunk: i64, work: &mut ChunkWork, heights: &mut Vec<f64>) {
         let columns = self.lattice.columns;
-        let ratio = self.lattice.dx / self.spacing;
-        let first_element = chunk as f64 * self.chunk_rows as f64;
-        let position = |row: usize| (first_element + row as f64) * ratio;
+        let first_row = chunk * self.chunk_rows as i64;
+        let position = |row: usize| self.lattice.place(first_row + row as i64, self.spacing);
         let half_width = self.interpolation.half_width() as i64;
         let first_sample = position(0).floor() as i64 - half_width;
         let ChunkWork { taps, weights, rows, amplitudes, lateral, spaces } = work;
@@ -293,7 +294,7 @@ mod tests {
     /// Batches of streams, the product of matrices and the order of summation change rounding only; so does noise that was filtered from another sample on.
     #[test]
     fn a_chunk_is_the_series_at_its_elements_interpolated_stream_by_stream() {
-        let lattice = Lattice { dx: 0.0031, dy: 0.004, columns: 7 };
+        let lattice = Lattice { dx: 0.0062, along: 2, dy: 0.004, columns: 7 };
         let texture = Texture::new(&TargetSpectrum::dense_asphalt(), 0.001, 11, lattice, 1 << 30).unwrap();
         assert!(texture.filters.len() > 2 * STREAMS);
         let (chunk, columns) = (-2, lattice.columns);
@@ -303,8 +304,8 @@ mod tests {
         let mut space = Workspace::new(&*texture.forward);
         let mut taps = Vec::new();
         for row in [0, 1, texture.chunk_rows / 2, texture.chunk_rows - 1] {
-            let element = chunk as f64 * texture.chunk_rows as f64 + row as f64;
-            let start = texture.interpolation.weights(element * (lattice.dx / texture.spacing), 1.0, &mut taps);
+            let position = lattice.place(chunk * texture.chunk_rows as i64 + row as i64, texture.spacing);
+            let start = texture.interpolation.weights(position, 1.0, &mut taps);
             let mut expected = vec![0.0; columns];
             for stream in 0..texture.filters.len() {
                 let mut amplitudes = vec![0.0; 2 * taps.len()];

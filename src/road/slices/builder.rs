@@ -10,10 +10,10 @@ use super::reduce::reduce;
 use super::{SliceError, StiffnessCurve, half_space, winkler};
 use crate::half_space::{GrowingContact, LineInfluence};
 
-/// How a slice deforms the tread across the width.
+/// How a slice deforms the tread.
 #[derive(Clone, Debug)]
 enum Law {
-    /// Highest point only, flat across.
+    /// Highest point only, flat.
     Flat,
     /// Independent springs.
     Winkler,
@@ -26,6 +26,7 @@ enum Law {
 pub struct SliceBuilder {
     law: Law,
     columns: usize,
+    lines: usize,
     tolerance: f64,
 }
 
@@ -34,10 +35,11 @@ pub struct SliceBuilder {
 pub struct SliceScratch {
     depths: Vec<f64>,
     contact: GrowingContact,
+    events: Vec<(f64, f64)>,
 }
 
 impl SliceBuilder {
-    /// The slice's highest point counts, flat across: S(y) = y.
+    /// The slice's highest point counts, flat: S(y) = y.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns.
@@ -78,7 +80,19 @@ impl SliceBuilder {
         if columns == 0 {
             return Err(SliceError::Empty);
         }
-        Ok(Self { law, columns, tolerance: 0.0 })
+        Ok(Self { law, columns, lines: 1, tolerance: 0.0 })
+    }
+
+    /// Slices of so many lines of cells along the element instead of one.
+    ///
+    /// # Errors
+    /// [`SliceError::Empty`] for none.
+    pub fn with_lines(mut self, lines: usize) -> Result<Self, SliceError> {
+        if lines == 0 {
+            return Err(SliceError::Empty);
+        }
+        self.lines = lines;
+        Ok(self)
     }
 
     /// Drops breakpoints as long as every S(y) stays within `tolerance` \[m\]; 0, the default, keeps the curve exact.
@@ -93,38 +107,41 @@ impl SliceBuilder {
         Ok(self)
     }
 
-    /// Points across one slice.
-    pub fn columns(&self) -> usize {
-        self.columns
+    /// Cells of one slice.
+    pub fn cells(&self) -> usize {
+        self.lines * self.columns
     }
 
     /// The curve of one slice.
     ///
-    /// `heights`: one height \[m\] per column, cell-centred.
+    /// `heights`: one height \[m\] per cell, line by line.
     ///
     /// # Errors
-    /// [`SliceError::Columns`] for another number of heights, [`SliceError::Hole`] (row 0) for a height that is not
+    /// [`SliceError::Cells`] for another number of heights, [`SliceError::Hole`] (slice 0) for a height that is not
     /// finite.
     pub fn build(&self, heights: &[f64], scratch: &mut SliceScratch) -> Result<StiffnessCurve, SliceError> {
-        if heights.len() != self.columns {
-            return Err(SliceError::Columns { columns: self.columns, found: heights.len() });
+        if heights.len() != self.cells() {
+            return Err(SliceError::Cells { cells: self.cells(), found: heights.len() });
         }
-        if let Some(column) = heights.iter().position(|height| !height.is_finite()) {
-            return Err(SliceError::Hole { row: 0, column, value: heights[column] });
+        if let Some(cell) = heights.iter().position(|height| !height.is_finite()) {
+            return Err(SliceError::Hole { slice: 0, cell, value: heights[cell] });
         }
         let exact = match &self.law {
             Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
             Law::Winkler => winkler::curve(heights, &mut scratch.depths),
-            Law::HalfSpace(line) => half_space::curve(line, heights, &mut scratch.depths, &mut scratch.contact),
+            Law::HalfSpace(line) => {
+                let SliceScratch { depths, contact, events } = scratch;
+                half_space::curve(line, heights, self.columns, depths, contact, events)
+            }
         };
-        Ok(if self.tolerance > 0.0 { reduce(&exact, self.tolerance).curve } else { exact })
+        Ok(reduce(exact, self.tolerance))
     }
 
     /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the highest point
     /// (0 at or above it).
     ///
-    /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the rigid rows
-    /// of [`Self::flat`] know no cells: they are given the stiffness of the flat slice on cells of `length` by `pitch` \[m\].
+    /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the rigid lines
+    /// of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length` by `pitch` \[m\].
     ///
     /// # Errors
     /// As [`Self::build`].
@@ -144,43 +161,50 @@ impl SliceBuilder {
                 LineInfluence::love(self.columns, length, pitch).flat_stiffness() / self.columns as f64
             }
         };
-        let row = |&y: &f64| {
-            let mut pressure = vec![0.0; self.columns];
-            match self.law {
-                Law::HalfSpace(_) if y > 0.0 => scratch.contact.pressure_at(y, &mut pressure),
-                Law::HalfSpace(_) => {}
-                Law::Flat => pressure.fill(spring * y.max(0.0)),
-                Law::Winkler => {
-                    for (p, height) in pressure.iter_mut().zip(heights) {
-                        *p = spring * (y - (peak - height)).max(0.0);
+        let mut pressures = vec![vec![0.0; self.cells()]; at.len()];
+        for (number, line_heights) in heights.chunks_exact(self.columns).enumerate() {
+            let later = match &self.law {
+                Law::HalfSpace(line) => {
+                    half_space::follow(line, line_heights, peak, &mut scratch.depths, &mut scratch.contact)
+                }
+                Law::Flat | Law::Winkler => 0.0,
+            };
+            for (&y, pressure) in at.iter().zip(&mut pressures) {
+                let pressure = &mut pressure[number * self.columns..][..self.columns];
+                match self.law {
+                    Law::HalfSpace(_) if y > later => scratch.contact.pressure_at(y - later, pressure),
+                    Law::HalfSpace(_) => {}
+                    Law::Flat => pressure.fill(spring * y.max(0.0)),
+                    Law::Winkler => {
+                        for (p, height) in pressure.iter_mut().zip(line_heights) {
+                            *p = spring * (y - (peak - height)).max(0.0);
+                        }
                     }
                 }
             }
-            pressure
-        };
-        let pressures = at.iter().map(row).collect();
+        }
         Ok((curve, pressures))
     }
 
     /// The curves of many slices, in parallel on the current rayon pool; the same bits for any number of threads.
     ///
-    /// `heights`: rows x columns, row-major, one row per slice \[m\].
+    /// `heights`: slice by slice, line by line \[m\].
     ///
     /// # Errors
-    /// [`SliceError::Columns`] if the heights do not fill whole rows; [`SliceError::Hole`] for the first height that
+    /// [`SliceError::Cells`] if the heights do not fill whole slices; [`SliceError::Hole`] for the first height that
     /// is not finite.
     pub fn build_rows(&self, heights: &[f64]) -> Result<Vec<StiffnessCurve>, SliceError> {
-        if !heights.len().is_multiple_of(self.columns) {
-            return Err(SliceError::Columns { columns: self.columns, found: heights.len() });
+        let cells = self.cells();
+        if !heights.len().is_multiple_of(cells) {
+            return Err(SliceError::Cells { cells, found: heights.len() });
         }
         // Looked for beforehand, so that the first hole is named whichever thread meets one first.
         if let Some(place) = heights.iter().position(|height| !height.is_finite()) {
-            let (row, column) = (place / self.columns, place % self.columns);
-            return Err(SliceError::Hole { row, column, value: heights[place] });
+            return Err(SliceError::Hole { slice: place / cells, cell: place % cells, value: heights[place] });
         }
         heights
-            .par_chunks_exact(self.columns)
-            .map_init(SliceScratch::default, |scratch, row| self.build(row, scratch))
+            .par_chunks_exact(cells)
+            .map_init(SliceScratch::default, |scratch, slice| self.build(slice, scratch))
             .collect()
     }
 }
@@ -216,7 +240,7 @@ mod tests {
         let mut heights = random_heights(30);
         heights[17] = f64::NAN;
         let error = SliceBuilder::winkler(10).unwrap().build_rows(&heights).unwrap_err();
-        assert!(matches!(error, SliceError::Hole { row: 1, column: 7, .. }), "{error}");
+        assert!(matches!(error, SliceError::Hole { slice: 1, cell: 7, .. }), "{error}");
         assert!(SliceBuilder::winkler(7).unwrap().build_rows(&heights).is_err());
         assert_eq!(SliceBuilder::winkler(0).unwrap_err(), SliceError::Empty);
     }

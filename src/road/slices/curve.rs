@@ -11,8 +11,10 @@ pub struct StiffnessCurve {
     pub penetration: Box<[f64]>,
     /// S(y_k) \[m\].
     pub displacement: Box<[f64]>,
-    /// Slope past the last breakpoint; 1 when the whole width is in contact.
+    /// Slope past the last breakpoint; 1 when the whole slice is in contact.
     pub final_slope: f64,
+    /// Largest difference from the curve of all cells that leaving breakpoints out has made \[m\]; 0 for that curve itself.
+    pub error: f64,
 }
 
 /// A linear piece of a curve: S(y) = `slope` y + `intercept` for `from` <= y <= `to`.
@@ -29,9 +31,9 @@ pub struct Piece {
 }
 
 impl StiffnessCurve {
-    /// A slice that is flat across: S(y) = y.
+    /// A flat slice: S(y) = y.
     pub fn flat(peak: f64) -> Self {
-        Self { peak, penetration: Box::new([]), displacement: Box::new([]), final_slope: 1.0 }
+        Self { peak, penetration: Box::new([]), displacement: Box::new([]), final_slope: 1.0, error: 0.0 }
     }
 
     /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws come.
@@ -61,7 +63,7 @@ impl StiffnessCurve {
             }
             slope += weight;
         }
-        Self { peak, penetration: penetration.into(), displacement: displacement.into(), final_slope: 1.0 }
+        Self { peak, penetration: penetration.into(), displacement: displacement.into(), final_slope: 1.0, error: 0.0 }
     }
 
     /// S(y); for y <= 0 the gap y itself (no contact).

@@ -3,24 +3,24 @@
 /// Heights that no stiffness curve can be made of.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SliceError {
-    /// A slice without points.
-    #[error("a slice needs at least one point across")]
+    /// A slice without cells.
+    #[error("a slice needs at least one cell")]
     Empty,
-    /// The heights do not fill whole rows, or a row has the wrong number of points.
-    #[error("{found} heights given where slices of {columns} points across are expected")]
-    Columns {
-        /// Points across one slice.
-        columns: usize,
+    /// The heights do not fill whole slices, or a slice has the wrong number of cells.
+    #[error("{found} heights given where slices of {cells} cells are expected")]
+    Cells {
+        /// Cells of one slice.
+        cells: usize,
         /// Heights given.
         found: usize,
     },
     /// A hole: not a number, or infinite.
-    #[error("height {value} in slice {row} at column {column}: holes must be filled before slices are made")]
+    #[error("height {value} in slice {slice}, cell {cell}: holes must be filled before slices are made")]
     Hole {
-        /// Row counted from 0.
-        row: usize,
-        /// Column counted from 0.
-        column: usize,
+        /// Slice counted from 0.
+        slice: usize,
+        /// Cell counted from 0, across first.
+        cell: usize,
         /// What was found.
         value: f64,
     },

@@ -1,4 +1,4 @@
-//! The non-linear stiffness of road slices: what a cross-section of the road does to the tread pressed on it.
+//! The non-linear stiffness of road slices: what the road under an element does to the tread pressed on it.
 
 pub mod builder;
 pub mod curve;
@@ -11,3 +11,4 @@ mod winkler;
 pub use builder::{SliceBuilder, SliceScratch};
 pub use curve::StiffnessCurve;
 pub use error::SliceError;
+pub use half_space::CELL_LENGTH;

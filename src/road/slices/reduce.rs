@@ -15,19 +15,11 @@
 
 use super::StiffnessCurve;
 
-/// A reduced curve and how far it is from the original.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reduced {
-    /// The curve with fewer breakpoints.
-    pub curve: StiffnessCurve,
-    /// Largest |S_reduced - S| over all y >= 0 \[m\], found at the breakpoints of both.
-    pub error: f64,
-}
-
-/// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`; `tolerance` <= 0 leaves it as it is.
-pub fn reduce(curve: &StiffnessCurve, tolerance: f64) -> Reduced {
+/// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`, its `error` the largest |S_reduced - S| over all y >= 0, found at the
+/// breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
+pub fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     if tolerance <= 0.0 || curve.penetration.is_empty() {
-        return Reduced { curve: curve.clone(), error: 0.0 };
+        return curve;
     }
     let (y, f) = (&curve.penetration, &curve.displacement);
     let count = y.len();
@@ -68,16 +60,17 @@ pub fn reduce(curve: &StiffnessCurve, tolerance: f64) -> Reduced {
         }
     }
     if penetration.len() >= count {
-        return Reduced { curve: curve.clone(), error: 0.0 };
+        return curve;
     }
-    let reduced = StiffnessCurve {
+    let mut reduced = StiffnessCurve {
         peak: curve.peak,
         penetration: penetration.into(),
         displacement: displacement.into(),
         final_slope: curve.final_slope,
+        error: 0.0,
     };
-    let error = largest_difference(curve, &reduced);
-    Reduced { curve: reduced, error }
+    reduced.error = largest_difference(&curve, &reduced);
+    reduced
 }
 
 /// Largest difference of two curves of equal final slope: it is attained at a breakpoint of either.
@@ -112,14 +105,14 @@ mod tests {
         ) {
             let tolerance = 10f64.powf(exponent);
             let curve = winkler::curve(&heights, &mut Vec::new());
-            let reduced = reduce(&curve, tolerance);
+            let reduced = reduce(curve.clone(), tolerance);
             prop_assert!(reduced.error <= tolerance * (1.0 + 1e-6), "{} > {tolerance}", reduced.error);
-            prop_assert!(reduced.curve.penetration.len() <= curve.penetration.len());
+            prop_assert!(reduced.penetration.len() <= curve.penetration.len());
             for y in (0..500).map(|i| f64::from(i) * 3e-5) {
-                let difference = (reduced.curve.displacement_at(y) - curve.displacement_at(y)).abs();
+                let difference = (reduced.displacement_at(y) - curve.displacement_at(y)).abs();
                 prop_assert!(difference <= tolerance * (1.0 + 1e-6) + 1e-17);
             }
-            let slopes = slopes(&reduced.curve);
+            let slopes = slopes(&reduced);
             prop_assert!(slopes[0] >= 0.0);
             prop_assert!(slopes.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9));
         }
@@ -132,7 +125,7 @@ mod tests {
         let heights: Vec<f64> = (0..4000).map(|i| -f64::from(i) / 4000.0).collect();
         let curve = winkler::curve(&heights, &mut Vec::new());
         let tolerance = 1e-4;
-        let pieces = reduce(&curve, tolerance).curve.penetration.len();
+        let pieces = reduce(curve, tolerance).penetration.len();
         let optimal = (1.0 / (4.0 * tolerance.sqrt())).ceil();
         assert!((pieces as f64) <= optimal + 1.0, "{pieces} pieces, optimum {optimal}");
     }
@@ -140,8 +133,8 @@ mod tests {
     #[test]
     fn a_curve_within_the_tolerance_of_a_flat_slice_becomes_flat() {
         let curve = winkler::curve(&[0.0, 1e-7, 2e-7], &mut Vec::new());
-        let reduced = reduce(&curve, 1e-6);
-        assert!(reduced.curve.penetration.is_empty());
+        let reduced = reduce(curve, 1e-6);
+        assert!(reduced.penetration.is_empty());
         assert!(reduced.error <= 1e-6);
     }
 }

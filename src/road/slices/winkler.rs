@@ -1,10 +1,10 @@
-//! Winkler slices: independent springs across the width.
+//! Winkler slices: independent springs under an element.
 //!
-//! S(y) = (1/b) integral over the width of max(0, y - (z_peak - z)) (MODEL.md section 6). With n columns of equal width
-//! it is the mean of max(0, y - depth_i): piecewise linear, with a breakpoint wherever y passes the depth of a column
+//! S(y) = mean over the area under the element of max(0, y - (z_peak - z)) (MODEL.md sections 6 and 11). With n cells of equal size
+//! it is the mean of max(0, y - depth_i): piecewise linear, with a breakpoint wherever y passes the depth of a cell
 //! and a slope there that grows by 1/n. Exact once the depths are sorted.
 //!
-//! 1. Depths z_peak - z_i of all columns, sorted.
+//! 1. Depths z_peak - z_i of all cells, sorted.
 //! 2. Each is an event (depth, 1/n) of [`StiffnessCurve::from_events`].
 //!
 //! Cost: n log n comparisons.
@@ -13,7 +13,7 @@ use super::StiffnessCurve;
 
 /// The Winkler curve of finite heights \[m\]; `depths` is scratch, overwritten.
 ///
-/// An empty row has no highest point: it gives [`StiffnessCurve::flat`] of minus infinity. Callers check first.
+/// No heights have no highest point: they give [`StiffnessCurve::flat`] of minus infinity. Callers check first.
 pub(super) fn curve(heights: &[f64], depths: &mut Vec<f64>) -> StiffnessCurve {
     let peak = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     depths.clear();

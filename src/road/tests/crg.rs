@@ -240,7 +240,7 @@ fn strip_of_an_uneven_road_is_interpolated_and_levelled() {
     let Some(path) = shared("handmade_sloped.crg") else { return };
     let mut road = open(
         &Road::OpenCrg(OpenCrgRoad { lateral_position: Some(0.5), ..spec(path) }),
-        Lattice { dx: 0.25, dy: 0.02, columns: 10 },
+        Lattice { dx: 0.25, along: 1, dy: 0.02, columns: 10 },
     );
     assert!(road.report().notes.iter().any(|note| matches!(note, RoadNote::UnevenColumns { .. })));
     assert!(road.check_covers(0.0, 22.0).is_ok() && road.check_covers(0.0, 22.1).is_err());
@@ -252,7 +252,7 @@ fn columns_with_holes_are_avoided() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(&folder, "hole.crg", &make("KDBI", "", Some((4, 0))));
     let at = |position: Option<f64>| Road::OpenCrg(OpenCrgRoad { lateral_position: position, ..spec(file.clone()) });
-    let narrow = Lattice { dx: 0.1, dy: 0.01, columns: 10 };
+    let narrow = Lattice { dx: 0.1, along: 1, dy: 0.01, columns: 10 };
     let road = open(&at(None), narrow);
     let expected = |note: &RoadNote| match note {
         RoadNote::Columns { total: 9, incomplete: 1, missing_points: 1, lateral_position, .. } => {
@@ -271,7 +271,10 @@ fn columns_with_holes_are_avoided() {
     );
     assert!(matches!(refused(&at(Some(0.18)), narrow), RoadError::LateralPosition { .. }));
     assert!(matches!(refused(&at(Some(f64::NAN)), narrow), RoadError::LateralPosition { .. }));
-    assert!(matches!(refused(&at(None), Lattice { dx: 0.1, dy: 0.05, columns: 10 }), RoadError::Narrow { .. }));
+    assert!(matches!(
+        refused(&at(None), Lattice { dx: 0.1, along: 1, dy: 0.05, columns: 10 }),
+        RoadError::Narrow { .. }
+    ));
 }
 
 #[test]
@@ -348,7 +351,7 @@ proptest::proptest! {
         }
         let folder = tempfile::tempdir().unwrap();
         let scene = OpenCrgRoad { lateral_position: Some(position), longest_wavelength: Some(1.0), ..spec(write(&folder, "m.crg", &bytes)) };
-        let lattice = Lattice { dx: 0.05, dy: 0.01, columns: 10 };
+        let lattice = Lattice { dx: 0.05, along: 1, dy: 0.01, columns: 10 };
         if let Ok(mut road) = RoadSurface::open(&Road::OpenCrg(scene), lattice, Limits { bytes: 1 << 24 }) {
             let mut out = [f64::NAN; 30];
             if road.heights(0, 3, &mut out).is_ok() {

@@ -11,7 +11,7 @@ fn made(seed: u64) -> Road {
 /// (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB is 2.5 deviations.
 #[test]
 fn levels_along_are_those_asked_for() {
-    let lattice = Lattice { dx: 0.001, dy: 0.001, columns: 200 };
+    let lattice = Lattice { dx: 0.001, along: 1, dy: 0.001, columns: 200 };
     let mut road = open(&made(1), lattice);
     let (length, pick) = (60_000, 12);
     let mut profiles = vec![Vec::with_capacity(length); pick];
@@ -48,7 +48,7 @@ fn levels_across_equal_levels_along() {
         ..MadeRoad::default()
     });
     let points = 500;
-    let mut road = open(&spec, Lattice { dx: 0.004, dy: 0.004, columns: points });
+    let mut road = open(&spec, Lattice { dx: 0.004, along: 1, dy: 0.004, columns: points });
     let (mut along, mut across) = (ProfileSpectrum::new(points, 0.004), ProfileSpectrum::new(points, 0.004));
     for piece in 0..8 {
         let heights = rows(&mut road, piece * points as i64, points);
@@ -127,7 +127,7 @@ fn road_is_the_same_at_another_number_of_elements() {
 fn power_law_road_has_its_rms() {
     let law = PowerLawTexture { rms: 0.5e-3, exponent: 2.0, longest: 0.1, shortest: 0.01 };
     let spec = Road::Made(MadeRoad { power_law: Some(law), ..MadeRoad::default() });
-    let fine = Lattice { dx: 0.002, dy: 0.01, columns: 1 };
+    let fine = Lattice { dx: 0.002, along: 1, dy: 0.01, columns: 1 };
     let mut road = open(&spec, fine);
     let profile = rows(&mut road, 0, 30_000);
     let mut spectrum = ProfileSpectrum::new(profile.len(), 0.002);
@@ -162,7 +162,7 @@ fn unrealisable_spectrum_is_noted() {
 
 #[test]
 fn smooth_road_is_level_and_endless() {
-    let mut road = open(&Road::Smooth, Lattice::choose(&Road::Smooth, 0.004, 0.14, None).unwrap());
+    let mut road = open(&Road::Smooth, Lattice::choose(&Road::Smooth, 0.004, 0.14, None, None).unwrap());
     assert!(road.is_smooth() && road.extent().is_none() && road.check_covers(-1e9, 1e9).is_ok());
     assert!(rows(&mut road, -5, 10).iter().all(|z| z.to_bits() == 0));
     assert!(matches!(road.heights(0, 2, &mut [0.0; 3]), Err(RoadError::BufferSize { needed: 2, found: 3 })));

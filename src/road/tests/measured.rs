@@ -19,7 +19,7 @@ fn profile(file: PathBuf) -> ProfileRoad {
 }
 
 fn line() -> Lattice {
-    Lattice { dx: 0.004, dy: 0.14, columns: 1 }
+    Lattice { dx: 0.004, along: 1, dy: 0.14, columns: 1 }
 }
 
 #[test]
@@ -203,20 +203,24 @@ fn grid_on_the_lattice_is_used_bit_for_bit() {
     let f = write(&folder, "f.npy", &npy(&[40, 6], npyz::Order::Fortran, transposed));
     for file in [c, f] {
         let spec = Road::Grid(grid(file, 0.004, 0.025));
-        let lattice = Lattice::choose(&spec, 0.004, 0.15, None).unwrap();
+        let lattice = Lattice::choose(&spec, 0.004, 0.15, None, None).unwrap();
         assert_eq!(lattice.columns, 6);
         let mut road = open(&spec, lattice);
         assert!(rows(&mut road, 0, 40).iter().zip(&heights).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert!(matches!(road.heights(39, 2, &mut [0.0; 12]), Err(RoadError::Short { .. })));
         // Another element length: columns of about 2 mm.
-        assert_eq!(Lattice::choose(&spec, 0.005, 0.15, None).unwrap().columns, 75);
-        assert_eq!(Lattice::choose(&spec, 0.004, 0.1, None).unwrap().columns, 50);
-        assert_eq!(Lattice::choose(&spec, 0.004, 0.15, Some(3)).unwrap().columns, 3);
-        assert!(matches!(Lattice::choose(&spec, 0.004, 0.15, Some(0)), Err(RoadError::NotPositive { .. })));
-        assert!(matches!(refused(&spec, Lattice { dx: 0.004, dy: 0.002, columns: 100 }), RoadError::Narrow { .. }));
+        assert_eq!(Lattice::choose(&spec, 0.005, 0.15, None, None).unwrap().columns, 75);
+        assert_eq!(Lattice::choose(&spec, 0.004, 0.1, None, None).unwrap().columns, 50);
+        assert_eq!(Lattice::choose(&spec, 0.004, 0.15, Some(3), None).unwrap().columns, 3);
+        assert!(matches!(Lattice::choose(&spec, 0.004, 0.15, Some(0), None), Err(RoadError::NotPositive { .. })));
+        assert!(matches!(
+            refused(&spec, Lattice { dx: 0.004, along: 1, dy: 0.002, columns: 100 }),
+            RoadError::Narrow { .. }
+        ));
     }
     let single = write(&folder, "s.npy", &npy(&[40, 6], npyz::Order::C, heights.iter().map(|&z| z as f32)));
-    let mut road = open(&Road::Grid(grid(single, 0.004, 0.025)), Lattice { dx: 0.004, dy: 0.025, columns: 6 });
+    let mut road =
+        open(&Road::Grid(grid(single, 0.004, 0.025)), Lattice { dx: 0.004, along: 1, dy: 0.025, columns: 6 });
     assert!(rows(&mut road, 0, 40).iter().zip(&heights).all(|(a, &b)| a.to_bits() == f64::from(b as f32).to_bits()));
 }
 
@@ -228,7 +232,7 @@ fn faulty_grids_are_refused() {
         number += 1;
         refused(
             &Road::Grid(grid(write(&folder, &format!("{number}.npy"), bytes), 0.004, 0.05)),
-            Lattice { dx: 0.004, dy: 0.05, columns: 4 },
+            Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 },
         )
     };
     let level = |count: usize| (0..count).map(|i| 1e-4 * i as f64);
@@ -254,14 +258,17 @@ fn faulty_grids_are_refused() {
     complex.extend(format!("{:<117}\n", "{'descr': '<c16', 'fortran_order': False, 'shape': (10, 4), }").bytes());
     assert!(matches!(fault(&complex), RoadError::NpyType { .. }));
     let holes = Road::Grid(grid(write(&folder, "h.npy", &with(f64::NAN)), 0.004, 0.05));
-    let mut road = open(&holes, Lattice { dx: 0.004, dy: 0.05, columns: 4 });
+    let mut road = open(&holes, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 });
     assert_eq!(road.report().missing, 1);
     assert!((rows(&mut road, 5, 1)[2] - 22e-4).abs() < 1e-15, "a plane is filled exactly");
     let bad = Road::Grid(GridRoad { dx: -1.0, ..grid(folder.path().join("h.npy"), 0.004, 0.05) });
-    assert!(matches!(refused(&bad, Lattice { dx: 0.004, dy: 0.05, columns: 4 }), RoadError::NotPositive { .. }));
+    assert!(matches!(
+        refused(&bad, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 }),
+        RoadError::NotPositive { .. }
+    ));
     let few = Road::Grid(grid(folder.path().join("h.npy"), 0.004, 0.05));
     assert!(matches!(
-        RoadSurface::open(&few, Lattice { dx: 0.004, dy: 0.05, columns: 4 }, Limits { bytes: 100 }),
+        RoadSurface::open(&few, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 }, Limits { bytes: 100 }),
         Err(RoadError::TooLarge { .. })
     ));
 }
@@ -272,13 +279,15 @@ fn grid_description_measures_what_was_put_in() {
     let wave = |i: usize| 1e-3 * (2.0 * std::f64::consts::PI * (i / 8) as f64 * 0.002 / 0.05).sin();
     let file = write(&folder, "w.npy", &npy(&[3000, 8], npyz::Order::C, (0..24_000).map(wave)));
     let spec = Road::Grid(grid(file, 0.002, 0.02));
-    let told = describe(&spec, Lattice::choose(&spec, 0.004, 0.14, None).unwrap(), 20.0, Limits::default()).unwrap();
+    let told =
+        describe(&spec, Lattice::choose(&spec, 0.004, 0.14, None, None).unwrap(), 20.0, Limits::default()).unwrap();
     let level = told.levels.iter().find(|band| (band.wavelength / 0.05 - 1.0).abs() < 0.01).unwrap().level;
     assert!((level - 56.99).abs() < 0.05, "{level}");
     assert!((told.rms / (1e-3 / 2_f64.sqrt()) - 1.0).abs() < 0.01);
     assert_eq!(told.highest_frequency.map(f64::round), Some(2500.0));
     assert_eq!(told.highest_frequency_of_road.map(f64::round), Some(5000.0));
-    assert_eq!((told.sample.rows, told.sample.columns), (250, 70));
+    // Two cells of 2 mm along each element of 4 mm.
+    assert_eq!((told.sample.rows, told.sample.columns), (500, 70));
     assert!(serde_json::to_string(&told).unwrap().contains("levels"));
     let smooth = describe(&Road::Smooth, line(), 20.0, Limits::default()).unwrap();
     assert!(smooth.levels.is_empty() && smooth.highest_frequency.is_none());

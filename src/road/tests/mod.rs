@@ -1,5 +1,6 @@
 //! Tests of whole roads, from a scene's table to heights.
 
+mod cells;
 mod crg;
 mod made;
 mod measured;
@@ -31,13 +32,13 @@ fn refused(spec: &Road, lattice: Lattice) -> RoadError {
 }
 
 fn rows(road: &mut RoadSurface, first: i64, count: usize) -> Vec<f64> {
-    let mut out = vec![f64::NAN; count * road.lattice().columns];
+    let mut out = vec![f64::NAN; count * road.lattice().cells()];
     road.heights(first, count, &mut out).unwrap();
     out
 }
 
 fn lattice() -> Lattice {
-    Lattice { dx: 1.95 / 512.0, dy: 0.002, columns: 70 }
+    Lattice { dx: 1.95 / 512.0, along: 1, dy: 0.002, columns: 70 }
 }
 
 fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {

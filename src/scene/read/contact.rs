@@ -18,8 +18,9 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
             Some(None)
         }
     };
-    let lateral_points = table.optional("lateral_points", &Count(1));
-    let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), 0.0);
+    let cells_across = table.optional("cells_across", &Count(1));
+    let cells_along = table.optional("cells_along", &Count(1));
+    let slice_tolerance = table.or("slice_tolerance", &Bounds::between(0.0, 1e-3, "m"), Contact::SLICE_TOLERANCE);
     let bedding_stiffness = match tread {
         Some(Tread::Elastic) => refuse_stiffness(table, "tread = \"elastic\""),
         Some(Tread::Uncoupled) => refuse_stiffness(table, "tread = \"uncoupled\""),
@@ -48,7 +49,8 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         slices: slices?,
         slice_coupling,
         local_compliance: local_compliance?,
-        lateral_points: lateral_points?,
+        cells_across: cells_across?,
+        cells_along: cells_along?,
         slice_tolerance: slice_tolerance?,
         bedding_stiffness: bedding_stiffness?,
         equal_stiffness: equal_stiffness?,

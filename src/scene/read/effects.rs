@@ -87,16 +87,16 @@ fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
                 Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => {
                     complain("effects.texture", "a profile that is the same all across has no texture across", right)
                 }
-                _ if scene.contact.lateral_points == Some(1) => complain(
+                _ if scene.contact.cells_across == Some(1) => complain(
                     "effects.texture",
-                    "one cell across (contact.lateral_points) holds no texture",
+                    "one cell across (contact.cells_across) holds no texture",
                     "more cells, or \"off\"",
                 ),
                 _ => Some(()),
             }
         }
-        Switch::Off if scene.contact.lateral_points.is_some_and(|points| points > 1) => complain(
-            "contact.lateral_points",
+        Switch::Off if scene.contact.cells_across.is_some_and(|points| points > 1) => complain(
+            "contact.cells_across",
             "cells across the width mean nothing with effects.texture = \"off\"",
             "leave this out, or effects.texture = \"auto\"",
         ),

@@ -108,11 +108,11 @@ impl Given {
             numerics.pole_tolerance = row.pole_tolerance;
             choose("numerics.pole_tolerance", format!("{:.0e}", row.pole_tolerance), why.clone());
         }
-        if contact.lateral_points.is_none() && scene.effects.texture != Switch::Off && scene.road.varies_across() {
+        if contact.cells_across.is_none() && scene.effects.texture != Switch::Off && scene.road.varies_across() {
             let points = row.cells(tyre.contact_width);
-            contact.lateral_points = Some(points);
+            contact.cells_across = Some(points);
             let reason = format!("{why}: cells of at most {} mm across", short(1e3 * row.cell));
-            choose("contact.lateral_points", points.to_string(), reason);
+            choose("contact.cells_across", points.to_string(), reason);
         }
         choices
     }

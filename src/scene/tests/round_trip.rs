@@ -143,20 +143,24 @@ fn contact() -> impl Strategy<Value = Contact> {
         Just((SliceCoupling::Explicit, None)),
         Just((SliceCoupling::Implicit, None)),
     ];
-    (tread, slices, (couplings, any::<bool>()), prop::option::of(1..1000_usize), 0.0..1e-3_f64).prop_map(
-        |((tread, bedding_stiffness), slices, (coupling, equal), lateral_points, slice_tolerance)| Contact {
-            tread,
-            slices,
-            // The paper's couplings are one for points by themselves.
-            slice_coupling: match coupling.0 {
-                SliceCoupling::Implicit if tread == Tread::Uncoupled => SliceCoupling::Explicit,
-                other => other,
-            },
-            local_compliance: coupling.1,
-            lateral_points,
-            slice_tolerance,
-            bedding_stiffness,
-            equal_stiffness: equal && tread == Tread::Uncoupled,
+    let cells = (prop::option::of(1..1000_usize), prop::option::of(1..9_usize), 0.0..1e-3_f64);
+    (tread, slices, (couplings, any::<bool>()), cells).prop_map(
+        |((tread, bedding_stiffness), slices, (coupling, equal), (cells_across, cells_along, slice_tolerance))| {
+            Contact {
+                tread,
+                slices,
+                // The paper's couplings are one for points by themselves.
+                slice_coupling: match coupling.0 {
+                    SliceCoupling::Implicit if tread == Tread::Uncoupled => SliceCoupling::Explicit,
+                    other => other,
+                },
+                local_compliance: coupling.1,
+                cells_across,
+                cells_along,
+                slice_tolerance,
+                bedding_stiffness,
+                equal_stiffness: equal && tread == Tread::Uncoupled,
+            }
         },
     )
 }

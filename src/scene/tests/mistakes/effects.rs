@@ -38,9 +38,9 @@ fn effects_that_are_not_there_yet_are_named() {
 #[test]
 fn effects_that_contradict_the_scene() {
     effect_refused("texture = \"on\"", "effects.texture", "a smooth road has no texture", "\"off\", \"auto\"");
-    let text = BASE.replace("[contact]", "[effects]\ntexture = \"off\"\n[contact]\nlateral_points = 8");
+    let text = BASE.replace("[contact]", "[effects]\ntexture = \"off\"\n[contact]\ncells_across = 8");
     let error = Scene::from_str(&text, "x").unwrap_err();
-    assert_eq!(error.diagnostics()[0].key(), "contact.lateral_points", "{error}");
+    assert_eq!(error.diagnostics()[0].key(), "contact.cells_across", "{error}");
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
                 "numerics.time_rule",
                 "numerics.history",
                 "numerics.pole_tolerance",
-                "contact.lateral_points",
+                "contact.cells_across",
                 "numerics.elements",
                 "numerics.substeps",
             ];
@@ -116,7 +116,7 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
             assert!(loaded.choices()[0].reason.contains(&format!("within {error} dB")));
             assert!(loaded.choices().iter().all(|choice| !choice.reason.is_empty()));
             let found = &loaded.scene;
-            assert_eq!(found.contact.lateral_points, Some(row.cells(found.tyre.contact_width)));
+            assert_eq!(found.contact.cells_across, Some(row.cells(found.tyre.contact_width)));
             assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
             // The effective settings read back as they are; all of them are given then.
             let again = Scene::from_str(&found.to_toml().unwrap(), "x").unwrap();
@@ -135,7 +135,7 @@ fn keys_that_are_given_stay_beside_a_preset() {
     assert_eq!((numerics.elements, numerics.time_rule, numerics.history), (1000, TimeRule::Sdirk2, History::Direct));
     assert!((numerics.pole_tolerance - 1e-8).abs() < 1e-20);
     let chosen: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
-    assert_eq!(chosen, ["numerics.preset", "contact.lateral_points", "numerics.substeps"]);
+    assert_eq!(chosen, ["numerics.preset", "contact.cells_across", "numerics.substeps"]);
 }
 
 #[test]

@@ -88,7 +88,7 @@ fn contact_laws() {
         "\"half-plane\"",
         "accepted: \"none\", \"winkler\"",
     );
-    refused("tread = \"elastic\"", "lateral_points = 0", 23, "contact.lateral_points", "0 is too small", "at least 1");
+    refused("tread = \"elastic\"", "cells_across = 0", 23, "contact.cells_across", "0 is too small", "at least 1");
     refused(
         "tread = \"elastic\"",
         "bedding_stiffness = 1e7",

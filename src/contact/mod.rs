@@ -5,6 +5,7 @@
 //! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
 //! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
 //! - [`local_set`]: the same with slices that yield by themselves; [`search`] chooses;
+//! - [`local_compliance`]: how much the tread yields to the texture, by formula;
 //! - [`march`]: one time step after the other;
 //! - [`axle`]: axle height, static solution; [`moving_axle`]: an axle with a mass;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
@@ -16,6 +17,7 @@ pub mod factors;
 pub mod geometry;
 pub mod history;
 mod ldlt;
+pub mod local_compliance;
 pub mod local_set;
 pub mod march;
 pub mod moving_axle;

@@ -10,6 +10,7 @@
 pub mod checkpoint;
 pub mod compare;
 pub mod error;
+pub mod local_compliance;
 pub mod past;
 pub mod plan;
 pub mod prepare;

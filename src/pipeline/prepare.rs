@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use super::error::RunError;
+use super::local_compliance::local_compliance;
 use super::past::{Past, contact_field};
 use super::plan::{Decisions, Plan};
 use super::road_ahead::RoadAhead;
@@ -38,6 +39,8 @@ pub struct Prepared {
     pub at_rest: StaticContact,
     /// Factor of the influence functions; 1 unless a bedding's carcass is scaled.
     pub scale: f64,
+    /// kappa of the local law \[m/Pa\], where slices yield by it.
+    pub local_compliance: Option<f64>,
     /// The tyre's poles, where the past is carried by them and something else wants them.
     pub model: Option<RationalModel>,
     /// What the user should know.
@@ -100,6 +103,10 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
+    let kappa = match plan.decisions.slice_coupling {
+        SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, &surface)),
+        SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+    };
     let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
     let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, bedding, stop };
@@ -111,13 +118,11 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         kernel.spring =
             meter.time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(field), tyre.circumference, at_rest))?;
     }
-    let slice_law = match plan.decisions.slice_coupling {
-        SliceCoupling::Explicit => SliceLaw::Explicit,
-        SliceCoupling::Implicit => SliceLaw::Implicit,
-        SliceCoupling::Local => {
-            let kappa = scene.contact.local_compliance.unwrap_or(5.5e-10);
-            SliceLaw::Local(kappa / (plan.element * tyre.contact_width))
-        }
+    let slice_law = match (plan.decisions.slice_coupling, kappa) {
+        (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * tyre.contact_width)),
+        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be kept.
+        (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
+        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
     };
     let axle = match scene.rolling.axle {
         Axle::Indentation { indentation, .. } => {
@@ -135,6 +140,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         axle,
         at_rest,
         scale: bedding.scale,
+        local_compliance: kappa,
         model: model.filter(|_| plan.decisions.vibration.is_some()),
         warnings,
     })

@@ -373,6 +373,7 @@ impl Context<'_> {
             penetration: residuals.penetration,
             complementarity: residuals.complementarity,
             slice_error: self.prepared.road.slice_error(),
+            local_compliance: self.prepared.local_compliance,
             aborted_searches: 0,
             solves_per_step: counts
                 .histogram

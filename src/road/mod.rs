@@ -18,6 +18,7 @@ pub mod resample;
 pub mod slices;
 pub mod surface;
 pub mod texture;
+pub mod wavenumber;
 
 pub use describe::{RoadDescription, describe};
 pub use error::RoadError;

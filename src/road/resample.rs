@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::height_map::{HeightMap, reflected};
 use super::lattice::{Lattice, same};
+use super::texture::ProfileSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::scene::AtEnd;
 
@@ -55,6 +56,26 @@ impl Resampled {
     /// Highest stored height, at least 0 \[m\].
     pub fn highest(&self) -> f64 {
         self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
+    }
+
+    /// Whether the road is level across.
+    pub fn is_level_across(&self) -> bool {
+        self.stored == 1
+    }
+
+    /// Spectrum of the profiles along, at the map's own spacing, averaged over columns spread evenly across.
+    pub fn spectrum(&self) -> ProfileSpectrum {
+        /// More columns than these hardly differ from those beside them.
+        const COLUMNS: usize = 16;
+        let rows = self.count() as usize;
+        let mut spectrum = ProfileSpectrum::new(rows, self.dx);
+        let mut profile = Vec::with_capacity(rows);
+        for column in (0..self.stored).step_by(self.stored.div_ceil(COLUMNS)) {
+            profile.clear();
+            profile.extend(self.rows.iter().skip(column).step_by(self.stored));
+            spectrum.add(&profile);
+        }
+        spectrum
     }
 
     /// Elements after which the road is the same again; `None` where it ends or does not fall on the elements.

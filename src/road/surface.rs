@@ -10,7 +10,7 @@ use super::opencrg::strip;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
 use super::texture::{self, ProfileSpectrum, TextureLevel, bands_between};
-use super::{grid, profile};
+use super::{grid, profile, wavenumber};
 use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
 
 /// Chunks of a made road that are kept: the patch straddles two, a third serves a caller that looks back.
@@ -120,6 +120,19 @@ impl RoadSurface {
             Source::Made { .. } => {
                 let mean_square: f64 = self.report.bands.iter().map(|band| texture::mean_square(band.fitted)).sum();
                 5.0 * mean_square.sqrt()
+            }
+        }
+    }
+
+    /// Mean wavenumber of the surface's texture \[rad/m\], see [`wavenumber`]: of a made road from the bands that it has, of a measured
+    /// one from its heights. `None` for a road without texture. Costs some transforms of a measured road's length.
+    pub fn mean_wavenumber(&self) -> Option<f64> {
+        match &self.source {
+            Source::Smooth => None,
+            Source::Made { .. } => Some(wavenumber::of_surface(wavenumber::of_bands(&self.report.bands)?, false)),
+            Source::Measured(road) => {
+                let along = wavenumber::of_spectrum(&road.spectrum())?;
+                Some(wavenumber::of_surface(along, road.is_level_across()))
             }
         }
     }

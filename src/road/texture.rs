@@ -108,6 +108,13 @@ impl ProfileSpectrum {
         sum / self.profiles.max(1) as f64
     }
 
+    /// All lines but the mean: wavenumber (cycles per metre) and mean square \[m^2\].
+    pub fn lines(&self) -> impl Iterator<Item = (f64, f64)> {
+        let profiles = self.profiles.max(1) as f64;
+        let lines = self.power.iter().enumerate().skip(1);
+        lines.map(move |(index, power)| (index as f64 * self.line, power / profiles))
+    }
+
     /// Level of one third-octave band, dB re 1e-6 m.
     pub fn level(&self, band: i32) -> f64 {
         let (lower, upper) = band_edges(band);

@@ -166,6 +166,7 @@ fn layout(elements: usize, revolutions: usize) -> SegmentLayout {
         substeps: 1,
         revolutions,
         columns: elements * 9 / 64,
+        rule: TimeRule::Bdf2,
         time_step: CIRCUMFERENCE / elements as f64 / SPEED,
         phase: 0,
         first_position: -0.12,
@@ -259,7 +260,7 @@ fn velocities(criterion: &mut Criterion) {
     let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };
     let mut group = criterion.benchmark_group("velocity for unit force");
     for revolutions in [4, 8, 16, 32] {
-        let symbols = symbols(&layout(ELEMENTS, revolutions), TransferKind::Rule(TimeRule::Bdf2));
+        let symbols = symbols(&layout(ELEMENTS, revolutions), TransferKind::Rule);
         let bins = symbols.len();
         let one_by_one = |s: &Complex64| s * model.evaluate(N, *s, Field::Surface).expect("the surface is fitted");
         let mut found = vec![Complex64::ZERO; bins];

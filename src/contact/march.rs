@@ -94,6 +94,8 @@ pub struct March {
     weights: [f64; 3],
     /// Mean forces of the step; empty for a rule of one stage.
     mean: Vec<f64>,
+    /// Forces and u_old of the step's stages, one after the other; empty for a rule of one stage.
+    stages: [Vec<f64>; 2],
     time_step: f64,
     totals: MarchTotals,
     clocks: Clocks,
@@ -111,6 +113,8 @@ impl March {
         time_step: f64,
     ) -> Self {
         let columns = geometry.columns;
+        let nodes = numerics.time_rule.nodes();
+        let instants = if nodes.len() > 1 { nodes.len() } else { 0 };
         Self {
             history,
             search: Search::new(&kernel, slices, columns, numerics),
@@ -118,9 +122,10 @@ impl March {
             required: vec![0.0; columns],
             forces: vec![0.0; columns],
             step: 0,
-            nodes: numerics.time_rule.nodes(),
+            nodes,
             weights: numerics.time_rule.weights(),
-            mean: if numerics.time_rule.nodes().len() > 1 { vec![0.0; columns] } else { Vec::new() },
+            mean: vec![0.0; columns * instants.min(1)],
+            stages: [(); 2].map(|()| vec![0.0; columns * instants]),
             time_step,
             totals: MarchTotals::default(),
             clocks: Clocks::OFF,
@@ -145,6 +150,12 @@ impl March {
         if self.mean.is_empty() { &self.forces } else { &self.mean }
     }
 
+    /// Forces at the last step's instants, stage after stage, by column of the window \[N\].
+    pub fn instant_forces(&self) -> &[f64] {
+        let [forces, _] = &self.stages;
+        if forces.is_empty() { &self.forces } else { forces }
+    }
+
     /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
     pub fn required(&self) -> &[f64] {
         &self.required
@@ -152,9 +163,25 @@ impl March {
 
     /// Displacements at the end of the last step by column \[m\], u = G0 F + u_old with the springs' own.
     pub fn displacements(&self, out: &mut [f64]) {
-        out.copy_from_slice(&self.old);
+        self.displaced(&self.old, &self.forces, out);
+    }
+
+    /// The same at the last step's instants, stage after stage.
+    pub fn instant_displacements(&self, out: &mut [f64]) {
+        let [forces, old] = &self.stages;
+        if forces.is_empty() {
+            return self.displacements(out);
+        }
+        let columns = self.geometry.columns;
+        let stages = forces.chunks_exact(columns).zip(old.chunks_exact(columns));
+        stages.zip(out.chunks_exact_mut(columns)).for_each(|((forces, old), out)| self.displaced(old, forces, out));
+    }
+
+    /// G0 F + u_old with the springs' own.
+    fn displaced(&self, old: &[f64], forces: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(old);
         let ContactKernel { law, instant, spring } = &self.kernel;
-        for (source, &force) in self.forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+        for (source, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
             out[source] += spring * force;
             if *law == Tread::Uncoupled {
                 out[source] += instant[0] * force;
@@ -210,11 +237,17 @@ impl March {
         }
         let mut total_force = 0.0;
         self.mean.fill(0.0);
-        for (&node, weight) in self.nodes.iter().zip(self.weights) {
+        let columns = self.geometry.columns;
+        for (stage, (&node, weight)) in self.nodes.iter().zip(self.weights).enumerate() {
             // Multistep rules solve at the step's end: exactly at l dt.
             total_force += weight * self.stage(first_element, (self.step as f64 - 1.0) + node, axle, slices)?;
             for (mean, force) in self.mean.iter_mut().zip(&self.forces) {
                 *mean += weight * force;
+            }
+            for (of_stages, latest) in self.stages.iter_mut().zip([&self.forces, &self.old]) {
+                if let Some(of_stage) = of_stages.chunks_exact_mut(columns).nth(stage) {
+                    of_stage.copy_from_slice(latest);
+                }
             }
         }
         self.step += 1;

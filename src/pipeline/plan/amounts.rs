@@ -322,6 +322,7 @@ impl Amounts {
             substeps,
             revolutions,
             columns: self.expected.columns as usize,
+            rule: scene.numerics.time_rule,
             time_step: plan.time_step,
             phase: 0,
             first_position: 0.0,
@@ -340,7 +341,8 @@ impl Amounts {
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
         let times = if at_places { 2.0 * fields + 1.0 } else { fields + 1.0 };
         let poles = 0.5 * self.poles;
-        self.add(Stage::Vibration, Unit::VibrationPole, times * poles * layout.bins() as f64, Place::Before);
+        let bins = (layout.stages() * layout.bins()) as f64;
+        self.add(Stage::Vibration, Unit::VibrationPole, times * poles * bins, Place::Before);
         if vibration.tangential {
             self.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
         }
@@ -349,7 +351,7 @@ impl Amounts {
             let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
             self.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
         }
-        let evaluations = times * wavenumbers(scene) * layout.bins() as f64;
+        let evaluations = times * wavenumbers(scene) * bins;
         self.count(Counter::VibrationEvaluations, evaluations);
         let held = point_bytes(&layout, wanted, vibration);
         self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);

@@ -17,7 +17,7 @@ use crate::response::vibration::{
     ContactPower, ElementVelocities, SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator,
     VibrationField,
 };
-use crate::scene::{LoadedScene, SceneError, TimeRule, Vibration};
+use crate::scene::{LoadedScene, SceneError, Vibration};
 use crate::tyre::rational::RationalModel;
 use crate::tyre::tangential::{TangentialModel, tangential_model};
 
@@ -26,13 +26,13 @@ pub struct VibrationRecorder {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
     power: ContactPower,
+    /// At the instants of a step, stage after stage \[m\].
     displacement: Vec<f64>,
     model: RationalModel,
     scale: f64,
     spring: f64,
     tangential: Option<TangentialModel>,
     fields: Vec<VibrationField>,
-    rule: TimeRule,
     warm_up: u64,
     /// Steps after the warm-up.
     steps: u64,
@@ -71,6 +71,7 @@ impl VibrationRecorder {
             substeps,
             revolutions,
             columns: geometry.columns,
+            rule: scene.numerics.time_rule,
             time_step: plan.time_step,
             phase: geometry.substep(plan.warm_up_steps),
             first_position: geometry.position(geometry.first_element(aligned), aligned),
@@ -110,14 +111,13 @@ impl VibrationRecorder {
         let mut recorder = Self {
             wanted: vibration,
             accumulator: VibrationAccumulator::new(layout),
-            power: ContactPower::new(scene.numerics.time_rule, plan.time_step, layout.columns),
-            displacement: vec![0.0; layout.columns],
+            power: ContactPower::new(layout.rule, plan.time_step, layout.columns),
+            displacement: vec![0.0; layout.width()],
             model,
             scale,
             spring,
             tangential,
             fields,
-            rule: scene.numerics.time_rule,
             warm_up: plan.warm_up_steps,
             steps,
         };
@@ -140,7 +140,7 @@ impl VibrationRecorder {
     /// Points beside the axle and elements; `first_element` is in the window's first column at the first step.
     fn add_points(&mut self, first_element: i64) {
         let layout = *self.accumulator.layout();
-        let kind = TransferKind::Rule(self.rule);
+        let kind = TransferKind::Rule;
         let mut tables = Vec::new();
         for index in 0..self.fields.len() {
             if let Some(table) = VelocityTable::new(&layout, &self.response(), kind, self.fields[index]) {
@@ -159,7 +159,7 @@ impl VibrationRecorder {
     /// Velocities for unit force of some fields at all wavenumbers and frequencies.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
-        (fields * (layout.elements / 2 + 1) * layout.bins()) as u64
+        (fields * (layout.elements / 2 + 1) * layout.stages() * layout.bins()) as u64
     }
 
     /// Takes in the step that a march has just done.
@@ -170,9 +170,10 @@ impl VibrationRecorder {
         }
         let completes = step >= self.warm_up && self.accumulator.completes_next();
         let work = || {
-            march.displacements(&mut self.displacement);
-            let power = self.power.push(march.geometry().first_element(step), march.forces(), &self.displacement);
-            step >= self.warm_up && self.accumulator.push(march.forces(), power)
+            march.instant_displacements(&mut self.displacement);
+            let forces = march.instant_forces();
+            let power = self.power.push(march.geometry().first_element(step), forces, &self.displacement);
+            step >= self.warm_up && self.accumulator.push(forces, power)
         };
         // A segment's end is long and rare: no step stands for it, and it stands for no other.
         let complete =
@@ -182,11 +183,10 @@ impl VibrationRecorder {
             let points = self.fields.len() * self.wanted.elements.len();
             let (transforms, multiply_adds) = match points {
                 0 => (0, 0.0),
-                _ => (layout.elements as u64, ElementVelocities::multiply_adds(layout, points)),
+                _ => (ElementVelocities::transforms(layout), ElementVelocities::multiply_adds(layout, points)),
             };
             meter.count(Counter::VibrationTransforms, layout.transforms() + transforms);
-            let bytes =
-                8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.wavenumbers())) as u64;
+            let bytes = 8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.row())) as u64;
             meter.add_work(
                 Stage::Vibration,
                 Work { multiply_adds: (layout.multiply_adds() + multiply_adds) as u64, bytes },
@@ -232,7 +232,7 @@ fn check_memory(
     let (points, elements) = (fields * vibration.points.len(), fields * vibration.elements.len());
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are there a second time when they are looked at. What is there before is in the plan's sum.
-    let at_the_end = map + 8.0 * (layout.bins() * layout.wavenumbers()) as f64;
+    let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
     let needed = point_bytes(layout, fields, vibration) + at_the_end;
     let limit = loaded.scene.numerics.memory_limit;
     if at_the_end + plan.amounts.memory_on(1) <= 1e9 * limit {

@@ -43,8 +43,8 @@ impl VibrationRecorder {
         // The power balance is the tread's.
         let mut fields = vec![VibrationField::Tread];
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
-        let rule = self.rule;
-        let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule(rule), maps: vibration.map };
+        let rule = self.accumulator.layout().rule;
+        let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps: vibration.map };
         let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
         let response = self.response();
         let Some((by_rule, by_tyre)) =

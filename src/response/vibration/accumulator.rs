@@ -1,13 +1,13 @@
 //! The forces of the patch, taken in step by step, as mean powers by bin and wavenumber: memory does not grow with the record.
 //!
-//! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for its substeps.
+//! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for its substeps. The stages of a Runge-Kutta rule are further columns.
 //! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N at 0 Hz beside some newtons of vibration, from
 //!    which a window's side lobes would not keep it away), each place is weighted and transformed over time.
-//! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2.
+//! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2, for several stages their products, see `products`.
 //! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins are brought from |X|^2 to |X - d W|^2: the sums of X that
 //!    this takes are kept there by place. In the higher bins the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
 //!
-//! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares.
+//! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages s times the transforms and s^2 times the squares and their memory.
 
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use rustfft::FftPlanner;
 
 use super::elements::ElementVelocities;
 use super::layout::SegmentLayout;
+use super::products;
 use super::share::Share;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
@@ -30,7 +31,7 @@ const SHARES: usize = 16;
 pub struct VibrationAccumulator {
     layout: SegmentLayout,
     transform: Arc<dyn RealToComplex<f64>>,
-    /// Forces \[N\] of two hops: steps x columns.
+    /// Forces \[N\] of two hops: steps x stages x columns.
     forces: Vec<f64>,
     /// Power put in by the contact, by step \[W\].
     powers: Vec<f64>,
@@ -65,7 +66,7 @@ impl VibrationAccumulator {
             .map(|bases| Share::new(layout, bases, over_columns.clone()))
             .collect();
         Self {
-            forces: vec![0.0; layout.length() * layout.columns],
+            forces: vec![0.0; layout.length() * layout.width()],
             powers: vec![0.0; layout.length()],
             filled: 0,
             segments: 0,
@@ -96,9 +97,9 @@ impl VibrationAccumulator {
     /// Bytes that an accumulator with that many points takes.
     pub fn bytes(layout: &SegmentLayout, points: usize) -> f64 {
         let (bins, places) = (layout.bins() as f64, layout.places() as f64);
-        let forces = layout.length() as f64 * (layout.columns as f64 + 1.0);
+        let forces = layout.length() as f64 * (layout.width() as f64 + 1.0);
         let spectra = 2.0 * places * layout.base_bins() as f64;
-        8.0 * (forces + spectra + bins * layout.wavenumbers() as f64 + points as f64 * bins * (2.0 * places + 1.0))
+        8.0 * (forces + spectra + bins * layout.row() as f64 + points as f64 * bins * (2.0 * places + 1.0))
     }
 
     /// Sizes.
@@ -116,10 +117,10 @@ impl VibrationAccumulator {
         self.filled + 1 == self.layout.length()
     }
 
-    /// Takes in a step: forces by column of the window \[N\] and the power that they put in \[W\]. Whether it completed a segment.
+    /// Takes in a step: its forces, stage after stage by column of the window \[N\], and the power that they put in \[W\]. Whether it completed a segment.
     pub fn push(&mut self, forces: &[f64], power: f64) -> bool {
-        let columns = self.layout.columns;
-        self.forces[self.filled * columns..][..columns].copy_from_slice(forces);
+        let width = self.layout.width();
+        self.forces[self.filled * width..][..width].copy_from_slice(forces);
         self.powers[self.filled] = power;
         self.filled += 1;
         let complete = self.filled == self.layout.length();
@@ -132,17 +133,17 @@ impl VibrationAccumulator {
     /// Adds the complete segment to the sums and makes room for the next hop.
     fn close(&mut self) {
         let layout = self.layout;
-        let (columns, substeps, bases) = (layout.columns, layout.substeps, layout.base_bins());
+        let (width, substeps, bases) = (layout.width(), layout.substeps, layout.base_bins());
         for place in 0..layout.places() {
             let (column, phase) = (place / substeps, place % substeps);
             let steps = || (layout.first_step(phase)..layout.length()).step_by(substeps);
             if self.segments == 0 {
-                let sum: f64 = steps().map(|step| self.forces[step * columns + column]).sum();
+                let sum: f64 = steps().map(|step| self.forces[step * width + column]).sum();
                 self.reference[place] = sum / layout.base_length() as f64;
             }
             let mut weighted = 0.0;
             for (entry, step) in self.series.iter_mut().zip(steps()) {
-                let (weight, force) = (layout.weight(step), self.forces[step * columns + column]);
+                let (weight, force) = (layout.weight(step), self.forces[step * width + column]);
                 weighted += weight * weight * force;
                 *entry = weight * (force - self.reference[place]);
             }
@@ -160,10 +161,10 @@ impl VibrationAccumulator {
         self.shares.par_iter_mut().for_each(|share| share.add(|place, base| spectra[place * bases + base]));
         if let Some(elements) = &mut self.elements {
             let (forces, reference) = (&self.forces, &self.reference);
-            elements.add(|step, column| forces[step * columns + column] - reference[layout.place(step, column)]);
+            elements.add(|step, column| forces[step * width + column] - reference[layout.place(step, column)]);
         }
         self.segments += 1;
-        self.forces.copy_within(layout.hop() * columns.., 0);
+        self.forces.copy_within(layout.hop() * width.., 0);
         self.powers.copy_within(layout.hop().., 0);
         self.filled = layout.length() - layout.hop();
     }
@@ -181,7 +182,7 @@ impl VibrationAccumulator {
         let mean: Vec<f64> = self.weighted.iter().map(|sum| sum / steps).collect();
         let scale = 1.0 / (segments * hop * layout.length() as f64);
         let mut spectra = PatchSpectra {
-            powers: vec![0.0; layout.bins() * layout.wavenumbers()],
+            powers: vec![0.0; layout.bins() * layout.row()],
             points: vec![vec![0.0; layout.bins()]; self.shares[0].point_powers.len()],
             elements: self.elements.as_ref().map_or_else(Vec::new, |elements| {
                 elements.finish(|step, column| {
@@ -209,9 +210,15 @@ impl VibrationAccumulator {
                 }
             }
         }
+        let (stages, width) = (layout.stages(), layout.wavenumbers());
         let at_points = spectra.points.iter_mut().chain(&mut spectra.elements).flatten();
-        for power in spectra.powers.iter_mut().chain(at_points) {
+        let (powers, crosses): (Vec<_>, Vec<_>) =
+            spectra.powers.chunks_exact_mut(layout.row()).map(|row| row.split_at_mut(stages * width)).unzip();
+        for power in powers.into_iter().flatten().chain(at_points) {
             *power = scale * power.max(0.0);
+        }
+        for product in crosses.into_iter().flatten() {
+            *product *= scale;
         }
         // The mean pattern is periodic with the substeps: lines at multiples of K/q bins.
         let mut share = self.shares[0].clone();
@@ -220,7 +227,10 @@ impl VibrationAccumulator {
             0,
             |place| (mean[place] * whole).into(),
             |_, bin, row| {
-                let lines = row.iter().map(|wave| wave.norm_sqr() / (layout.length() as f64).powi(2)).collect();
+                let square = (layout.length() as f64).powi(2);
+                let mut lines = vec![0.0; layout.row()];
+                let power = |a: usize| row[a].norm_sqr() / square;
+                products::add(&mut lines, width, stages, power, |a, b| row[a] * row[b].conj() / square);
                 spectra.mean_pattern.push((bin, lines));
             },
         );
@@ -247,7 +257,7 @@ impl VibrationAccumulator {
         state.count(self.segments);
         state.number(self.weighted_power);
         for values in [
-            &self.forces[..self.filled * self.layout.columns],
+            &self.forces[..self.filled * self.layout.width()],
             &self.powers[..self.filled],
             &self.reference,
             &self.weighted,
@@ -275,7 +285,7 @@ impl VibrationAccumulator {
         if self.filled >= self.layout.length() {
             return Err(StateError::Value);
         }
-        state.numbers_into(&mut self.forces[..self.filled * self.layout.columns])?;
+        state.numbers_into(&mut self.forces[..self.filled * self.layout.width()])?;
         state.numbers_into(&mut self.powers[..self.filled])?;
         state.numbers_into(&mut self.reference)?;
         state.numbers_into(&mut self.weighted)?;
@@ -301,9 +311,10 @@ pub struct PatchSpectra {
     /// Segments averaged.
     pub segments: u64,
     /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts [`SegmentLayout::sides`] times, a wavenumber
-    /// [`SegmentLayout::share`].
+    /// [`SegmentLayout::share`]. For several stages a bin has a row of wavenumbers for |F_i|^2 of each stage, then two for each pair of stages i < j: real and imaginary part of the mean of
+    /// F_i conj F_j.
     pub powers: Vec<f64>,
-    /// The same of the mean pattern: bins with their row of wavenumbers.
+    /// The same of the mean pattern: bins with their rows.
     pub mean_pattern: Vec<(usize, Vec<f64>)>,
     /// By point: |v|^2 \[m^2/s^2\], bins 0..=K/2.
     pub points: Vec<Vec<f64>>,
@@ -314,20 +325,20 @@ pub struct PatchSpectra {
 }
 
 impl PatchSpectra {
-    /// The row of a bin.
+    /// What is kept of a bin: [`Self::powers`].
     pub fn row(&self, bin: usize) -> &[f64] {
-        let width = self.layout.wavenumbers();
+        let width = self.layout.row();
         &self.powers[bin * width..][..width]
     }
 
     fn row_mut(&mut self, bin: usize) -> &mut [f64] {
-        let width = self.layout.wavenumbers();
+        let width = self.layout.row();
         &mut self.powers[bin * width..][..width]
     }
 
     /// Takes over a share's sums at a base bin.
     fn take(&mut self, share: &Share, base: usize) {
-        let (first, width) = (share.first_row(base), self.layout.wavenumbers());
+        let (first, width) = (share.first_row(base), self.layout.row());
         for (slot, shared) in self.layout.shared_bins(base).enumerate() {
             self.row_mut(shared.bin).copy_from_slice(&share.powers[(first + slot) * width..][..width]);
             for (powers, sums) in self.points.iter_mut().zip(&share.point_powers) {
@@ -339,15 +350,18 @@ impl PatchSpectra {
     /// From sum |X|^2 to sum |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2.
     fn correct(&mut self, share: &mut Share, base: usize, offset: &[Complex64], sums: &[Complex64], segments: f64) {
         let change = |offset: Complex64, sum: Complex64| segments * offset.norm_sqr() - 2.0 * (offset.conj() * sum).re;
+        let (stages, width) = (self.layout.stages(), self.layout.wavenumbers());
         let mut offsets: Vec<Vec<Complex64>> = Vec::new();
         share.waves_at(base, |place| offset[place], |_, _, row| offsets.push(row.to_vec()));
         share.waves_at(
             base,
             |place| sums[place],
             |slot, bin, row| {
-                for ((power, &sum), &offset) in self.row_mut(bin).iter_mut().zip(row).zip(&offsets[slot]) {
-                    *power += change(offset, sum);
-                }
+                let offset = &offsets[slot];
+                let cross = |a: usize, b: usize| {
+                    segments * offset[a] * offset[b].conj() - offset[a] * row[b].conj() - row[a] * offset[b].conj()
+                };
+                products::add(self.row_mut(bin), width, stages, |a| change(offset[a], row[a]), cross);
             },
         );
         for point in 0..self.points.len() {

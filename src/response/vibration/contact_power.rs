@@ -1,23 +1,25 @@
 //! Power that the contact forces put into the tyre, from the run's own displacements.
 //!
 //! P_l = sum_e F_e v_e over the elements in contact. With backward differences v is the difference quotient of the rule itself, so that in the mean
-//! P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. For the other rules the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)), or F_l (u_l - u_(l-1)) where the force is already
-//! the mean over the step: right to second order.
+//! P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
+//! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before ([`RungeKutta::bases`]): the same holds exactly with the rule's matrices
+//! ([`super::stage_transfer`]). For the trapezoidal rule and the hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
 //!
 //! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre stores what it has not yet dissipated when the record ends, and
-//! with rules other than backward differences both sides differ by the rule's error. The power is averaged with the square of the segments' window, so that the mean pattern, which has most
+//! with the trapezoidal rule and the hold both sides differ by the rule's error. The power is averaged with the square of the segments' window, so that the mean pattern, which has most
 //! of it, is balanced without any of that. Measured, N = 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are
 //! not those of the tyre under its forces, and nothing is balanced.
 
 use crate::numeric::{StateError, StateReader, StateWriter};
-use crate::scene::TimeRule;
+use crate::scene::{RungeKutta, TimeRule};
 
 /// Displacements of the last steps.
 #[derive(Clone, Debug)]
 pub struct ContactPower {
     rule: TimeRule,
     time_step: f64,
-    /// The last two steps, the latest first.
+    columns: usize,
+    /// The last two steps, the latest first: forces and displacements at their ends.
     earlier: [Window; 2],
 }
 
@@ -30,9 +32,9 @@ struct Window {
 }
 
 impl Window {
-    /// A value by element; 0 outside.
-    fn at(values: &[f64], first: i64, element: i64) -> f64 {
-        usize::try_from(element - first).ok().and_then(|column| values.get(column)).copied().unwrap_or(0.0)
+    /// A value of an element that is in it.
+    fn at(&self, values: &[f64], element: i64) -> Option<f64> {
+        usize::try_from(element - self.first).ok().and_then(|column| values.get(column)).copied()
     }
 }
 
@@ -40,35 +42,62 @@ impl ContactPower {
     /// Everything at rest, for windows of `columns`.
     pub fn new(rule: TimeRule, time_step: f64, columns: usize) -> Self {
         let window = Window { first: 0, displacement: vec![0.0; columns], force: vec![0.0; columns] };
-        Self { rule, time_step, earlier: [window.clone(), window] }
+        Self { rule, time_step, columns, earlier: [window.clone(), window] }
     }
 
-    /// The power in the step that ends with these forces \[N\] and displacements \[m\] of the elements from `first` on, in W. An element that was not in the window is taken as one that has not moved.
+    /// The power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the elements from `first` on, in W. An element that was not in the window is taken as one
+    /// that has not moved.
     pub fn push(&mut self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
+        let work = match self.rule.runge_kutta() {
+            Some(method) => self.work_of_stages(method, first, forces, displacement),
+            None => self.work(first, forces, displacement),
+        };
+        // The last stage is the step's end.
+        let end = forces.len() - self.columns;
+        self.earlier.swap(0, 1);
+        let latest = &mut self.earlier[0];
+        latest.first = first;
+        latest.displacement.copy_from_slice(&displacement[end..]);
+        latest.force.copy_from_slice(&forces[end..]);
+        work / self.time_step
+    }
+
+    /// sum_i b_i F_i v_i dt over the stages.
+    fn work_of_stages(&self, method: RungeKutta, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
+        let (columns, last) = (self.columns, &self.earlier[0]);
+        let (bases, weights) = (method.bases(), method.weights());
+        let mut work = 0.0;
+        for (stage, forces) in forces.chunks_exact(columns).enumerate() {
+            for (column, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+                let Some(begin) = last.at(&last.displacement, first + column as i64) else { continue };
+                let at = |stage: usize| displacement[stage * columns + column];
+                let [of_begin, of_stages @ ..] = bases[stage];
+                let before = of_stages[..stage].iter().enumerate();
+                let base = before.fold(of_begin * begin, |sum, (earlier, weight)| sum + weight * at(earlier));
+                work += weights[stage] * force * (at(stage) - base) / method.gamma;
+            }
+        }
+        work
+    }
+
+    /// The work in the step of a rule of one stage.
+    fn work(&self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let [last, before] = &self.earlier;
         let mut work = 0.0;
         for (column, (&force, &now)) in forces.iter().zip(displacement).enumerate() {
             let element = first + column as i64;
-            let old_force = Window::at(&last.force, last.first, element);
+            let old_force = last.at(&last.force, element).unwrap_or(0.0);
             if force == 0.0 && old_force == 0.0 {
                 continue;
             }
-            let [one, two] = [last, before].map(|window| {
-                let known = (window.first..window.first + window.displacement.len() as i64).contains(&element);
-                if known { Window::at(&window.displacement, window.first, element) } else { now }
-            });
+            let [one, two] = [last, before].map(|window| window.at(&window.displacement, element).unwrap_or(now));
             work += match self.rule {
-                TimeRule::Bdf1 | TimeRule::Sdirk2 | TimeRule::Sdirk3 => force * (now - one),
+                TimeRule::Bdf1 => force * (now - one),
                 TimeRule::Bdf2 => force * (1.5 * now - 2.0 * one + 0.5 * two),
-                TimeRule::Trapezoidal | TimeRule::FirstOrderHold => 0.5 * (force + old_force) * (now - one),
+                _ => 0.5 * (force + old_force) * (now - one),
             };
         }
-        self.earlier.swap(0, 1);
-        let latest = &mut self.earlier[0];
-        latest.first = first;
-        latest.displacement.copy_from_slice(displacement);
-        latest.force.copy_from_slice(forces);
-        work / self.time_step
+        work
     }
 
     /// Takes the state down.

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! 1. The forces of every element over a segment, which are zero but for its passages through the patch, less the mean pattern as it passes, weighted and transformed over time: N real
-//!    transforms of length K, for any number of points.
-//! 2. For every point and bin the sum over all e.
+//!    transforms of length K, for any number of points, and as many more for every further stage of a step.
+//! 2. For every point and bin the sum over all e, and over the stages.
 //! 3. The mean pattern of the whole record is known at its end. What is to be taken off then differs only by the place of the point at the segment's begin, of which there are two, half a
 //!    circumference apart where a segment is an odd number of revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its share in every bin.
 //!
@@ -87,10 +87,15 @@ impl ElementVelocities {
     pub fn multiply_adds(layout: &SegmentLayout, points: usize) -> f64 {
         let length = layout.length() as f64;
         let transform = 1.25 * length * length.log2();
-        layout.elements as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
+        (layout.stages() * layout.elements) as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
     }
 
-    /// Adds a segment: `force(step, column)` is that in its window, the mean pattern of the first segment taken off \[N\].
+    /// Transforms of a segment.
+    pub fn transforms(layout: &SegmentLayout) -> u64 {
+        (layout.stages() * layout.elements) as u64
+    }
+
+    /// Adds a segment: `force(step, column)` is that in its window, the columns of all stages counted, the mean pattern of the first segment taken off \[N\].
     pub(super) fn add(&mut self, force: impl Fn(usize, usize) -> f64 + Copy + Sync) {
         let kind = self.segments.iter().sum::<u64>() as usize % 2;
         self.segments[kind] += 1;
@@ -182,13 +187,16 @@ impl Part {
     fn add(&mut self, first: i64, tables: &[VelocityTable], elements: &[usize], force: impl Fn(usize, usize) -> f64) {
         self.velocities.fill(Complex64::ZERO);
         let bins = self.layout.bins();
-        for element in self.range.clone() {
-            self.passages(element, first, &force);
+        let SegmentLayout { columns, .. } = self.layout;
+        let stages = 0..self.layout.stages();
+        for (element, stage) in self.range.clone().flat_map(|element| stages.clone().map(move |stage| (element, stage)))
+        {
+            self.passages(element, first, |step, column| force(step, stage * columns + column));
             // Planned lengths: nothing to refuse.
             let _ = self.transform.process_with_scratch(&mut self.series, &mut self.spectrum, &mut self.scratch);
             let points = tables.iter().flat_map(|table| elements.iter().map(move |&point| (table, point)));
             for ((table, point), velocities) in points.zip(self.velocities.chunks_exact_mut(bins)) {
-                let (factor, transfers) = table.over_distance(point as i64 - element as i64);
+                let (factor, transfers) = table.over_distance(stage, point as i64 - element as i64);
                 for ((sum, transfer), force) in velocities.iter_mut().zip(transfers).zip(&self.spectrum) {
                     *sum += factor * transfer * force;
                 }
@@ -197,7 +205,7 @@ impl Part {
     }
 
     /// Weighted forces of an element over the segment.
-    fn passages(&mut self, element: usize, first: i64, force: &impl Fn(usize, usize) -> f64) {
+    fn passages(&mut self, element: usize, first: i64, force: impl Fn(usize, usize) -> f64) {
         let SegmentLayout { elements, substeps, revolutions, columns, phase, .. } = self.layout;
         self.series.fill(0.0);
         for column in 0..columns {

@@ -3,10 +3,15 @@
 //! A revolution is exactly N q steps. A segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the rotation shifts the wavenumber n by n V/L = n r df: a whole
 //! number of bins, in either frame the same ones. The forces are known at instants of the material, so the material frequency is the one within the Nyquist interval:
 //! w' = w - n Omega, brought there by whole sampling rates where it lies outside.
+//!
+//! A Runge-Kutta rule has several instants in a step, each with forces of its own. They all belong to the same elements, since the window moves on between steps only: the forces of one
+//! stage are a sequence over the steps as those of a multistep rule are, and when in the step they act is the matter of the rule's transfer. So they are further columns, stage after stage.
 
 use std::f64::consts::PI;
 
+use super::products;
 use crate::numeric::transform_multiply_adds;
+use crate::scene::TimeRule;
 
 /// Sizes of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +24,8 @@ pub struct SegmentLayout {
     pub revolutions: usize,
     /// Columns of the contact window.
     pub columns: usize,
+    /// The rule that the forces were found by.
+    pub rule: TimeRule,
     /// Time step \[s\].
     pub time_step: f64,
     /// Substep of the segment's first step: how many steps ago the window last moved on by an element.
@@ -68,14 +75,15 @@ impl SegmentLayout {
 
     /// Transforms of a segment: along time for every place, along the columns for every base bin.
     pub fn transforms(&self) -> u64 {
-        (self.places() + self.substeps * self.base_bins()) as u64
+        (self.places() + self.stages() * self.substeps * self.base_bins()) as u64
     }
 
-    /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every power.
+    /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every mean product.
     pub fn multiply_adds(&self) -> f64 {
         let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
-        let over_columns = (self.substeps * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
-        over_time + over_columns + 2.0 * (self.bins() * self.wavenumbers()) as f64
+        let over_columns =
+            (self.stages() * self.substeps * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
+        over_time + over_columns + 2.0 * (self.bins() * self.row()) as f64
     }
 
     /// Bins of a one-sided spectrum, 0..=K/2.
@@ -83,9 +91,24 @@ impl SegmentLayout {
         self.length() / 2 + 1
     }
 
-    /// Pairs of a column and a substep.
+    /// Instants of a step, each with forces of its own.
+    pub fn stages(&self) -> usize {
+        self.rule.nodes().len()
+    }
+
+    /// Forces of a step: the columns of every stage.
+    pub fn width(&self) -> usize {
+        self.stages() * self.columns
+    }
+
+    /// Pairs of a force of a step and a substep.
     pub fn places(&self) -> usize {
-        self.columns * self.substeps
+        self.width() * self.substeps
+    }
+
+    /// Numbers that are kept of a bin: the mean products of the stages' forces for every wavenumber.
+    pub fn row(&self) -> usize {
+        products::count(self.stages()) * self.wavenumbers()
     }
 
     /// Wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
@@ -146,9 +169,9 @@ impl SegmentLayout {
         (self.phase + step) % self.substeps
     }
 
-    /// Place of a column at a step of a segment.
-    pub fn place(&self, step: usize, column: usize) -> usize {
-        column * self.substeps + self.phase_of(step)
+    /// Place of a force, counted stage after stage, at a step of a segment.
+    pub fn place(&self, step: usize, force: usize) -> usize {
+        force * self.substeps + self.phase_of(step)
     }
 
     /// First step of a segment at a substep.
@@ -172,6 +195,7 @@ mod tests {
             substeps,
             revolutions,
             columns: 5,
+            rule: TimeRule::Bdf2,
             time_step: 1e-4,
             phase: 0,
             first_position: 0.0,

@@ -9,8 +9,9 @@
 //! which the outline changes at a fixed x, which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
 //! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
-//! - [`accumulator`]: forces, step by step, to mean powers |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967); `share`: the bins in parts for the threads;
-//! - [`transfer`]: the velocity for unit force; [`points`]: the same for points beside the axle, coherent over n; [`elements`]: for points that turn with the tyre;
+//! - [`accumulator`]: forces, step by step, to mean powers |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967); `share`: the bins in parts for the threads; `products`: those of
+//!   the forces of several stages;
+//! - [`transfer`]: the velocity for unit force; [`stage_transfer`]: for the forces of a Runge-Kutta rule's stages; [`points`]: the same for points beside the axle, coherent over n; [`elements`]: for points that turn with the tyre;
 //! - [`spectra`]: velocities everywhere, maps, dissipated power; [`contact_power`]: the power put in, in the time domain;
 //! - [`dispersion`]: the tyre's own waves.
 //!
@@ -24,8 +25,10 @@ pub mod dispersion;
 pub mod elements;
 pub mod layout;
 pub mod points;
+mod products;
 mod share;
 pub mod spectra;
+pub mod stage_transfer;
 #[cfg(test)]
 mod tests;
 pub mod transfer;

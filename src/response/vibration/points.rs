@@ -7,6 +7,7 @@
 //! shares leave of each other, some 26 dB less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB above.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -15,9 +16,9 @@ use rustfft::FftPlanner;
 use super::accumulator::VibrationAccumulator;
 use super::layout::SegmentLayout;
 use super::share::delay;
-use super::transfer::{TransferKind, TyreResponse, VibrationField, symbols};
+use super::transfer::{TransferKind, Transfers, TyreResponse, VibrationField};
 
-/// s H_n(s) by wavenumber n = 0..=N/2 and bin of the material frame.
+/// s H_n(s) by wavenumber n = 0..=N/2, stage of a step and bin of the material frame.
 pub struct VelocityTable {
     field: VibrationField,
     layout: SegmentLayout,
@@ -32,16 +33,25 @@ impl VelocityTable {
         kind: TransferKind,
         field: VibrationField,
     ) -> Option<Self> {
-        let symbols = symbols(layout, kind);
-        let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * symbols.len()];
-        let rows = values.par_chunks_mut(symbols.len()).enumerate();
-        let complete = rows.map(|(n, row)| response.velocities(n, field, &symbols, row)).reduce(|| true, |a, b| a && b);
+        let transfers = Transfers::new(layout, kind);
+        let width = layout.stages() * layout.bins();
+        let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * width];
+        let rows = values.par_chunks_mut(width).enumerate();
+        let complete =
+            rows.map(|(n, row)| transfers.velocities(response, n, field, row)).reduce(|| true, |a, b| a && b);
         complete.then_some(Self { field, layout: *layout, values })
     }
 
-    /// Y_n at a bin of the material frame, either of them negative or not \[m/(N s)\].
-    pub fn at(&self, wavenumber: i64, material_bin: i64) -> Complex64 {
-        let row = wavenumber.unsigned_abs() as usize * self.layout.bins();
+    /// The bins of a stage at a wavenumber, or a distance, 0..=N/2.
+    fn bins_of(&self, stage: usize, n: usize) -> Range<usize> {
+        let (stages, bins) = (self.layout.stages(), self.layout.bins());
+        let first = (n * stages + stage) * bins;
+        first..first + bins
+    }
+
+    /// Y_n of a stage's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
+    pub fn at(&self, stage: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
+        let row = self.bins_of(stage, wavenumber.unsigned_abs() as usize).start;
         let value = self.values[row + material_bin.unsigned_abs() as usize];
         let value = if material_bin < 0 { value.conj() } else { value };
         match self.field {
@@ -56,56 +66,59 @@ impl VelocityTable {
         let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);
         let mut row = vec![Complex64::ZERO; elements];
         let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
-        for bin in 0..bins {
+        for (stage, bin) in (0..self.layout.stages()).flat_map(|stage| (0..bins).map(move |bin| (stage, bin))) {
             row.fill(Complex64::ZERO);
             for index in 0..self.layout.wavenumbers() {
                 let n = self.layout.wavenumber(index);
-                row[n.rem_euclid(elements as i64) as usize] += self.layout.share(index) * self.at(n, bin as i64);
+                row[n.rem_euclid(elements as i64) as usize] += self.layout.share(index) * self.at(stage, n, bin as i64);
             }
             transform.process_with_scratch(&mut row, &mut scratch);
             for (distance, value) in row[..=elements / 2].iter().enumerate() {
-                self.values[distance * bins + bin] = *value;
+                let first = self.bins_of(stage, distance).start;
+                self.values[first + bin] = *value;
             }
         }
     }
 
-    /// T_d at the bins of the material frame as a factor and what it multiplies, after [`Self::turn_to_distances`].
-    pub(super) fn over_distance(&self, distance: i64) -> (f64, &[Complex64]) {
-        let (elements, bins) = (self.layout.elements, self.layout.bins());
+    /// T_d of a stage's force at the bins of the material frame as a factor and what it multiplies, after [`Self::turn_to_distances`].
+    pub(super) fn over_distance(&self, stage: usize, distance: i64) -> (f64, &[Complex64]) {
+        let elements = self.layout.elements;
         let ahead = distance.rem_euclid(elements as i64) as usize;
         let nearest = ahead.min(elements - ahead);
         let behind = self.field == VibrationField::Tangential && ahead > nearest;
-        (if behind { -1.0 } else { 1.0 }, &self.values[nearest * bins..][..bins])
+        (if behind { -1.0 } else { 1.0 }, &self.values[self.bins_of(stage, nearest)])
     }
 
     /// Bytes of a table.
     pub fn bytes(layout: &SegmentLayout) -> f64 {
-        16.0 * (layout.elements as f64 / 2.0 + 1.0) * layout.bins() as f64
+        16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.stages() * layout.bins()) as f64
     }
 
     /// Adds points at positions from the axle \[m\], in their order.
     pub fn add_points(&self, accumulator: &mut VibrationAccumulator, positions: &[f64]) {
         let layout = self.layout;
-        let (elements, substeps) = (layout.elements, layout.substeps);
+        let SegmentLayout { elements, substeps, columns, .. } = layout;
         let transform = FftPlanner::<f64>::new().plan_fft_forward(elements);
         let mut row = vec![Complex64::ZERO; elements];
         let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
         let element = layout.circumference / elements as f64;
         for &position in positions {
             accumulator.add_point(|bin, out| {
-                for phase in 0..substeps {
+                for (stage, phase) in
+                    (0..layout.stages()).flat_map(|stage| (0..substeps).map(move |phase| (stage, phase)))
+                {
                     let distance = position - layout.first_position + element * phase as f64 / substeps as f64;
                     row.fill(Complex64::ZERO);
                     for index in 0..layout.wavenumbers() {
                         let n = layout.wavenumber(index);
                         let turn = Complex64::from_polar(1.0, 2.0 * PI * n as f64 * distance / layout.circumference);
-                        let velocity = self.at(n, layout.material_bin(bin, n));
+                        let velocity = self.at(stage, n, layout.material_bin(bin, n));
                         row[n.rem_euclid(elements as i64) as usize] += layout.share(index) * turn * velocity;
                     }
                     transform.process_with_scratch(&mut row, &mut scratch);
                     let delay = delay(&layout, bin, phase);
-                    for (column, value) in row[..layout.columns].iter().enumerate() {
-                        out[column * substeps + phase] = delay * value;
+                    for (column, value) in row[..columns].iter().enumerate() {
+                        out[(stage * columns + column) * substeps + phase] = delay * value;
                     }
                 }
             });

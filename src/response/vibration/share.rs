@@ -1,6 +1,7 @@
 //! A part of the bins with its sums: what one thread works on at a time.
 //!
-//! For every base bin kappa and every substep p of the window, one transform of length N over the columns gives A_p(n). Up to a phase that no power sees, the bins k that share kappa have
+//! For every base bin kappa, every substep p of the window and every stage of a step, one transform of length N over the columns gives A_p(n). Up to a phase that is the same for all stages,
+//! so that no power sees it, the bins k that share kappa have
 //!
 //! ```text
 //! F_n(k) = sum_p exp(2 pi i n p/(N q)) exp(-2 pi i k l_p/K) A_p(n),    conj A_p(-n) in place of A_p(n) for k = m K/q - kappa,
@@ -16,6 +17,7 @@ use num_complex::Complex64;
 use rustfft::Fft;
 
 use super::layout::{SegmentLayout, SharedBin};
+use super::products;
 
 /// A part of the base bins.
 #[derive(Clone)]
@@ -23,14 +25,15 @@ pub(super) struct Share {
     pub(super) bases: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
-    /// Sums of |F_n|^2 over the segments, by base bin, shared bin and wavenumber.
+    /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber: see [`products`].
     pub(super) powers: Vec<f64>,
     /// By point: response at the point to unit force at each place, by base bin, shared bin and place.
     pub(super) point_transfers: Vec<Vec<Complex64>>,
     /// By point: sums of |v|^2 by base bin and shared bin.
     pub(super) point_powers: Vec<Vec<f64>>,
-    /// A_p(n) by substep.
+    /// A_p(n) by stage and substep.
     waves: Vec<Complex64>,
+    /// F_n(k) by stage.
     row: Vec<Complex64>,
     scratch: Vec<Complex64>,
 }
@@ -39,11 +42,11 @@ impl Share {
     pub(super) fn new(layout: SegmentLayout, bases: Range<usize>, transform: Arc<dyn Fft<f64>>) -> Self {
         let shared = bases.len() * layout.most_shared();
         Self {
-            powers: vec![0.0; shared * layout.wavenumbers()],
+            powers: vec![0.0; shared * layout.row()],
             point_transfers: Vec::new(),
             point_powers: Vec::new(),
-            waves: vec![Complex64::ZERO; layout.substeps * layout.elements],
-            row: vec![Complex64::ZERO; layout.wavenumbers()],
+            waves: vec![Complex64::ZERO; layout.stages() * layout.substeps * layout.elements],
+            row: vec![Complex64::ZERO; layout.stages() * layout.wavenumbers()],
             scratch: vec![Complex64::ZERO; transform.get_inplace_scratch_len()],
             transform,
             bases,
@@ -68,15 +71,14 @@ impl Share {
     pub(super) fn add(&mut self, spectra: impl Fn(usize, usize) -> Complex64 + Copy) {
         for base in self.bases.clone() {
             let first = self.first_row(base);
-            let width = self.layout.wavenumbers();
+            let (stages, width, kept) = (self.layout.stages(), self.layout.wavenumbers(), self.layout.row());
             let mut powers = std::mem::take(&mut self.powers);
             self.waves_at(
                 base,
                 |place| spectra(place, base),
                 |slot, _, row| {
-                    for (sum, wave) in powers[(first + slot) * width..][..width].iter_mut().zip(row) {
-                        *sum += wave.norm_sqr();
-                    }
+                    let sums = &mut powers[(first + slot) * kept..][..kept];
+                    products::add(sums, width, stages, |a| row[a].norm_sqr(), |a, b| row[a] * row[b].conj());
                 },
             );
             self.powers = powers;
@@ -111,7 +113,7 @@ impl Share {
         })
     }
 
-    /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row by wavenumber.
+    /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row by stage and wavenumber.
     pub(super) fn waves_at(
         &mut self,
         base: usize,
@@ -119,18 +121,21 @@ impl Share {
         mut visit: impl FnMut(usize, usize, &[Complex64]),
     ) {
         let Self { layout, waves, row, scratch, transform, .. } = self;
-        let SegmentLayout { elements, substeps, .. } = *layout;
-        for (phase, wave) in waves.chunks_exact_mut(elements).enumerate() {
+        let SegmentLayout { elements, substeps, columns, .. } = *layout;
+        for (index, wave) in waves.chunks_exact_mut(elements).enumerate() {
+            let (stage, phase) = (index / substeps, index % substeps);
             wave.fill(Complex64::ZERO);
-            for (column, entry) in wave[..layout.columns].iter_mut().enumerate() {
-                *entry = place(column * substeps + phase);
+            for (column, entry) in wave[..columns].iter_mut().enumerate() {
+                *entry = place((stage * columns + column) * substeps + phase);
             }
             transform.process_with_scratch(wave, scratch);
         }
         let half = elements / 2;
         for (slot, SharedBin { bin, conjugate }) in layout.shared_bins(base).enumerate() {
             row.fill(Complex64::ZERO);
-            for (phase, wave) in waves.chunks_exact(elements).enumerate() {
+            for (index, wave) in waves.chunks_exact(elements).enumerate() {
+                let (stage, phase) = (index / substeps, index % substeps);
+                let row = &mut row[stage * (elements + 1)..][..elements + 1];
                 let delay = delay(layout, bin, phase);
                 // exp(2 pi i n p/(N q)), n = -N/2...
                 let turn = Complex64::from_polar(1.0, 2.0 * PI * phase as f64 / (elements * substeps) as f64);

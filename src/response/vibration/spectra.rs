@@ -6,14 +6,16 @@
 //! the material frame's spectrum.
 //!
 //! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
+//!
+//! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them ([`super::stage_transfer`]); the rest is the same.
 
 use std::ops::AddAssign;
 
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::accumulator::PatchSpectra;
-use super::transfer::{TransferKind, TyreResponse, VibrationField, symbols};
+use super::products;
+use super::transfer::{Forms, TransferKind, Transfers, TyreResponse, VibrationField};
 use crate::response::PowerSpectrum;
 
 /// Most rows of frequency that a map has.
@@ -90,26 +92,18 @@ pub fn field_spectra(
     request: &SpectraRequest<'_>,
 ) -> Option<(Vec<FieldSpectra>, Dissipation)> {
     let layout = &patch.layout;
-    let symbols = symbols(layout, request.kind);
+    let transfers = Transfers::new(layout, request.kind);
     let mut dissipation = Dissipation::default();
     let mut spectra = Vec::with_capacity(request.fields.len());
     for &field in request.fields {
         let mut sums = Sums::new(patch, request.maps);
         for first in (0..=layout.elements / 2).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
-            let transfers: Option<Vec<Vec<Complex64>>> = block
-                .clone()
-                .into_par_iter()
-                .map(|n| {
-                    let mut row = vec![Complex64::ZERO; symbols.len()];
-                    response.velocities(n, field, &symbols, &mut row).then_some(row)
-                })
-                .collect();
-            sums.add(patch, first, &transfers?);
+            let forms: Option<Vec<Forms>> =
+                block.into_par_iter().map(|n| transfers.forms(response, n, field)).collect();
+            sums.add(patch, first, &forms?);
         }
-        if field == VibrationField::Tread {
-            dissipation += sums.dissipation;
-        }
+        dissipation += sums.dissipation;
         spectra.push(sums.into_spectra(patch, field));
     }
     Some((spectra, dissipation))
@@ -144,26 +138,34 @@ impl Sums {
     }
 
     /// Adds the wavenumbers +-n, n = first...
-    fn add(&mut self, patch: &PatchSpectra, first: usize, transfers: &[Vec<Complex64>]) {
+    fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[Forms]) {
         let layout = &patch.layout;
-        let (half, width) = (layout.elements / 2, layout.wavenumbers());
+        let (half, width, stages) = (layout.elements / 2, layout.wavenumbers(), layout.stages());
+        let count = products::count(stages);
         let indices = |n: usize| [Some(half + n), (n > 0).then(|| half - n)].into_iter().flatten();
         let mut wave = |bin: usize, row: &[f64], standing: bool| {
-            for (n, transfer) in (first..).zip(transfers) {
+            for (n, forms) in (first..).zip(forms) {
                 for index in indices(n) {
-                    let power = layout.sides(bin) * layout.share(index) * row[index];
+                    let counts = layout.sides(bin) * layout.share(index);
                     let material = layout.material_bin(bin, layout.wavenumber(index));
                     let place = material.unsigned_abs() as usize;
-                    let velocity = transfer[place].norm_sqr() * power;
+                    let value = |weights: &[f64]| {
+                        let product = |number: usize| counts * row[number * width + index];
+                        products::form(stages, weights, material < 0, product)
+                    };
+                    let weights = place * count..(place + 1) * count;
+                    // Rounding may leave a square of several stages below zero.
+                    let velocity = value(&forms.squares[weights.clone()]).max(0.0);
+                    let power = forms.powers.get(weights).map_or(0.0, value);
                     self.material[place] += velocity;
                     if standing {
                         self.mean_pattern += velocity;
-                        self.dissipation.mean_pattern += transfer[place].re * power;
+                        self.dissipation.mean_pattern += power;
                         continue;
                     }
                     self.material_varying[place] += velocity;
                     self.non_rotating[bin] += velocity;
-                    self.dissipation.vibration += transfer[place].re * power;
+                    self.dissipation.vibration += power;
                     if let Some([of_material, of_road]) = &mut self.maps {
                         of_road[bin / self.bins_of_row * width + index] += velocity;
                         // A negative frequency is the wave of -n.

@@ -1,18 +1,18 @@
 //! Velocity for unit force: s H_n(s) at the bins of the material frame.
 //!
-//! The standard transfer, [`TransferKind::Rule`], is that of the run's multistep rule: the s by which it stands for i w is mu(zeta)/dt at zeta = exp(-i w dt), difference quotients of the rule for
+//! The standard transfer, [`TransferKind::Rule`], is that of the run's rule. For a multistep rule the s by which it stands for i w is mu(zeta)/dt at zeta = exp(-i w dt), difference quotients of the rule for
 //! derivatives. The velocities are then those that the run's own recursion gives. The tyre's own transfer, s = i w, looks more exact and is not: the forces of a rolling contact have a notch
 //! wherever the tyre they were found with resonates, and that is the rule's tyre. Peaks of another one, (w dt)^2/3 higher and less damped, stand beside the notches. Measured, N = 128, 4 steps an
 //! element, `bdf2`, against elements followed in the time domain: +0.4 dB at 100 Hz, +1.4 at 200, +5 at 630. How far the two are apart is a measure of the rule's error.
 //!
-//! A rule of several stages has as many rates as stages; taken is the one nearest to i w, which moves the resonances as the rule does. The course of its forces within a step is not known,
-//! only their mean, and the velocities are right to some decibel: at points before and behind the patch, N = 256, a step an element, `sdirk2` is up to 1.1 dB from the elements that pass in
-//! the bands to 630 Hz (1.8 dB with i w), `sdirk3` 1.3 (3.6), `sdirk2` 12 dB at 1 kHz, w dt = 2.2, where the level is lowest (20 dB); `bdf2` 0.04 dB to 1 kHz (35 dB). The hold has i w.
+//! The forces of a Runge-Kutta rule's stages each have a transfer of their own, again the run's recursion and nothing else: [`super::stage_transfer`]. The hold has i w.
 
 use num_complex::Complex64;
 use pulp::Arch;
 
 use super::layout::SegmentLayout;
+use super::products;
+use super::stage_transfer::{ScaledModes, StageTransfer};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::{Modes, RationalModel};
@@ -43,20 +43,20 @@ impl VibrationField {
 /// What stands for s at an angular frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TransferKind {
-    /// i w.
+    /// i w; the forces of a step's stages act at their own times.
     Exact,
-    /// mu(zeta)/dt of a rule, of several the one nearest to i w; i w for the hold.
-    Rule(TimeRule),
+    /// mu(zeta)/dt of the run's rule; i w for the hold. A Runge-Kutta rule has matrices instead.
+    Rule,
 }
 
 impl TransferKind {
-    /// s at the angular frequency w \[rad/s\] for a time step \[s\].
-    pub fn symbol(self, angular_frequency: f64, time_step: f64) -> Complex64 {
+    /// s at the angular frequency w \[rad/s\] for a rule and a time step \[s\]: for a Runge-Kutta rule i w, which its displacements are multiplied with.
+    pub fn symbol(self, rule: TimeRule, angular_frequency: f64, time_step: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angular_frequency);
-        match self {
-            Self::Rule(rule) if angular_frequency != 0.0 => exact * rule.relative_rate(angular_frequency * time_step),
-            _ => exact,
+        if self == Self::Rule && rule.is_multistep() && angular_frequency != 0.0 {
+            return exact * rule.relative_rate(angular_frequency * time_step);
         }
+        exact
     }
 }
 
@@ -75,8 +75,8 @@ pub struct TyreResponse<'a> {
 
 impl TyreResponse<'_> {
     /// The modes of a wavenumber n >= 0 with the residues of a field; `None` where they are not there.
-    fn modes(&self, n: usize, field: VibrationField) -> Option<Modes<'_>> {
-        match field {
+    fn modes(&self, n: usize, field: VibrationField) -> Option<ScaledModes<'_>> {
+        let modes = match field {
             VibrationField::Tread => self.model.modes(n, self.model.driven),
             VibrationField::Belt => self.model.modes(n, Field::Bottom),
             VibrationField::Tangential => {
@@ -84,19 +84,17 @@ impl TyreResponse<'_> {
                 let modes = self.model.modes(n, self.model.driven)?;
                 Some(Modes { residues: &tangential.residues[n], constant: tangential.constants[n], ..modes })
             }
-        }
+        };
+        let own = if field == VibrationField::Tread { self.spring / self.model.elements as f64 } else { 0.0 };
+        Some(ScaledModes { modes: modes?, scale: self.scale, own })
     }
 
     /// s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there. The tangential displacement is odd in n and this times i.
     pub fn velocities(&self, n: usize, field: VibrationField, symbols: &[Complex64], out: &mut [Complex64]) -> bool {
-        let Some(modes) = self.modes(n, field) else { return false };
-        let mut own = 0.0;
-        if field == VibrationField::Tread {
-            own += self.spring / self.model.elements as f64;
-        }
+        let Some(ScaledModes { modes, scale, own }) = self.modes(n, field) else { return false };
         partial_fractions(&modes, modes.constant, symbols, out);
         for (value, symbol) in out.iter_mut().zip(symbols) {
-            *value = symbol * (self.scale * *value + own);
+            *value = symbol * (scale * *value + own);
         }
         true
     }
@@ -104,7 +102,112 @@ impl TyreResponse<'_> {
 
 /// s at the bins 0..=K/2 of the material frame.
 pub fn symbols(layout: &SegmentLayout, kind: TransferKind) -> Vec<Complex64> {
-    (0..layout.bins()).map(|bin| kind.symbol(layout.angular_frequency(bin), layout.time_step)).collect()
+    (0..layout.bins()).map(|bin| kind.symbol(layout.rule, layout.angular_frequency(bin), layout.time_step)).collect()
+}
+
+/// From the forces of a step's stages to velocities at the bins 0..=K/2 of the material frame.
+pub struct Transfers {
+    bins: usize,
+    stages: usize,
+    way: Way,
+}
+
+enum Way {
+    /// One force a step, and s.
+    OneForce(Vec<Complex64>),
+    /// A Runge-Kutta rule's own.
+    Stages(StageTransfer),
+    /// i w, and for every stage the weight of its force, turned by the time from the step's end at which it acts: stages x bins.
+    AtTheirTimes(Vec<Complex64>, Vec<Complex64>),
+}
+
+/// What is quadratic in the forces of one wavenumber, bin by bin: weights of the stages' products.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Forms {
+    /// |v|^2.
+    pub(super) squares: Vec<f64>,
+    /// The power that the forces put in; empty where it is not wanted.
+    pub(super) powers: Vec<f64>,
+}
+
+impl Transfers {
+    /// For the layout's rule.
+    pub fn new(layout: &SegmentLayout, kind: TransferKind) -> Self {
+        let symbols = symbols(layout, kind);
+        let way = match (layout.rule.runge_kutta(), kind) {
+            (None, _) => Way::OneForce(symbols),
+            (Some(method), TransferKind::Rule) => Way::Stages(StageTransfer::new(method, symbols, layout.time_step)),
+            (Some(method), TransferKind::Exact) => {
+                let stages = method.nodes.iter().zip(method.weights());
+                let acts = stages.flat_map(|(node, weight)| {
+                    let delay = (node - 1.0) * layout.time_step;
+                    symbols.iter().map(move |symbol| weight * (-symbol * delay).exp())
+                });
+                let acts = acts.collect();
+                Way::AtTheirTimes(symbols, acts)
+            }
+        };
+        Self { bins: layout.bins(), stages: layout.stages(), way }
+    }
+
+    /// Velocities of a field for unit force at each stage \[m/(N s)\], stages x bins, of the wavenumber n >= 0; whether the field is there.
+    pub fn velocities(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField, out: &mut [Complex64]) -> bool {
+        match &self.way {
+            Way::OneForce(symbols) => tyre.velocities(n, field, symbols, out),
+            Way::Stages(transfer) => {
+                let Some(modes) = tyre.modes(n, field) else { return false };
+                transfer.velocities(&modes, out);
+                true
+            }
+            Way::AtTheirTimes(symbols, acts) => {
+                let (first, others) = out.split_at_mut(self.bins);
+                if !tyre.velocities(n, field, symbols, first) {
+                    return false;
+                }
+                others.chunks_exact_mut(self.bins).for_each(|row| row.copy_from_slice(first));
+                out.iter_mut().zip(acts).for_each(|(value, act)| *value *= act);
+                true
+            }
+        }
+    }
+
+    /// The forms of a wavenumber n >= 0, that of the power where the velocity is the one that forces work on; `None` if the field is not there.
+    pub(super) fn forms(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField) -> Option<Forms> {
+        let Self { bins, stages, .. } = *self;
+        let mut rows = vec![Complex64::ZERO; stages * bins];
+        if !self.velocities(tyre, n, field, &mut rows) {
+            return None;
+        }
+        let count = products::count(stages);
+        let mut squares = vec![0.0; bins * count];
+        for (bin, weights) in squares.chunks_exact_mut(count).enumerate() {
+            products::weights_of_square(stages, |stage| rows[stage * bins + bin], weights);
+        }
+        let mut powers = Vec::new();
+        if field == VibrationField::Tread {
+            powers.resize(bins * count, 0.0);
+            match &self.way {
+                Way::Stages(transfer) => {
+                    let mut matrices = vec![Complex64::ZERO; count * bins];
+                    transfer.powers(&tyre.modes(n, field)?, &mut matrices);
+                    for (bin, weights) in powers.chunks_exact_mut(count).enumerate() {
+                        products::weights_of_power(stages, |i, j| matrices[(i * stages + j) * bins + bin], weights);
+                    }
+                }
+                Way::OneForce(_) => {
+                    powers.iter_mut().zip(&rows).for_each(|(weight, velocity)| *weight = velocity.re);
+                }
+                // The force is sum_i a_i F_i and the velocity the tyre's own for it, Y_i = Y a_i.
+                Way::AtTheirTimes(_, acts) => {
+                    for (bin, weights) in powers.chunks_exact_mut(count).enumerate() {
+                        let entry = |i: usize, j: usize| acts[i * bins + bin].conj() * rows[j * bins + bin];
+                        products::weights_of_power(stages, entry, weights);
+                    }
+                }
+            }
+        }
+        Some(Forms { squares, powers })
+    }
 }
 
 /// Points that are evaluated side by side.
@@ -167,8 +270,8 @@ mod tests {
     #[test]
     fn the_rules_symbol_is_i_w_at_low_frequencies() {
         for rule in TimeRule::ALL {
-            let symbol = TransferKind::Rule(rule).symbol(100.0, 1e-4);
-            assert!((symbol - TransferKind::Exact.symbol(100.0, 1e-4)).norm() < 0.6, "{rule:?}: {symbol}");
+            let [symbol, exact] = [TransferKind::Rule, TransferKind::Exact].map(|kind| kind.symbol(rule, 100.0, 1e-4));
+            assert!((symbol - exact).norm() < 0.6, "{rule:?}: {symbol}");
         }
     }
 }

@@ -86,6 +86,27 @@ impl RungeKutta {
         if self.nodes.len() == 2 { [a21, self.gamma, 0.0] } else { [a31, a32, self.gamma] }
     }
 
+    /// A, as many rows and columns of it as there are stages.
+    pub const fn matrix(&self) -> [[f64; 3]; 3] {
+        let [a21, a31, a32] = self.below;
+        [[self.gamma, 0.0, 0.0], [a21, self.gamma, 0.0], [a31, a32, self.gamma]]
+    }
+
+    /// (1 - z A)^-1: what becomes of the stages of a' = lambda a, z = lambda dt. It is lower triangular as A is.
+    pub fn resolvent(&self, z: Complex64) -> [[Complex64; 3]; 3] {
+        let a = self.matrix();
+        let diagonal = (1.0 - self.gamma * z).inv();
+        let mut inverse = [[Complex64::ZERO; 3]; 3];
+        for row in 0..self.nodes.len() {
+            inverse[row][row] = diagonal;
+            for column in 0..row {
+                let sum: Complex64 = (column..row).map(|k| a[row][k] * inverse[k][column]).sum();
+                inverse[row][column] = z * diagonal * sum;
+            }
+        }
+        inverse
+    }
+
     /// Base values of the stages as sums of the values at the step's beginning and of the earlier stages: row i gives
     /// base_i = p_0 b_0 + p_1 b_1 + p_2 b_2, with k_j = (b_j - base_j)/(gamma dt).
     pub fn bases(&self) -> [[f64; 3]; 3] {
@@ -234,11 +255,7 @@ mod tests {
     fn runge_kutta_rules_have_their_order_and_are_stiffly_accurate() {
         for (rule, order) in [(SDIRK2, 2), (SDIRK3, 3)] {
             let s = rule.nodes.len();
-            let mut a = [[0.0; 3]; 3];
-            (a[0][0], a[1][1], a[1][0]) = (rule.gamma, rule.gamma, rule.below[0]);
-            if s == 3 {
-                (a[2][2], a[2][0], a[2][1]) = (rule.gamma, rule.below[1], rule.below[2]);
-            }
+            let a = rule.matrix();
             let c: Vec<f64> = a[..s].iter().map(|row| row.iter().sum()).collect();
             for (c, node) in c.iter().zip(rule.nodes) {
                 assert!((c - node).abs() < 1e-15, "{c} {node}");
@@ -250,6 +267,21 @@ mod tests {
                 assert!((sum(&|i| c[i] * c[i]) - 1.0 / 3.0).abs() < 1e-15);
                 let nested = sum(&|i| (0..s).map(|j| a[i][j] * c[j]).sum());
                 assert!((nested - 1.0 / 6.0).abs() < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn a_resolvent_is_the_inverse_of_its_matrix() {
+        let z = Complex64::new(-0.7, 2.3);
+        for rule in [SDIRK2, SDIRK3] {
+            let (a, inverse, s) = (rule.matrix(), rule.resolvent(z), rule.nodes.len());
+            for i in 0..s {
+                for j in 0..s {
+                    let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+                    let entry: Complex64 = (0..s).map(|k| (unit(i, k) - z * a[i][k]) * inverse[k][j]).sum();
+                    assert!((entry - unit(i, j)).norm() < 1e-15, "{i}, {j}: {entry}");
+                }
             }
         }
     }

@@ -29,7 +29,7 @@ mod tests {
 
     fn surface(loaded: &LoadedScene) -> RoadSurface {
         let tyre = &loaded.scene.tyre;
-        let lattice = Lattice::choose(&loaded.scene.road, 0.0038, tyre.contact_width, None).unwrap();
+        let lattice = Lattice::choose(&loaded.scene.road, 0.0038, tyre.contact_width, None, None).unwrap();
         RoadSurface::open(&loaded.scene.road, lattice, Limits::default()).unwrap()
     }
 

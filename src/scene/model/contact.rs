@@ -42,6 +42,7 @@ impl Default for Contact {
             tread: Tread::default(),
             slices: Slices::default(),
             slice_coupling: SliceCoupling::default(),
+            local_compliance: None,
             cells_across: None,
             cells_along: None,
             slice_tolerance: Self::SLICE_TOLERANCE,

@@ -3,6 +3,7 @@
 //! Runs differ in their time steps. Both forces are brought to common instants by the same low-pass kernel, flat up to the upper edge of the highest band and 80 dB down from 1.25
 //! times that on; levels and differences are those of what is left.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use serde::Serialize;
@@ -72,6 +73,8 @@ impl Common {
         let force = resampled(&trial.force, trial.plan.time_step, lag, spacing, within);
         // Too short for a spectrum: no levels.
         let spectrum = PowerSpectrum::of(&force, spacing, Some(SEGMENT)).ok();
+        let spectrum =
+            spectrum.map(|spectrum| spectrum.without(|f| trial.rule.mean_response(TAU * f * trial.plan.time_step)));
         let mut levels =
             spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(band(LOWEST_BAND).lower_edge(), 1.0));
         levels.retain(|level| level.band <= band(highest));

@@ -1,5 +1,6 @@
 //! What is kept of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with the number of steps.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::error::RunError;
@@ -12,7 +13,7 @@ use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyNumber, NpyWriter, Row};
 use crate::results::summary::AxleMotion;
-use crate::scene::{Axle, Scene};
+use crate::scene::{Axle, Scene, TimeRule};
 
 /// The arrays of a run.
 struct Arrays {
@@ -89,6 +90,8 @@ pub struct Record {
     /// Where vibration is wanted.
     pub vibration: Option<VibrationRecorder>,
     sum_of_lengths: f64,
+    /// The rule whose mean force of a step is recorded, and the step \[s\].
+    recording: (TimeRule, f64),
 }
 
 /// The steps of the force map.
@@ -144,6 +147,7 @@ impl Record {
             spectrum: spectrum.then(accumulator).flatten(),
             vibration: None,
             sum_of_lengths: 0.0,
+            recording: (scene.numerics.time_rule, plan.time_step),
         }
     }
 
@@ -256,9 +260,11 @@ impl Record {
         Ok(())
     }
 
-    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end.
+    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a step takes off is put back.
     pub fn spectrum(&self) -> Option<PowerSpectrum> {
-        self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())
+        let (rule, time_step) = self.recording;
+        let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
+        Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))
     }
 
     /// Whether the run is too short for a spectrum that was wanted.

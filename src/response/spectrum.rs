@@ -94,6 +94,15 @@ impl PowerSpectrum {
         accumulator.finish()
     }
 
+    /// The spectrum of what was recorded through a response: every bin over the square of `response` at its frequency \[Hz\].
+    #[must_use]
+    pub fn without(mut self, response: impl Fn(f64) -> f64) -> Self {
+        for (bin, power) in self.power.iter_mut().enumerate() {
+            *power /= response(bin as f64 * self.resolution).powi(2);
+        }
+        self
+    }
+
     /// Mean square of the signal less its mean: all the power there is \[unit^2\].
     pub fn mean_square(&self) -> f64 {
         self.power.iter().sum()

@@ -212,6 +212,12 @@ impl TimeRule {
         }
     }
 
+    /// What is left in the mean force of a step, sum_i b_i F_i, of a force that swings by an angle w dt in a step: |sum_i b_i exp(i w dt c_i)|. 1 for rules that solve once, at the step's end.
+    pub fn mean_response(self, angle: f64) -> f64 {
+        let parts = self.nodes().iter().zip(self.weights());
+        parts.map(|(&node, weight)| Complex64::from_polar(1.0, angle * node) * weight).sum::<Complex64>().norm()
+    }
+
     /// Whether weights exist that one real sum over past steps can use: multistep quadratures.
     pub const fn is_multistep(self) -> bool {
         matches!(self, Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal)

@@ -20,7 +20,8 @@ use tyrewave::pipeline::Plan;
 use tyrewave::pipeline::past::{fetch, fit_options};
 use tyrewave::pipeline::prepare::prepare;
 use tyrewave::response::vibration::{
-    SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField, point_spectrum,
+    SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField,
+    field_spectra, point_spectrum,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::slices::StiffnessCurve;
@@ -78,7 +79,7 @@ fn largest_difference(segment: f64) -> f64 {
         elements,
         ROUGH,
         &rolling(8.0),
-        &numerics(substeps as u32, ""),
+        &numerics(substeps as u32, "time_rule = \"bdf2\""),
         &vibration(&format!("segment = {segment:?}")),
     );
     let results = run(&text);
@@ -86,7 +87,7 @@ fn largest_difference(segment: f64) -> f64 {
     let options = fit_options(&loaded.scene, Field::Surface);
     let model = fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model;
     let step = common::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
-    let rule = loaded.scene.numerics.time_rule;
+    let rule = TimeRule::Bdf2;
     let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
     let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
@@ -165,6 +166,10 @@ fn largest_difference(segment: f64) -> f64 {
 fn what_the_forces_put_in_is_dissipated() {
     for (name, road, rule, tread, bound) in [
         ("smooth", "kind = \"smooth\"", "bdf2", "elastic", 1e-5),
+        ("smooth", "kind = \"smooth\"", "sdirk2", "elastic", 1e-5),
+        ("rough", ROUGH, "sdirk2", "elastic", 3e-4),
+        ("rough", ROUGH, "sdirk3", "elastic", 3e-4),
+        ("rough", ROUGH, "sdirk2", "bedding", 3e-4),
         ("rough", ROUGH, "bdf2", "elastic", 3e-4),
         ("rough", ROUGH, "bdf1", "elastic", 3e-4),
         ("rough", ROUGH, "bdf2", "bedding", 3e-4),
@@ -175,7 +180,10 @@ fn what_the_forces_put_in_is_dissipated() {
         let text =
             if tread == "bedding" { text.replace("pole_tolerance = 1e-4", "pole_tolerance = 1e-3") } else { text };
         let results = run(&text);
-        results.assert_sound(name);
+        // The mean force of a step of sdirk3 may pull an element a little.
+        if rule != "sdirk3" {
+            results.assert_sound(name);
+        }
         let summary = results.summary();
         let power = &summary["vibration"]["power"];
         println!("{name}, {rule}, {tread}: {power}");
@@ -270,22 +278,25 @@ fn a_run_shorter_than_a_revolution_says_so() {
 
 #[test]
 fn the_same_bytes_on_any_number_of_threads() {
-    let keys = vibration("points = [0.05]\nelements = [40]\nsegment = 0.2");
-    let text = scene_text(128, ROUGH, &rolling(0.7), &numerics(2, ""), &keys);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let results = pool.install(|| run(&text));
-        ["vibration.csv", "vibration_narrow.csv"].map(|name| fs::read(results.path(name)).unwrap())
-    };
-    let one = on(1);
-    assert!(one == on(2) && one == on(3));
+    for rule in ["bdf2", "sdirk2"] {
+        let keys = vibration("points = [0.05]\nelements = [40]\nsegment = 0.2");
+        let numerics = numerics(2, &format!("time_rule = \"{rule}\""));
+        let text = scene_text(128, ROUGH, &rolling(0.7), &numerics, &keys);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let results = pool.install(|| run(&text));
+            ["vibration.csv", "vibration_narrow.csv"].map(|name| fs::read(results.path(name)).unwrap())
+        };
+        let one = on(1);
+        assert!(one == on(2) && one == on(3), "{rule}");
+    }
 }
 
 #[test]
 fn the_sum_over_the_past_gives_the_same_levels_as_the_poles() {
     let keys = vibration("segment = 0.3");
     let text = |history: &str| {
-        let numerics = format!("history = \"{history}\"\nmemory = 0.7\npole_tolerance = 1e-5");
+        let numerics = format!("history = \"{history}\"\nmemory = 0.7\npole_tolerance = 1e-5\ntime_rule = \"bdf2\"");
         // All terms: the direct sum then has the influence functions of the model.
         let text = scene_text(64, "kind = \"smooth\"", &rolling(0.8), &numerics, &keys);
         text.replace("lateral_terms = 4\nwavenumber_aliases = 2\n", "")
@@ -298,88 +309,152 @@ fn the_sum_over_the_past_gives_the_same_levels_as_the_poles() {
     }
 }
 
-/// Rough slices rolled over with one step an element; largest difference of the third octaves from 40 Hz to `highest` \[Hz\], in dB, at points beside the axle from the velocities of the elements that
-/// pass them as the contact itself has them: in the order of `kinds`.
-fn differences_at_points(rule: TimeRule, highest: f64, kinds: [TransferKind; 2]) -> [f64; 2] {
-    let elements = 256;
-    let rolling = "speed_kmh = 80.0\nwarm_up = 0.0\nduration = 5.0\naxle = { indentation = 0.014, ramp = 0.1 }";
-    let loaded = scene(&scene_text(
-        elements,
-        "kind = \"smooth\"",
-        rolling,
-        &numerics(1, &format!("time_rule = \"{}\"", rule.name())),
-        "",
-    ));
+/// Rough slices rolled over, 4 steps an element of 128 unless said otherwise; largest differences of the third octaves
+/// from 40 Hz to 1 kHz \[dB\] from the elements followed in the time domain: of the mean over the circumference, and of
+/// points before and behind the patch.
+///
+/// The displacements of all elements are those of the run's recursion under the forces of all stages. Their rates are
+/// taken from the transform of the whole record: i w times it for rules of several stages, the symbol of its difference
+/// quotient for a multistep rule.
+fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64) -> [f64; 2] {
+    let rolling =
+        format!("speed_kmh = 80.0\nwarm_up = 0.0\nduration = {duration}\naxle = {{ indentation = 0.014, ramp = 0.1 }}");
+    let of_rule = numerics(substeps as u32, &format!("time_rule = \"{}\"", rule.name()));
+    let loaded = scene(&scene_text(elements, "kind = \"smooth\"", &rolling, &of_rule, ""));
     let plan = Plan::new(&loaded.scene);
     let (stop, mut meter) = (AtomicBool::new(false), Meter::default());
     let mut prepared = prepare(&loaded, &plan, &stop, &mut meter).unwrap();
     let model = fetch(&loaded.scene.tyre, &fit_options(&loaded.scene, Field::Surface), &stop).unwrap().model;
     let march = &mut prepared.march;
-    let geometry = march.geometry();
-    let (columns, first, element) = (geometry.columns, geometry.first_element(0), geometry.element);
-    let (position, step) = (geometry.position(first, 0), plan.time_step);
+    let geometry = march.geometry().clone();
+    let (columns, first, step) = (geometry.columns, geometry.first_element(0), plan.time_step);
+    // The same road for any number of elements: flat stones of 15 mm.
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut slices = SliceQueue::starting_at(first);
-    let peaks = (0..plan.steps + columns as u64).map(|_| StiffnessCurve::flat(random.random_range(-5e-4..0.0)));
-    slices.extend(peaks);
-
+    let (count, stone) = (plan.steps as usize / substeps + columns + 1, elements.div_ceil(128));
+    let stones: Vec<f64> = (0..=count / stone).map(|_| random.random_range(-5e-4..0.0)).collect();
+    slices.extend((0..count).map(|element| StiffnessCurve::flat(stones[element / stone])));
+    let settled = (0.5 / step) as u64;
     let layout = SegmentLayout {
         elements,
-        substeps: 1,
+        substeps,
         revolutions: 12,
         columns,
+        rule,
         time_step: step,
-        phase: 0,
-        first_position: position,
+        phase: geometry.substep(settled),
+        first_position: geometry.position(first, 0),
         circumference: common::CIRCUMFERENCE,
     };
     // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the forces' shares leave of each other, and blurred forces leave more.
     let places = [columns - 4, 2];
     let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };
-    let mut accumulators = kinds.map(|kind| {
-        let mut accumulator = VibrationAccumulator::new(layout);
-        // A difference over a step is the velocity in its middle, where the element stands half of one further on.
-        let shift = if rule.is_multistep() { 0.0 } else { 0.5 };
-        let positions = places.map(|column| position + (column as f64 + shift) * element);
-        let table = VelocityTable::new(&layout, &response, kind, VibrationField::Tread).unwrap();
-        table.add_points(&mut accumulator, &positions);
-        accumulator
-    });
-    let settled = (0.5 / step) as usize;
-    let mut earlier = [vec![0.0; columns], vec![0.0; columns]];
-    let mut now = vec![0.0; columns];
-    let mut velocities = vec![Vec::new(); places.len()];
-    for l in 0..plan.steps as usize {
-        march.step(&prepared.axle, &slices).unwrap();
-        march.displacements(&mut now);
+    let mut accumulator = VibrationAccumulator::new(layout);
+    let positions = places.map(|column| layout.first_position + column as f64 * geometry.element);
+    let table = VelocityTable::new(&layout, &response, TransferKind::Rule, VibrationField::Tread).unwrap();
+    table.add_points(&mut accumulator, &positions);
+    let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
+    let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
+    let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
+    let mut tracks = vec![Vec::with_capacity(plan.steps as usize); elements];
+    let mut all = vec![0.0; elements];
+    for l in 0..plan.steps {
+        let first = march.step(&prepared.axle, &slices).unwrap().first_element;
+        for (stage, row) in march.instant_forces().chunks_exact(columns).enumerate() {
+            history.displacement(0, &mut all);
+            for (column, force) in row.iter().enumerate().filter(|(_, force)| **force != 0.0) {
+                let source = (first + column as i64).rem_euclid(elements as i64) as usize;
+                let last = stage + 1 == layout.stages();
+                for (element, value) in all.iter_mut().enumerate().filter(|_| last) {
+                    *value += instant[(element + elements - source) % elements] * force;
+                }
+            }
+            history.push(first, row);
+        }
+        tracks.iter_mut().zip(&all).for_each(|(track, value)| track.push(*value));
         if l >= settled {
-            accumulators.iter_mut().for_each(|accumulator| {
-                accumulator.push(march.forces(), 0.0);
-            });
-            for (column, series) in places.iter().zip(&mut velocities) {
-                let [one, two] = [earlier[0][column + 1], earlier[1][column + 2]];
-                series.push(match rule {
-                    TimeRule::Bdf2 => (1.5 * now[*column] - 2.0 * one + 0.5 * two) / step,
-                    _ => (now[*column] - one) / step,
-                });
-            }
+            accumulator.push(march.instant_forces(), 0.0);
         }
-        earlier.swap(0, 1);
-        earlier[0].copy_from_slice(&now);
     }
+    let patch = accumulator.finish().unwrap();
+    let velocities: Vec<Vec<f64>> = tracks.iter().map(|track| rates(track, rule, step)).collect();
+    // What begins and ends with the record is left out, and as much time as the forces have.
+    let used = settled as usize..settled as usize + (patch.segments as usize + 1) * layout.hop();
     let mut largest = [0.0_f64; 2];
-    for (point, velocity) in velocities.iter().enumerate() {
-        let exact = welch(velocity, layout.length(), step).third_octaves(40.0, 1.0);
-        for (accumulator, largest) in accumulators.iter().zip(&mut largest) {
-            let found = point_spectrum(&accumulator.finish().unwrap(), point).third_octaves(40.0, 1.0);
-            for (one, other) in found.iter().zip(&exact).filter(|(one, _)| one.band.mid_frequency() < highest) {
-                let difference = one.level - other.level;
-                println!("{rule:?}, column {}, {:>6} Hz: {difference:+.3} dB", places[point], one.band.label());
-                *largest = largest.max(difference.abs());
+    let mut compare = |which: usize, name: &str, found: &PowerSpectrum, exact: &PowerSpectrum| {
+        let bands = found.third_octaves(39.0, 1.0);
+        for (one, other) in bands.iter().zip(exact.third_octaves(39.0, 1.0)) {
+            let difference = one.level - other.level;
+            println!(
+                "{rule:?}, N = {elements}, q = {substeps}, {name}, {:>6} Hz: {difference:+.3} dB",
+                one.band.label()
+            );
+            if one.band.mid_frequency() < 1001.0 {
+                largest[which] = largest[which].max(difference.abs());
             }
         }
+    };
+    for (point, column) in places.into_iter().enumerate() {
+        // Between the substeps the place lies between two elements: the next one stands there in the substep 0 only.
+        if substeps == 1 {
+            let at = |l: usize| {
+                velocities[(geometry.first_element(l as u64) + column as i64).rem_euclid(elements as i64) as usize][l]
+            };
+            let exact = welch(&used.clone().map(at).collect::<Vec<_>>(), layout.length(), step);
+            compare(1, &format!("column {column}"), &point_spectrum(&patch, point), &exact);
+        }
     }
+    let request = SpectraRequest { fields: &[VibrationField::Tread], kind: TransferKind::Rule, maps: false };
+    let (spectra, _) = field_spectra(&patch, &response, &request).unwrap();
+    // The pattern that stands over the road, seen by each element at its place: lines whose leakage would hide the
+    // rest.
+    let around = elements * substeps;
+    let place = |element: usize, l: usize| (element * substeps + around - l % around) % around;
+    let mut pattern = vec![[0.0; 2]; around];
+    for (element, velocity) in velocities.iter().enumerate() {
+        for l in used.clone() {
+            let sum = &mut pattern[place(element, l)];
+            *sum = [sum[0] + velocity[l], sum[1] + 1.0];
+        }
+    }
+    let mut mean: Option<PowerSpectrum> = None;
+    for (element, velocity) in velocities.iter().enumerate() {
+        let varying = |l: usize| velocity[l] - pattern[place(element, l)][0] / pattern[place(element, l)][1];
+        let spectrum = welch(&used.clone().map(varying).collect::<Vec<_>>(), layout.length(), step);
+        match &mut mean {
+            None => mean = Some(spectrum),
+            Some(mean) => mean.power.iter_mut().zip(&spectrum.power).for_each(|(sum, power)| *sum += power),
+        }
+    }
+    let mut mean = mean.unwrap();
+    mean.power.iter_mut().for_each(|power| *power /= elements as f64);
+    compare(0, "everywhere", &spectra[0].material_varying, &mean);
     largest
+}
+
+/// Rates of a record that begins at rest and whose last quarter of a second is let fall to zero.
+fn rates(track: &[f64], rule: TimeRule, step: f64) -> Vec<f64> {
+    let mut planner = RealFftPlanner::<f64>::new();
+    // As much again of nothing: beginning and end are far from each other.
+    let length = 2 * track.len();
+    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let fall = (0.25 / step) as usize;
+    let mut series = vec![0.0; length];
+    for (l, (entry, value)) in series.iter_mut().zip(track).enumerate() {
+        let left = (track.len() - l).min(fall) as f64 / fall as f64;
+        *entry = 0.5 * (1.0 - (PI * left).cos()) * value;
+    }
+    let mut bins = forward.make_output_vec();
+    forward.process(&mut series, &mut bins).unwrap();
+    for (k, bin) in bins.iter_mut().enumerate() {
+        let symbol = TransferKind::Rule.symbol(rule, 2.0 * PI * k as f64 / (length as f64 * step), step);
+        *bin *= symbol / length as f64;
+    }
+    let last = bins.len() - 1;
+    (bins[0].im, bins[last].im) = (0.0, 0.0);
+    inverse.process(&mut bins, &mut series).unwrap();
+    series.truncate(track.len());
+    series
 }
 
 /// Mean spectrum of half overlapping segments with the sine window, the mean taken off.
@@ -403,16 +478,24 @@ fn welch(series: &[f64], length: usize, step: f64) -> PowerSpectrum {
 }
 
 #[test]
-fn points_have_the_velocities_of_the_elements_that_pass_them_with_every_rule() {
-    // One number stands for all that a multistep rule does, and only the window is left. A rule of several stages has more, and forces within a step of which only the mean is known.
-    let cases = [(TimeRule::Bdf2, 1100.0, 0.1), (TimeRule::Sdirk2, 700.0, 1.5), (TimeRule::Sdirk3, 700.0, 1.5)];
-    let found = cases.map(|(rule, highest, bound)| {
-        let [by_rule, exact] = differences_at_points(rule, highest, [TransferKind::Rule(rule), TransferKind::Exact]);
-        println!("{rule:?} to {highest} Hz: {by_rule} dB, i w {exact} dB");
-        (rule, by_rule, exact, bound)
-    });
-    for (rule, by_rule, exact, bound) in found {
-        assert!(by_rule < bound, "{rule:?}: {by_rule} dB");
-        assert!(by_rule < exact, "{rule:?}: {by_rule} dB, i w {exact} dB");
+fn velocities_are_those_of_the_elements_with_every_rule() {
+    // Only the windows are left, which blur forces here and velocities there. 0.17 ms a step in the first two cases, w
+    // dt = 1.1 at 1 kHz; 0.34 ms in the others.
+    for (rule, elements, substeps) in
+        [(TimeRule::Sdirk2, 128, 4), (TimeRule::Sdirk3, 128, 4), (TimeRule::Bdf2, 256, 1), (TimeRule::Sdirk2, 256, 1)]
+    {
+        let found = differences(rule, elements, substeps, 4.2);
+        println!("{rule:?}, N = {elements}, q = {substeps}: {found:?} dB");
+        assert!(found.iter().all(|&difference| difference < 0.1), "{rule:?}, q = {substeps}: {found:?} dB");
+    }
+}
+
+#[test]
+#[ignore = "every rule at the size of the default scene: a minute"]
+fn velocities_are_those_of_the_elements_with_512_elements() {
+    for rule in [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
+        let found = differences(rule, 512, 1, 6.0);
+        println!("{rule:?}, N = 512: {found:?} dB");
+        assert!(found.iter().all(|&difference| difference < 0.1), "{rule:?}: {found:?} dB");
     }
 }

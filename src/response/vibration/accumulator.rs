@@ -1,13 +1,16 @@
 //! The forces of the patch, taken in step by step, as mean powers by bin and wavenumber: memory does not grow with the record.
 //!
-//! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for its substeps. The stages of a Runge-Kutta rule are further columns.
+//! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for
+//!    its substeps. The stages of a Runge-Kutta rule are further columns.
 //! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N at 0 Hz beside some newtons of vibration, from
 //!    which a window's side lobes would not keep it away), each place is weighted and transformed over time.
-//! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2, for several stages their products, see `products`.
+//! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2, for several stages their products, see
+//!    `products`.
 //! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins are brought from |X|^2 to |X - d W|^2: the sums of X that
 //!    this takes are kept there by place. In the higher bins the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
 //!
-//! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages s times the transforms and s^2 times the squares and their memory.
+//! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages
+//! s times the transforms and s^2 times the squares and their memory.
 
 use std::sync::Arc;
 
@@ -117,7 +120,8 @@ impl VibrationAccumulator {
         self.filled + 1 == self.layout.length()
     }
 
-    /// Takes in a step: its forces, stage after stage by column of the window \[N\], and the power that they put in \[W\]. Whether it completed a segment.
+    /// Takes in a step: its forces, stage after stage by column of the window \[N\], and the power that they put in
+    /// \[W\]. Whether it completed a segment.
     pub fn push(&mut self, forces: &[f64], power: f64) -> bool {
         let width = self.layout.width();
         self.forces[self.filled * width..][..width].copy_from_slice(forces);
@@ -311,8 +315,8 @@ pub struct PatchSpectra {
     /// Segments averaged.
     pub segments: u64,
     /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts [`SegmentLayout::sides`] times, a wavenumber
-    /// [`SegmentLayout::share`]. For several stages a bin has a row of wavenumbers for |F_i|^2 of each stage, then two for each pair of stages i < j: real and imaginary part of the mean of
-    /// F_i conj F_j.
+    /// [`SegmentLayout::share`]. For several stages a bin has a row of wavenumbers for |F_i|^2 of each stage, then two
+    /// for each pair of stages i < j: real and imaginary part of the mean of F_i conj F_j.
     pub powers: Vec<f64>,
     /// The same of the mean pattern: bins with their rows.
     pub mean_pattern: Vec<(usize, Vec<f64>)>,

@@ -1,12 +1,15 @@
 //! Power that the contact forces put into the tyre, from the run's own displacements.
 //!
 //! P_l = sum_e F_e v_e over the elements in contact. With backward differences v is the difference quotient of the rule itself, so that in the mean
-//! P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
-//! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before ([`RungeKutta::bases`]): the same holds exactly with the rule's matrices
-//! ([`super::stage_transfer`]). For the trapezoidal rule and the hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
+//! P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has its own quadrature, P_l =
+//! sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages, v_i = (u_i - base_i)/(gamma dt),
+//! base_i made of the displacements at the step's beginning and of the stages before ([`RungeKutta::bases`]): the same
+//! holds exactly with the rule's matrices ([`super::stage_transfer`]). For the trapezoidal rule and the hold the work
+//! of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
 //!
 //! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre stores what it has not yet dissipated when the record ends, and
-//! with the trapezoidal rule and the hold both sides differ by the rule's error. The power is averaged with the square of the segments' window, so that the mean pattern, which has most
+//! with the trapezoidal rule and the hold both sides differ by the rule's error. The power is averaged with the square
+//! of the segments' window, so that the mean pattern, which has most
 //! of it, is balanced without any of that. Measured, N = 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are
 //! not those of the tyre under its forces, and nothing is balanced.
 
@@ -45,8 +48,8 @@ impl ContactPower {
         Self { rule, time_step, columns, earlier: [window.clone(), window] }
     }
 
-    /// The power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the elements from `first` on, in W. An element that was not in the window is taken as one
-    /// that has not moved.
+    /// The power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the elements from
+    /// `first` on, in W. An element that was not in the window is taken as one that has not moved.
     pub fn push(&mut self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let work = match self.rule.runge_kutta() {
             Some(method) => self.work_of_stages(method, first, forces, displacement),

@@ -95,7 +95,8 @@ impl ElementVelocities {
         (layout.stages() * layout.elements) as u64
     }
 
-    /// Adds a segment: `force(step, column)` is that in its window, the columns of all stages counted, the mean pattern of the first segment taken off \[N\].
+    /// Adds a segment: `force(step, column)` is that in its window, the columns of all stages counted, the mean pattern
+    /// of the first segment taken off \[N\].
     pub(super) fn add(&mut self, force: impl Fn(usize, usize) -> f64 + Copy + Sync) {
         let kind = self.segments.iter().sum::<u64>() as usize % 2;
         self.segments[kind] += 1;

@@ -4,8 +4,10 @@
 //! number of bins, in either frame the same ones. The forces are known at instants of the material, so the material frequency is the one within the Nyquist interval:
 //! w' = w - n Omega, brought there by whole sampling rates where it lies outside.
 //!
-//! A Runge-Kutta rule has several instants in a step, each with forces of its own. They all belong to the same elements, since the window moves on between steps only: the forces of one
-//! stage are a sequence over the steps as those of a multistep rule are, and when in the step they act is the matter of the rule's transfer. So they are further columns, stage after stage.
+//! A Runge-Kutta rule has several instants in a step, each with forces of its own. They all belong to the same
+//! elements, since the window moves on between steps only: the forces of one stage are a sequence over the steps as
+//! those of a multistep rule are, and when in the step they act is the matter of the rule's transfer. So they are
+//! further columns, stage after stage.
 
 use std::f64::consts::PI;
 
@@ -78,7 +80,8 @@ impl SegmentLayout {
         (self.places() + self.stages() * self.substeps * self.base_bins()) as u64
     }
 
-    /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every mean product.
+    /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every mean
+    /// product.
     pub fn multiply_adds(&self) -> f64 {
         let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
         let over_columns =

@@ -80,7 +80,8 @@ impl VelocityTable {
         }
     }
 
-    /// T_d of a stage's force at the bins of the material frame as a factor and what it multiplies, after [`Self::turn_to_distances`].
+    /// T_d of a stage's force at the bins of the material frame as a factor and what it multiplies, after
+    /// [`Self::turn_to_distances`].
     pub(super) fn over_distance(&self, stage: usize, distance: i64) -> (f64, &[Complex64]) {
         let elements = self.layout.elements;
         let ahead = distance.rem_euclid(elements as i64) as usize;

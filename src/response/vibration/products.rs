@@ -1,7 +1,9 @@
 //! Mean products of the forces of a step's stages, and what is quadratic in these forces.
 //!
-//! A velocity is v = sum_i Y_i F_i over the stages i of a step, so |v|^2 takes the means of F_i conj F_j for all pairs of stages. Kept are, as planes of real numbers, |F_i|^2 of every stage,
-//! then for every pair i < j the real and the imaginary part of F_i conj F_j: one number for a rule of one stage, four for two stages, nine for three. A form that is quadratic in the forces,
+//! A velocity is v = sum_i Y_i F_i over the stages i of a step, so |v|^2 takes the means of F_i conj F_j for all pairs
+//! of stages. Kept are, as planes of real numbers, |F_i|^2 of every stage, then for every pair i < j the real and the
+//! imaginary part of F_i conj F_j: one number for a rule of one stage, four for two stages, nine for three. A form that
+//! is quadratic in the forces,
 //! |v|^2 or a power, is a sum of these numbers times weights.
 
 use num_complex::Complex64;
@@ -16,7 +18,8 @@ fn pairs(stages: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..stages).flat_map(move |i| (i + 1..stages).map(move |j| (i, j)))
 }
 
-/// Adds the products of rows of `width` complex numbers, stage after stage, to as many planes: `power(a)` is |x_a|^2 and `cross(a, b)` is x_a conj x_b for the numbers a and b of the rows.
+/// Adds the products of rows of `width` complex numbers, stage after stage, to as many planes: `power(a)` is |x_a|^2
+/// and `cross(a, b)` is x_a conj x_b for the numbers a and b of the rows.
 pub(super) fn add(
     planes: &mut [f64],
     width: usize,
@@ -54,7 +57,8 @@ pub(super) fn weights_of_power(stages: usize, matrix: impl Fn(usize, usize) -> C
     }
 }
 
-/// The form with these weights, from its numbers. At the negative of their frequency, where all transfers are conjugate, imaginary parts count the other way round.
+/// The form with these weights, from its numbers. At the negative of their frequency, where all transfers are
+/// conjugate, imaginary parts count the other way round.
 pub(super) fn form(stages: usize, weights: &[f64], negative: bool, product: impl Fn(usize) -> f64) -> f64 {
     let mut sum = weights[0] * product(0);
     for (number, weight) in weights.iter().enumerate().skip(1) {

@@ -1,7 +1,8 @@
 //! A part of the bins with its sums: what one thread works on at a time.
 //!
-//! For every base bin kappa, every substep p of the window and every stage of a step, one transform of length N over the columns gives A_p(n). Up to a phase that is the same for all stages,
-//! so that no power sees it, the bins k that share kappa have
+//! For every base bin kappa, every substep p of the window and every stage of a step, one transform of length N over
+//! the columns gives A_p(n). Up to a phase that is the same for all stages, so that no power sees it, the bins k that
+//! share kappa have
 //!
 //! ```text
 //! F_n(k) = sum_p exp(2 pi i n p/(N q)) exp(-2 pi i k l_p/K) A_p(n),    conj A_p(-n) in place of A_p(n) for k = m K/q - kappa,
@@ -25,7 +26,8 @@ pub(super) struct Share {
     pub(super) bases: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
-    /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber: see [`products`].
+    /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber:
+    /// see [`products`].
     pub(super) powers: Vec<f64>,
     /// By point: response at the point to unit force at each place, by base bin, shared bin and place.
     pub(super) point_transfers: Vec<Vec<Complex64>>,
@@ -113,7 +115,8 @@ impl Share {
         })
     }
 
-    /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row by stage and wavenumber.
+    /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row
+    /// by stage and wavenumber.
     pub(super) fn waves_at(
         &mut self,
         base: usize,

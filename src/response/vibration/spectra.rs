@@ -7,7 +7,8 @@
 //!
 //! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
 //!
-//! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them ([`super::stage_transfer`]); the rest is the same.
+//! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them ([`super::stage_transfer`]); the rest
+//! is the same.
 
 use std::ops::AddAssign;
 

@@ -6,14 +6,18 @@
 //! a_l = R(z) a_(l-1) + dt sum_i q_i F_(l,i),   q = b^T G,   G = (1 - z A)^-1,   R = r_s,   r = G 1,
 //! ```
 //!
-//! so with zeta = exp(-i w dt), the forces of each stage transformed as sequences over the steps, and the constant D of H_n(s) = D + sum_r R_r/(s - lambda_r) following the last stage,
+//! so with zeta = exp(-i w dt), the forces of each stage transformed as sequences over the steps, and the constant D of
+//! H_n(s) = D + sum_r R_r/(s - lambda_r) following the last stage,
 //!
 //! 1. the displacement at the ends of the steps is U = sum_i F_i (D delta_is + sum_r R_r dt q_i/(1 - R zeta));
-//! 2. the velocity is i w U: the rate of the displacement as it goes on between the ends of the steps without frequencies above half the sampling rate;
-//! 3. the rates of the stages are V_i = sum_j Y_ij F_j, Y = (D/dt) A^-1 (1 - zeta 1 e_s^T) + sum_r R_r (G + z zeta r q^T/(1 - R zeta)), and the power that the forces put in is the rule's own
-//!    quadrature, Re sum_i b_i conj F_i V_i, in the frequency domain exactly as in the time domain ([`super::contact_power`]).
+//! 2. the velocity is i w U: the rate of the displacement as it goes on between the ends of the steps without
+//!    frequencies above half the sampling rate;
+//! 3. the rates of the stages are V_i = sum_j Y_ij F_j, Y = (D/dt) A^-1 (1 - zeta 1 e_s^T) + sum_r R_r (G + z zeta r
+//!    q^T/(1 - R zeta)), and the power that the forces put in is the rule's own quadrature, Re sum_i b_i conj F_i V_i,
+//!    in the frequency domain exactly as in the time domain ([`super::contact_power`]).
 //!
-//! Why i w U and not V: the stages' rates are right to first order, and their mean is the difference over a step, lower by the sine of w dt/2 over w dt/2: 0.4 dB at w dt = 1.
+//! Why i w U and not V: the stages' rates are right to first order, and their mean is the difference over a step, lower
+//! by the sine of w dt/2 over w dt/2: 0.4 dB at w dt = 1.
 //!
 //! Cost of a pole and bin: two complex reciprocals, four multiply-adds for every stage, or for every entry of Y.
 
@@ -144,7 +148,8 @@ impl StageTransfer {
         tyre.modes.poles.iter().zip(tyre.modes.residues).enumerate().map(of_pole).collect()
     }
 
-    /// Sums of numerator/(1 - R zeta) over all poles and their conjugates: numerators x bins. Plain loops over many bins, which the compiler makes vectors of.
+    /// Sums of numerator/(1 - R zeta) over all poles and their conjugates: numerators x bins. Plain loops over many
+    /// bins, which the compiler makes vectors of.
     fn fractions(&self, poles: &[Pole], count: usize, out: &mut [Complex64]) {
         let (arch, bins) = (Arch::new(), self.zetas.len());
         for (block, zetas) in self.zetas.chunks(LANE).enumerate() {
@@ -236,7 +241,8 @@ mod tests {
                         displacement += tyre.scale * residue * *state;
                     }
                 }
-                // What follows the force at once has the rates that A gives for its values, the last of which began the step.
+                // What follows the force at once has the rates that A gives for its values, the last of which began the
+                // step.
                 let at = |stage: usize| if stage == loaded { tyre.constant() } else { 0.0 };
                 displacement += at(stages - 1);
                 let begin = at(stages - 1) / turn;

@@ -84,10 +84,10 @@ fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
 
 #[test]
 fn nothing_is_lost_between_places_and_waves() {
-    for substeps in [1, 2, 3] {
+    for (substeps, rule) in [1, 2, 3].into_iter().flat_map(|q| [(q, TimeRule::Bdf2), (q, TimeRule::Sdirk3)]) {
         // Few enough bins for the mean pattern to be taken off exactly in all of them.
-        let layout = layout(14, substeps, 1, substeps - 1);
-        let steps = 4 * layout.hop();
+        let layout = SegmentLayout { rule, ..layout(14, substeps, 1, substeps - 1) };
+        let (steps, width) = (4 * layout.hop(), layout.width());
         let forces = noise(&layout, steps, 40.0, 3);
         let patch = accumulated(&layout, &forces).finish().unwrap();
         assert_eq!(patch.segments, 3);
@@ -103,27 +103,28 @@ fn nothing_is_lost_between_places_and_waves() {
         let place = |step: usize, column: usize| column * substeps + layout.phase_of(step);
         let mut sums = vec![[0.0; 2]; layout.places()];
         for step in 0..steps {
-            for column in 0..COLUMNS {
+            for column in 0..width {
                 let sum = &mut sums[place(step, column)];
-                sum[0] += weight(step) * forces[step * COLUMNS + column];
+                sum[0] += weight(step) * forces[step * width + column];
                 sum[1] += weight(step);
             }
         }
         let (mut varying, mut standing, mut weights) = (0.0, 0.0, 0.0);
         for step in 0..steps {
             weights += weight(step);
-            for column in 0..COLUMNS {
+            for column in 0..width {
                 let [sum, weights] = sums[place(step, column)];
                 let mean = sum / weights;
-                varying += weight(step) * (forces[step * COLUMNS + column] - mean).powi(2);
+                varying += weight(step) * (forces[step * width + column] - mean).powi(2);
                 standing += weight(step) * mean * mean;
             }
         }
         // sum |F_n|^2 = N sum F_e^2.
         let (varying, standing) = (14.0 * varying / weights, 14.0 * standing / weights);
         let all = |bin: usize, row: &[f64]| {
-            let powers = row.iter().enumerate();
-            powers.map(|(index, power)| layout.sides(bin) * layout.share(index) * power).sum::<f64>()
+            let waves = layout.wavenumbers();
+            let powers = row[..layout.stages() * waves].iter().enumerate();
+            powers.map(|(index, power)| layout.sides(bin) * layout.share(index % waves) * power).sum::<f64>()
         };
         let vibration: f64 = (0..layout.bins()).map(|bin| all(bin, patch.row(bin))).sum();
         let pattern: f64 = patch.mean_pattern.iter().map(|(bin, row)| all(*bin, row)).sum();
@@ -134,10 +135,20 @@ fn nothing_is_lost_between_places_and_waves() {
 
 #[test]
 fn both_frames_have_the_same_power_and_maps_and_bands_hold_it() {
-    let layout = layout(ELEMENTS, 2, 3, 1);
+    for (rule, kind) in [
+        (TimeRule::Bdf2, TransferKind::Exact),
+        (TimeRule::Sdirk2, TransferKind::Exact),
+        (TimeRule::Sdirk2, TransferKind::Rule),
+        (TimeRule::Sdirk3, TransferKind::Rule),
+    ] {
+        same_power(SegmentLayout { rule, ..layout(ELEMENTS, 2, 3, 1) }, kind);
+    }
+}
+
+fn same_power(layout: SegmentLayout, kind: TransferKind) {
     let patch = accumulated(&layout, &noise(&layout, 5 * layout.hop(), 9.0, 11)).finish().unwrap();
     let fields = [VibrationField::Tread, VibrationField::Belt];
-    let request = SpectraRequest { fields: &fields, kind: TransferKind::Exact, maps: true };
+    let request = SpectraRequest { fields: &fields, kind, maps: true };
     let (spectra, dissipation) = field_spectra(&patch, &response(), &request).unwrap();
     assert!(dissipation.mean_pattern > 0.0 && dissipation.vibration > 0.0, "a passive tyre dissipates");
     for field in &spectra {
@@ -156,15 +167,20 @@ fn both_frames_have_the_same_power_and_maps_and_bands_hold_it() {
 
 #[test]
 fn points_all_round_have_the_mean_over_the_circumference() {
-    let layout = layout(ELEMENTS, 2, 2, 0);
-    let kind = TransferKind::Exact;
+    for (rule, kind) in [(TimeRule::Bdf2, TransferKind::Exact), (TimeRule::Sdirk2, TransferKind::Rule)] {
+        points_all_round(SegmentLayout { rule, ..layout(ELEMENTS, 2, 2, 0) }, kind);
+    }
+}
+
+fn points_all_round(layout: SegmentLayout, kind: TransferKind) {
+    let stages = layout.stages();
     let mut accumulator = VibrationAccumulator::new(layout);
     let table = VelocityTable::new(&layout, &response(), kind, VibrationField::Belt).unwrap();
     // More points than waves: no two waves look alike on them.
     let count = 2 * ELEMENTS;
     let positions: Vec<f64> = (0..count).map(|point| point as f64 * 1.95 / count as f64 - 0.9).collect();
     table.add_points(&mut accumulator, &positions);
-    for row in noise(&layout, 4 * layout.hop(), 2.0, 8).chunks_exact(COLUMNS) {
+    for row in noise(&layout, 4 * layout.hop(), 2.0, 8).chunks_exact(layout.width()) {
         accumulator.push(row, 0.0);
     }
     let patch = accumulator.finish().unwrap();
@@ -173,7 +189,11 @@ fn points_all_round_have_the_mean_over_the_circumference() {
         let wave = |index: usize| {
             let n = layout.wavenumber(index);
             let share = layout.share(index).powi(2);
-            share * layout.sides(bin) * patch.row(bin)[index] * table.at(0, n, layout.material_bin(bin, n)).norm_sqr()
+            let mut weights = vec![0.0; products::count(stages)];
+            let velocity = |stage: usize| table.at(stage, n, layout.material_bin(bin, n));
+            products::weights_of_square(stages, velocity, &mut weights);
+            let product = |number: usize| patch.row(bin)[number * layout.wavenumbers() + index];
+            share * layout.sides(bin) * products::form(stages, &weights, false, product)
         };
         let expected: f64 = (0..layout.wavenumbers()).map(wave).sum();
         let mean = (0..count).map(|point| point_spectrum(&patch, point).power[bin]).sum::<f64>() / count as f64;
@@ -192,26 +212,35 @@ fn all_elements_have_the_mean_over_the_circumference() {
         let top = layout.angular_frequency(layout.bins() - 1);
         let tangential = crate::tyre::tangential::tangential_model(&tyre, &model, top).unwrap();
         let response = TyreResponse { model: &model, scale: 1.0, spring: 1e-6, tangential: Some(&tangential) };
-        let fields = [VibrationField::Tread, VibrationField::Tangential];
-        let kind = TransferKind::Exact;
-        let tables = fields.map(|field| VelocityTable::new(&layout, &response, kind, field).unwrap()).into();
-        let mut accumulator = VibrationAccumulator::new(layout);
-        let elements: Vec<usize> = (0..layout.elements).collect();
-        accumulator.set_elements(ElementVelocities::new(&layout, first, tables, elements));
-        for row in noise(&layout, 6 * layout.hop() + 3, 30.0, 17).chunks_exact(COLUMNS) {
-            accumulator.push(row, 0.0);
+        for (rule, kind) in [
+            (TimeRule::Bdf2, TransferKind::Exact),
+            (TimeRule::Sdirk2, TransferKind::Rule),
+            (TimeRule::Sdirk3, TransferKind::Rule),
+        ] {
+            mean_over_elements(SegmentLayout { rule, ..layout }, kind, first, &response);
         }
-        let patch = accumulator.finish().unwrap();
-        assert_eq!(patch.segments, 5);
-        let request = SpectraRequest { fields: &fields, kind, maps: false };
-        let (spectra, _) = field_spectra(&patch, &response, &request).unwrap();
-        for (field, points) in spectra.iter().zip([0..14, 14..28]) {
-            let largest = field.material_varying.power.iter().fold(0.0_f64, |a, &b| a.max(b));
-            for bin in 0..layout.bins() - 1 {
-                let sum: f64 = points.clone().map(|point| element_spectrum(&patch, point).power[bin]).sum();
-                let error = (sum / 14.0 - field.material_varying.power[bin]).abs() / largest;
-                assert!(error < 1e-10, "{:?}, q = {substeps}, bin {bin}: {error:e}", field.field);
-            }
+    }
+}
+
+fn mean_over_elements(layout: SegmentLayout, kind: TransferKind, first: i64, response: &TyreResponse<'_>) {
+    let fields = [VibrationField::Tread, VibrationField::Tangential];
+    let tables = fields.map(|field| VelocityTable::new(&layout, response, kind, field).unwrap()).into();
+    let mut accumulator = VibrationAccumulator::new(layout);
+    let elements: Vec<usize> = (0..layout.elements).collect();
+    accumulator.set_elements(ElementVelocities::new(&layout, first, tables, elements));
+    for row in noise(&layout, 6 * layout.hop() + 3, 30.0, 17).chunks_exact(layout.width()) {
+        accumulator.push(row, 0.0);
+    }
+    let patch = accumulator.finish().unwrap();
+    assert_eq!(patch.segments, 5);
+    let request = SpectraRequest { fields: &fields, kind, maps: false };
+    let (spectra, _) = field_spectra(&patch, response, &request).unwrap();
+    for (field, points) in spectra.iter().zip([0..14, 14..28]) {
+        let largest = field.material_varying.power.iter().fold(0.0_f64, |a, &b| a.max(b));
+        for bin in 0..layout.bins() - 1 {
+            let sum: f64 = points.clone().map(|point| element_spectrum(&patch, point).power[bin]).sum();
+            let error = (sum / 14.0 - field.material_varying.power[bin]).abs() / largest;
+            assert!(error < 1e-10, "{:?}, q = {}, bin {bin}: {error:e}", field.field, layout.substeps);
         }
     }
 }
@@ -266,7 +295,12 @@ fn a_record_mirrored_in_space_and_time_has_the_same_waves() {
 
 #[test]
 fn stopped_anywhere_it_goes_on_with_the_same_bits_on_any_number_of_threads() {
-    let layout = layout(ELEMENTS, 2, 1, 0);
+    for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
+        stopped_anywhere(SegmentLayout { rule, ..layout(ELEMENTS, 2, 1, 0) });
+    }
+}
+
+fn stopped_anywhere(layout: SegmentLayout) {
     let forces = noise(&layout, 5 * layout.hop() + 7, 20.0, 2);
     let table = VelocityTable::new(&layout, &response(), TransferKind::Exact, VibrationField::Belt).unwrap();
     let new = || {
@@ -277,7 +311,7 @@ fn stopped_anywhere_it_goes_on_with_the_same_bits_on_any_number_of_threads() {
         accumulator
     };
     let push = |accumulator: &mut VibrationAccumulator, forces: &[f64]| {
-        forces.chunks_exact(COLUMNS).for_each(|row| {
+        forces.chunks_exact(layout.width()).for_each(|row| {
             accumulator.push(row, row[0]);
         });
     };
@@ -292,7 +326,7 @@ fn stopped_anywhere_it_goes_on_with_the_same_bits_on_any_number_of_threads() {
         bits(&whole.finish().unwrap())
     });
     for stop in [0, 1, layout.hop(), layout.length(), layout.length() + 3, 4 * layout.hop() + 1] {
-        let stop = stop * COLUMNS;
+        let stop = stop * layout.width();
         let stopped = pool(2).install(|| {
             let mut first = new();
             push(&mut first, &forces[..stop]);

@@ -6,7 +6,8 @@ use crate::numeric::Ring;
 use crate::scene::RungeKutta;
 use crate::tyre::tangential::{TangentialModel, tangential_model};
 
-/// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the mean power put in over it, by the run's own recursion.
+/// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the
+/// mean power put in over it, by the run's own recursion.
 fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f64>>, f64) {
     let SegmentLayout { elements, rule, .. } = *layout;
     let length = layout.length();
@@ -122,7 +123,8 @@ fn transformed(series: &[Complex64]) -> Vec<Complex64> {
     (0..length).map(at).collect()
 }
 
-/// Velocities of all elements over a period, by the rule's difference quotient or as the rate between the samples: transforms by element, |w'| signed.
+/// Velocities of all elements over a period, by the rule's difference quotient or as the rate between the samples:
+/// transforms by element, |w'| signed.
 fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: TransferKind) -> Vec<Vec<Complex64>> {
     (0..layout.elements)
         .map(|element| {
@@ -139,7 +141,8 @@ fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: 
         .collect()
 }
 
-/// Spectra everywhere, at points and at elements of the forces of a segment, compared with those of the displacements that the windowed forces give; the power dissipated.
+/// Spectra everywhere, at points and at elements of the forces of a segment, compared with those of the displacements
+/// that the windowed forces give; the power dissipated.
 fn compare(
     layout: &SegmentLayout,
     plain: &[f64],

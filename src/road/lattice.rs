@@ -50,7 +50,7 @@ impl Lattice {
                 let columns = grid::columns(spec)?;
                 let rows = (dx / spec.dx).round();
                 let fits =
-                    same(rows * spec.dx, dx) && rows % 2.0 == 1.0 && same(spec.dy * columns as f64, contact_width);
+                    same(rows * spec.dx, dx) && rows as i64 % 2 == 1 && same(spec.dy * columns as f64, contact_width);
                 if fits { (columns, rows as usize) } else { (Self::usual_across(contact_width), Self::usual_along(dx)) }
             }
             _ => (Self::usual_across(contact_width), Self::usual_along(dx)),

@@ -146,7 +146,7 @@ impl CliError {
                 RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
                 RunError::Checkpoint(_) => USAGE,
                 RunError::Interrupted { .. } => INTERRUPTED,
-                RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
+                RunError::HalfSpace(_) | RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
             },
             Self::Cache(_) | Self::Plot(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
         }

@@ -4,6 +4,7 @@
 //! turns its error into a message on standard error and an exit code.
 
 pub mod cache;
+mod calibrate;
 pub mod compliance;
 pub mod effects;
 pub mod error;

@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{CliError, Context, print, side_folder};
+use super::{CliError, Context, calibrate, print, side_folder};
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::plan::Decisions;
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
@@ -22,9 +22,14 @@ const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the pressure under them on an elastic half-space, and the \
 displacement S(y) and stiffness s(y) by both laws. Printed: the spread of S over the road, and the share of the area in contact.
 
+With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the local contact \
+law's one parameter, the tread's yielding to the texture under a mean pressure, is fitted: by the approach of road and \
+tread, and by the pressures of elements. The line to put into a scene is printed last.
+
 Examples:
   tyrewave slices scenes/default.toml
-  tyrewave slices scenes/default.toml --at 3.2 --slices 5000";
+  tyrewave slices scenes/default.toml --at 3.2 --slices 5000
+  tyrewave slices scenes/default.toml --calibrate --patches 12";
 
 /// Indentation levels that are drawn, as shares of the slice's depth.
 const LEVELS: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
@@ -43,9 +48,20 @@ pub struct SlicesArguments {
     /// Number of slices that the statistics cover, from the drawn one on.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub slices: u32,
+    /// Fit the compliance of the local contact law to patches of the road pressed into a half-space.
+    #[arg(long)]
+    pub calibrate: bool,
+    /// Most patches that are pressed; a road that ends may hold fewer.
+    #[arg(long, value_name = "N", default_value_t = 8, requires = "calibrate", value_parser = patch_count())]
+    pub patches: u32,
     /// Folder for the pictures and slices.json; default: results/NAME-slices, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+}
+
+/// As many patches as anybody wants to wait for.
+fn patch_count() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=1000)
 }
 
 /// The spread of S over the road at one penetration, by both laws.
@@ -96,24 +112,30 @@ impl SlicesArguments {
         meter.count(Counter::Slices, 2 * curves[0].len() as u64);
         let depths = depths(&sample);
         let spread = spread(&curves, &depths);
+        let calibration = if self.calibrate { calibrate::calibration(&loaded, self.patches as usize)? } else { None };
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "slices"));
         let folder = ResultsFolder::create(&target)?;
         let title = loaded.title();
         draw(&folder, &title, &sample, [&curves[0][0], &curves[1][0]])?;
-        let answer = json!({
+        let mut answer = json!({
             "road_coordinate": sample.first as f64 * sample.lattice.dx,
             "lattice": sample.lattice,
             "slices": curves[0].len(),
             "slice_error": errors,
             "spread": spread,
         });
+        if self.calibrate {
+            answer["calibration"] = json!(calibration);
+        }
         folder.write_text("slices.json", &format!("{answer:#}\n"))?;
         let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&title, loaded.settings()?, cost))?;
         if context.options.quiet {
             return Ok(());
         }
-        print(&format!("{}results in {}\n", table(&spread, curves[0].len(), errors), place.display()))
+        let calibrated = if self.calibrate { calibrate::text(calibration.as_ref()) } else { String::new() };
+        let spread = table(&spread, curves[0].len(), errors);
+        print(&format!("{spread}{calibrated}results in {}\n", place.display()))
     }
 
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {

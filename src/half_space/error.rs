@@ -37,6 +37,14 @@ pub enum HalfSpaceError {
         /// What was found.
         value: f64,
     },
+    /// A periodic grid with an odd number of rows or columns.
+    #[error("a periodic height map needs even numbers of rows and columns; it has {rows} x {columns}")]
+    Odd {
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+    },
     /// The iteration did not reach its tolerance.
     #[error(
         "no convergence in {iterations} iterations: the contact conditions are violated by {residual:.1e} of the penetration"

@@ -43,6 +43,15 @@ pub(super) struct Progress {
     pub residual: f64,
 }
 
+/// What lies beyond the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Boundary {
+    /// The bare half-space.
+    Free,
+    /// The same again and again; the mean pressure displaces nothing. Both numbers of cells are even, at least 2.
+    Periodic,
+}
+
 /// Work arrays and operators of one grid.
 pub(super) struct Solver<'a> {
     extent: Extent,
@@ -95,16 +104,28 @@ fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
     })
 }
 
+/// G of the periodic half-space: each wave of the grid by its own 2/|k|, the mean by 0.
+fn periodic_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f64> {
+    let (step_x, step_y) = (2.0 * PI / (extent.nx as f64 * dx), 2.0 * PI / (extent.ny as f64 * dy));
+    Convolution::from_spectrum(extent, extent, |i, j| {
+        if i == 0 && j == 0 { 0.0 } else { 2.0 / (i as f64 * step_x).hypot(j as f64 * step_y) }
+    })
+}
+
 impl<'a> Solver<'a> {
-    pub fn new(extent: Extent, dx: f64, dy: f64, heights: &'a [f64]) -> Self {
+    pub fn new(extent: Extent, dx: f64, dy: f64, heights: &'a [f64], boundary: Boundary) -> Self {
         let cells = extent.cells();
+        let influence = match boundary {
+            Boundary::Free => {
+                Convolution::from_kernel(extent, |i, j| love::displacement(i as f64 * dx, j as f64 * dy, dx, dy))
+            }
+            Boundary::Periodic => periodic_influence(extent, dx, dy),
+        };
         Self {
             extent,
             heights,
             peak: heights.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            influence: Convolution::from_kernel(extent, |i, j| {
-                love::displacement(i as f64 * dx, j as f64 * dy, dx, dy)
-            }),
+            influence,
             inverse: inverse_influence(extent, dx, dy),
             displacement: vec![0.0; cells],
             residual: vec![0.0; cells],

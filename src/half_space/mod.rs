@@ -9,6 +9,7 @@ mod gradients;
 pub mod growing;
 pub mod line;
 pub mod love;
+pub mod periodic;
 #[cfg(test)]
 pub(crate) mod reference;
 pub mod rough;
@@ -16,3 +17,4 @@ pub mod rough;
 pub use error::HalfSpaceError;
 pub use growing::GrowingContact;
 pub use line::LineInfluence;
+pub use periodic::PeriodicContact;

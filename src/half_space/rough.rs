@@ -12,7 +12,7 @@
 
 use super::HalfSpaceError;
 use super::convolution::Extent;
-use super::gradients::{Constraint, Progress, Solver};
+use super::gradients::{Boundary, Constraint, Progress, Solver};
 
 /// Grids with fewer rows or columns are not coarsened further.
 const COARSEST: usize = 48;
@@ -85,7 +85,15 @@ pub struct Indentation {
 /// tolerance, load or penetration that is not a positive number; [`HalfSpaceError::Hole`] for a height that is not finite;
 /// [`HalfSpaceError::NotConverged`] after too many iterations.
 pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -> Result<Indentation, HalfSpaceError> {
-    check(map, modulus, control, limits)?;
+    check(
+        map,
+        modulus,
+        limits,
+        match control {
+            Control::Load(load) => ("load", load),
+            Control::Penetration(penetration) => ("penetration", penetration),
+        },
+    )?;
     let peak = map.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let area = map.dx * map.dy;
     let constraint = match control {
@@ -116,15 +124,17 @@ struct Level {
     residual: f64,
 }
 
-fn check(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -> Result<(), HalfSpaceError> {
+/// Refuses a map, a modulus, a tolerance, and whatever presses, that make no sense.
+pub(super) fn check(
+    map: &HeightMap,
+    modulus: f64,
+    limits: Limits,
+    pressed: (&'static str, f64),
+) -> Result<(), HalfSpaceError> {
     let Extent { nx, ny } = map.extent;
     if map.heights.len() != nx * ny || map.heights.is_empty() {
         return Err(HalfSpaceError::Shape { rows: nx, columns: ny, found: map.heights.len() });
     }
-    let pressed = match control {
-        Control::Load(load) => ("load", load),
-        Control::Penetration(penetration) => ("penetration", penetration),
-    };
     let positive = [
         ("cell size dx", map.dx),
         ("cell size dy", map.dy),
@@ -179,7 +189,7 @@ fn solve_level(map: &HeightMap, constraint: Constraint, limits: Limits, finest: 
         };
         let heights = window.cut(&map.heights, ny);
         let mut inside = window.cut(&level.pressure, ny);
-        let mut solver = Solver::new(window.extent(), map.dx, map.dy, &heights);
+        let mut solver = Solver::new(window.extent(), map.dx, map.dy, &heights, Boundary::Free);
         let Progress { plane, iterations, convolutions, residual } = solver.run(constraint, limits, &mut inside)?;
         window.paste(&inside, &mut level.pressure, ny);
         (level.plane, level.residual) = (plane, residual);

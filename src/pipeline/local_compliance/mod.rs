@@ -1,4 +1,13 @@
-//! How much a scene's tread yields to its road's texture: by formula.
+//! How much a scene's tread yields to its road's texture: by formula, and by pressing patches of the road.
+//!
+//! [`local_compliance`] is the formula; [`calibrate`](mod@calibrate) presses: a [`patch`] of the road by the
+//! half-space, and by the local law on a line of elements ([`line_law`]).
+
+pub mod calibrate;
+pub mod line_law;
+pub mod patch;
+
+pub use calibrate::{Calibration, calibrate};
 
 use crate::contact::local_compliance as formula;
 use crate::road::RoadSurface;
@@ -22,12 +31,12 @@ mod tests {
     use crate::road::{Lattice, Limits};
     use crate::scene::{LoadedScene, Scene};
 
-    fn scene(road: &str) -> LoadedScene {
+    pub(super) fn scene(road: &str) -> LoadedScene {
         let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/default.toml")).unwrap();
         Scene::from_str(&text.replace("kind = \"made\"\nseed = 1", road), "scene.toml").unwrap()
     }
 
-    fn surface(loaded: &LoadedScene) -> RoadSurface {
+    pub(super) fn surface(loaded: &LoadedScene) -> RoadSurface {
         let tyre = &loaded.scene.tyre;
         let lattice = Lattice::choose(&loaded.scene.road, 0.0038, tyre.contact_width, None, None).unwrap();
         RoadSurface::open(&loaded.scene.road, lattice, Limits::default()).unwrap()
@@ -47,5 +56,25 @@ mod tests {
     fn a_road_without_texture_has_none() {
         let smooth = scene("kind = \"smooth\"");
         assert_eq!(local_compliance(&smooth.scene.tyre, &surface(&smooth)), None);
+    }
+
+    #[test]
+    fn measured_roads_are_taken_at_their_own_spacing_whatever_the_elements() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads/captif_aylesbury_station_0.dat");
+        if !std::path::Path::new(file).exists() {
+            println!("skipped: {file} is absent");
+            return;
+        }
+        let of = |lateral: &str, element: f64| {
+            let loaded =
+                scene(&format!("kind = \"profile\"\nfile = \"{file}\"\nlateral = \"{lateral}\"\nat_end = \"mirror\""));
+            let lattice =
+                Lattice::choose(&loaded.scene.road, element, loaded.scene.tyre.contact_width, None, None).unwrap();
+            RoadSurface::open(&loaded.scene.road, lattice, Limits::default()).unwrap().mean_wavenumber().unwrap()
+        };
+        let extruded = of("extruded", 0.0038);
+        assert!((of("extruded", 0.0076) / extruded - 1.0).abs() < 1e-12);
+        // The isotropic surface has the profile's levels of most bands, and its waves run under all angles.
+        assert!((of("isotropic", 0.0038) / (0.5 * std::f64::consts::PI * extruded) - 1.0).abs() < 0.3);
     }
 }

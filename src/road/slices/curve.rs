@@ -99,6 +99,17 @@ impl StiffnessCurve {
         if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }
     }
 
+    /// The penetration y >= 0 at which S(y) is so much \[m\]: S^-1, and 0 for nothing or less.
+    ///
+    /// Where S is level, as it is for rounding only, the first such y.
+    pub fn penetration_at(&self, displacement: f64) -> f64 {
+        if displacement <= 0.0 {
+            return 0.0;
+        }
+        let (s0, y0, slope) = self.segment(self.displacement.partition_point(|&s| s < displacement));
+        if slope > 0.0 { y0 + (displacement - s0) / slope } else { y0 }
+    }
+
     /// A linear piece by its number, see [`Self::segment_index`].
     pub fn piece(&self, number: usize) -> Piece {
         let (start, from, slope) = self.segment(number);
@@ -137,6 +148,7 @@ mod tests {
         for y in [0.0, 1e-4, 1e-3, 2e-3, 3e-3, 0.1] {
             let direct: f64 = events.iter().map(|&(event, weight)| weight * (y - event).max(0.0)).sum();
             assert!((curve.displacement_at(y) - direct).abs() <= 1e-16, "S({y})");
+            assert!((curve.penetration_at(direct) - y).abs() <= 1e-15, "S^-1(S({y}))");
         }
         assert!((curve.stiffness_at(5e-4) - 0.5).abs() < 1e-14);
         assert!((curve.stiffness_at(1e-3) - 0.75).abs() < 1e-12, "right-hand slope at a breakpoint");

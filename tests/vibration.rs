@@ -334,7 +334,8 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64) 
     let (count, stone) = (plan.steps as usize / substeps + columns + 1, elements.div_ceil(128));
     let stones: Vec<f64> = (0..=count / stone).map(|_| random.random_range(-5e-4..0.0)).collect();
     slices.extend((0..count).map(|element| StiffnessCurve::flat(stones[element / stone])));
-    let settled = (0.5 / step) as u64;
+    // What the record begins and ends with is left out: see `rates`.
+    let (settled, end) = ((0.5 / step) as u64, plan.steps - (FALL / step) as u64);
     let layout = SegmentLayout {
         elements,
         substeps,
@@ -372,13 +373,13 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64) 
             history.push(first, row);
         }
         tracks.iter_mut().zip(&all).for_each(|(track, value)| track.push(*value));
-        if l >= settled {
+        if (settled..end).contains(&l) {
             accumulator.push(march.instant_forces(), 0.0);
         }
     }
     let patch = accumulator.finish().unwrap();
     let velocities: Vec<Vec<f64>> = tracks.iter().map(|track| rates(track, rule, step)).collect();
-    // What begins and ends with the record is left out, and as much time as the forces have.
+    // As much time as the segments of the forces have.
     let used = settled as usize..settled as usize + (patch.segments as usize + 1) * layout.hop();
     let mut largest = [0.0_f64; 2];
     let mut compare = |which: usize, name: &str, found: &PowerSpectrum, exact: &PowerSpectrum| {
@@ -432,13 +433,16 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64) 
     largest
 }
 
-/// Rates of a record that begins at rest and whose last quarter of a second is let fall to zero.
+/// Time in which a record falls to zero at its end \[s\].
+const FALL: f64 = 0.25;
+
+/// Rates of a record that begins at rest and is let fall to zero over its last [`FALL`].
 fn rates(track: &[f64], rule: TimeRule, step: f64) -> Vec<f64> {
     let mut planner = RealFftPlanner::<f64>::new();
     // As much again of nothing: beginning and end are far from each other.
-    let length = 2 * track.len();
+    let length = (2 * track.len()).next_power_of_two();
     let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-    let fall = (0.25 / step) as usize;
+    let fall = (FALL / step) as usize;
     let mut series = vec![0.0; length];
     for (l, (entry, value)) in series.iter_mut().zip(track).enumerate() {
         let left = (track.len() - l).min(fall) as f64 / fall as f64;
@@ -484,18 +488,15 @@ fn velocities_are_those_of_the_elements_with_every_rule() {
     for (rule, elements, substeps) in
         [(TimeRule::Sdirk2, 128, 4), (TimeRule::Sdirk3, 128, 4), (TimeRule::Bdf2, 256, 1), (TimeRule::Sdirk2, 256, 1)]
     {
-        let found = differences(rule, elements, substeps, 4.2);
+        let found = differences(rule, elements, substeps, 3.95);
         println!("{rule:?}, N = {elements}, q = {substeps}: {found:?} dB");
         assert!(found.iter().all(|&difference| difference < 0.1), "{rule:?}, q = {substeps}: {found:?} dB");
     }
 }
 
 #[test]
-#[ignore = "every rule at the size of the default scene: a minute"]
+#[ignore = "as many elements as the default scene has: a minute"]
 fn velocities_are_those_of_the_elements_with_512_elements() {
-    for rule in [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
-        let found = differences(rule, 512, 1, 6.0);
-        println!("{rule:?}, N = 512: {found:?} dB");
-        assert!(found.iter().all(|&difference| difference < 0.1), "{rule:?}: {found:?} dB");
-    }
+    let found = differences(TimeRule::Sdirk2, 512, 1, 6.0);
+    assert!(found.iter().all(|&difference| difference < 0.1), "{found:?} dB");
 }

@@ -94,15 +94,16 @@ impl RungeKutta {
 
     /// (1 - z A)^-1: what becomes of the stages of a' = lambda a, z = lambda dt. It is lower triangular as A is.
     pub fn resolvent(&self, z: Complex64) -> [[Complex64; 3]; 3] {
-        let a = self.matrix();
         let diagonal = (1.0 - self.gamma * z).inv();
         let mut inverse = [[Complex64::ZERO; 3]; 3];
-        for row in 0..self.nodes.len() {
-            inverse[row][row] = diagonal;
-            for column in 0..row {
-                let sum: Complex64 = (column..row).map(|k| a[row][k] * inverse[k][column]).sum();
-                inverse[row][column] = z * diagonal * sum;
+        for (row, a) in self.matrix().iter().enumerate().take(self.nodes.len()) {
+            let mut entries = [Complex64::ZERO; 3];
+            for (column, entry) in entries[..row].iter_mut().enumerate() {
+                let sum: Complex64 = a[..row].iter().zip(&inverse).map(|(a, before)| a * before[column]).sum();
+                *entry = z * diagonal * sum;
             }
+            entries[row] = diagonal;
+            inverse[row] = entries;
         }
         inverse
     }
@@ -281,11 +282,12 @@ mod tests {
     fn a_resolvent_is_the_inverse_of_its_matrix() {
         let z = Complex64::new(-0.7, 2.3);
         for rule in [SDIRK2, SDIRK3] {
-            let (a, inverse, s) = (rule.matrix(), rule.resolvent(z), rule.nodes.len());
-            for i in 0..s {
-                for j in 0..s {
-                    let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
-                    let entry: Complex64 = (0..s).map(|k| (unit(i, k) - z * a[i][k]) * inverse[k][j]).sum();
+            let (matrix, inverse, s) = (rule.matrix(), rule.resolvent(z), rule.nodes.len());
+            let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+            for (i, a) in matrix.iter().enumerate().take(s) {
+                for j in (0..3).take(s) {
+                    let rows = a.iter().zip(&inverse).enumerate();
+                    let entry: Complex64 = rows.map(|(k, (a, row))| (unit(i, k) - z * a) * row[j]).sum();
                     assert!((entry - unit(i, j)).norm() < 1e-15, "{i}, {j}: {entry}");
                 }
             }

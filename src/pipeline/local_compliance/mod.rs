@@ -10,13 +10,19 @@ pub mod patch;
 pub use calibrate::{Calibration, calibrate};
 
 use crate::contact::local_compliance as formula;
-use crate::road::RoadSurface;
-use crate::scene::Tyre;
+use crate::road::{Lattice, Limits, RoadSurface};
+use crate::scene::{Scene, Tyre};
 use crate::tyre::material;
 
 /// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one).
 pub fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
     Some(formula::local_compliance(tread_modulus(tyre)?, road.mean_wavenumber()?))
+}
+
+/// kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
+pub fn formula_for(scene: &Scene) -> Option<f64> {
+    let lattice = Lattice::choose(&scene.road, Lattice::CELL, scene.tyre.contact_width, None, None).ok()?;
+    local_compliance(&scene.tyre, &RoadSurface::open(&scene.road, lattice, Limits::default()).ok()?)
 }
 
 /// E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
@@ -28,8 +34,7 @@ pub fn tread_modulus(tyre: &Tyre) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::road::{Lattice, Limits};
-    use crate::scene::{LoadedScene, Scene};
+    use crate::scene::LoadedScene;
 
     pub(super) fn scene(road: &str) -> LoadedScene {
         let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/default.toml")).unwrap();

@@ -60,7 +60,7 @@ pub fn candidates(
         known.chain([(reference.clone(), 0.0)]).collect()
     };
     let elements = steps("elements");
-    let (poles, cells, curves) = (steps("pole tolerance"), steps("cells across"), steps("slice tolerance"));
+    let (poles, cells, curves) = (steps("pole tolerance"), steps("cells"), steps("slice tolerance"));
     let rules: Vec<(TimeRule, Vec<(f64, f64)>)> = TimeRule::ALL
         .into_iter()
         .map(|rule| {
@@ -83,6 +83,7 @@ pub fn candidates(
                         time_rule: *rule,
                         pole_tolerance: with_poles.pole_tolerance,
                         cells_across: with_cells.cells_across,
+                        cell_length: with_cells.cell_length,
                         ..reference.clone()
                     };
                     let planned = Plan::new(&base.on(scene)).amounts;

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::settings::Settings;
 use crate::pipeline::compare::least_rate;
+use crate::pipeline::local_compliance::formula_for;
 use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 
 /// What turning a knob changes.
@@ -40,16 +41,18 @@ const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 const POLES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
 /// The reference's.
 const FINEST_POLES: f64 = 1e-7;
-/// Widths of a cell across \[m\], and the reference's.
+/// Sizes of a cell across and along \[m\], and the reference's.
 const CELLS: [f64; 4] = [8e-3, 4e-3, 2e-3, 1.33e-3];
 const FINEST_CELL: f64 = 1e-3;
 /// Tolerances of the slices' curves \[m\].
-const CURVES: [f64; 4] = [1e-6, 1e-5, 3e-5, 1e-4];
+const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
 /// For the direct history: tolerances of the sums with the reference's, lateral terms, memories \[s\].
 const SUMS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 const FINEST_SUMS: f64 = 1e-8;
 const TERMS: [usize; 4] = [2, 4, 8, 16];
 const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
+/// The model's own doubt: the compliance of the local law is known within a factor of two.
+const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 /// Most elements with which laws are compared.
 const MOST_FOR_LAWS: usize = 256;
 /// Steps of the reference in a period of the highest frequency, at least.
@@ -80,6 +83,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         lateral_terms: None,
         wavenumber_aliases: None,
         cells_across: own.cells_across.map(cells),
+        cell_length: FINEST_CELL,
         slice_tolerance: 0.0,
         ..own
     }
@@ -151,7 +155,8 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
         Some(points) if varies && points > 1 => Ok(CELLS
             .map(|cell| {
                 let points = (scene.tyre.contact_width / cell).round().max(1.0) as usize;
-                (format!("{:.1} mm", 1e3 * cell), Settings { cells_across: Some(points), ..reference.clone() })
+                let settings = Settings { cells_across: Some(points), cell_length: cell, ..reference.clone() };
+                (format!("{:.1} mm", 1e3 * cell), settings)
             })
             .into()),
         None if varies => Err("the measured road has cells of its own".to_owned()),
@@ -165,7 +170,7 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     } else {
         Err(level())
     };
-    vec![Knob::error("cells across", cells), Knob::error("slice tolerance", curves)]
+    vec![Knob::error("cells", cells), Knob::error("slice tolerance", curves)]
 }
 
 /// What only the direct history has, at the scene's own elements and steps: at the reference's it would take days.
@@ -234,13 +239,26 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     } else if anchor.tread == Tread::Uncoupled {
         Err("points of an uncoupled tread have no neighbours within a step".to_owned())
     } else {
-        let with = |slice_coupling| Settings { slice_coupling, ..anchor.clone() };
+        let with = |slice_coupling| Settings { slice_coupling, local_compliance: None, ..anchor.clone() };
         Ok(others(&couplings, anchor.slice_coupling, with))
+    };
+    let compliance = if anchor.slice_coupling == SliceCoupling::Local {
+        match anchor.local_compliance.or_else(|| formula_for(scene)) {
+            Some(kappa) => Ok(DOUBTS
+                .map(|(name, factor)| {
+                    (name.to_owned(), Settings { local_compliance: Some(factor * kappa), ..anchor.clone() })
+                })
+                .into()),
+            None => Err(level()),
+        }
+    } else {
+        Err("the paper's slice couplings have none".to_owned())
     };
     vec![
         knob("tread law", Ok(treads)),
         knob("slice law", if varies { Ok(laws) } else { Err(level()) }),
         knob("slice coupling", coupled),
+        knob("local compliance", compliance),
     ]
 }
 

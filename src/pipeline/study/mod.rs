@@ -332,8 +332,11 @@ fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> 
         ("substeps", with(elements, elements * (substeps / 2).max(1)), with(elements, 2 * steps)),
     ];
     if let Some(points) = reference.cells_across.filter(|&points| points > 1) {
-        let cells = |cells_across| Settings { cells_across: Some(cells_across), ..reference.clone() };
-        all.push(("cells across", cells(points / 2), cells(2 * points)));
+        let cells = |cells_across: usize| {
+            let cell_length = reference.cell_length * points as f64 / cells_across as f64;
+            Settings { cells_across: Some(cells_across), cell_length, ..reference.clone() }
+        };
+        all.push(("cells", cells(points / 2), cells(2 * points)));
     }
     all
 }

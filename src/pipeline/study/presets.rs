@@ -30,6 +30,8 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
         lateral_terms: None,
         wavenumber_aliases: None,
         cells_across: own.cells_across.map(|_| row.cells(scene.tyre.contact_width)),
+        cell_length: row.cell,
+        slice_tolerance: row.slice_tolerance,
         ..own
     }
 }
@@ -62,7 +64,8 @@ pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
                 Settings { pole_tolerance: (10.0 * base.pole_tolerance).min(COARSEST_POLES), ..base.clone() },
             );
             if let Some(points) = base.cells_across.filter(|&points| points > 1) {
-                add("wider cells", Settings { cells_across: Some(points.div_ceil(2)), ..base.clone() });
+                let cell_length = 2.0 * base.cell_length;
+                add("larger cells", Settings { cells_across: Some(points.div_ceil(2)), cell_length, ..base.clone() });
             }
             Knob { name: format!("around {name}"), kind: Kind::Neighbour, anchor: None, steps: Ok(steps) }
         })

@@ -31,14 +31,19 @@ pub struct Settings {
     /// Cells across the contact width; `None`: the road's own, or level across.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_across: Option<usize>,
+    /// Longest cell along an element \[m\].
+    pub cell_length: f64,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
     /// Tread law.
     pub tread: Tread,
     /// Slice law.
     pub slices: Slices,
-    /// Which penetration the slices' curves are read at.
+    /// By how much a slice yields more than its element.
     pub slice_coupling: SliceCoupling,
+    /// kappa of the local law \[m/Pa\]; `None`: by formula.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub local_compliance: Option<f64>,
 }
 
 impl Settings {
@@ -59,29 +64,36 @@ impl Settings {
             wavenumber_aliases: numerics.wavenumber_aliases,
             // What a grid that fits keeps is not known here; a texture has no cells of its own.
             cells_across: contact.cells_across.or_else(|| (scene.road.varies_across() && made).then_some(across)),
+            cell_length: contact
+                .cells_along
+                .map_or(Lattice::CELL, |cells| scene.tyre.circumference / (numerics.elements * cells) as f64),
             slice_tolerance: contact.slice_tolerance,
             tread: contact.tread,
             slices: contact.slices,
             slice_coupling: contact.slice_coupling,
+            local_compliance: contact.local_compliance,
         }
     }
 
     /// The scene with these settings.
     pub fn on(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
-        let Scene { numerics, contact, .. } = &mut scene;
+        let Scene { numerics, contact, tyre, .. } = &mut scene;
         (numerics.elements, numerics.substeps, numerics.time_rule) = (self.elements, self.substeps, self.time_rule);
         (numerics.history, numerics.memory) = (self.history, self.memory);
         (numerics.pole_tolerance, numerics.influence_tolerance) = (self.pole_tolerance, self.influence_tolerance);
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (self.lateral_terms, self.wavenumber_aliases);
         (contact.cells_across, contact.slice_tolerance) = (self.cells_across, self.slice_tolerance);
+        let element = tyre.circumference / self.elements as f64;
+        contact.cells_along = Some((element / self.cell_length - 1e-9).ceil().max(1.0) as usize);
         (contact.slices, contact.slice_coupling) = (self.slices, self.slice_coupling);
+        contact.local_compliance = self.local_compliance.filter(|_| self.slice_coupling == SliceCoupling::Local);
         if contact.tread != self.tread {
             contact.tread = self.tread;
             // Laws are compared at equal static stiffness.
             (contact.bedding_stiffness, contact.equal_stiffness) = (None, self.tread == Tread::Uncoupled);
         }
-        if contact.tread == Tread::Uncoupled {
+        if contact.tread == Tread::Uncoupled && contact.slice_coupling == SliceCoupling::Implicit {
             contact.slice_coupling = SliceCoupling::Explicit;
         }
         scene
@@ -106,7 +118,8 @@ impl Settings {
             History::Direct => parts.push(format!("memory {} s", self.memory)),
         }
         if let Some(points) = self.cells_across {
-            parts.push(format!("cells {:.2} mm", 1e3 * scene.tyre.contact_width / points as f64));
+            let across = scene.tyre.contact_width / points as f64;
+            parts.push(format!("cells {:.2} by {:.2} mm", 1e3 * self.cell_length, 1e3 * across));
         }
         if self.slice_tolerance > 0.0 {
             parts.push(format!("curves {:.0e} m", self.slice_tolerance));

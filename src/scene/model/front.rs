@@ -1,8 +1,8 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
-//! Derived with `tyrewave study` on made dense asphalt, checked on other roads and speeds (tests/presets.rs); `tyrewave study SCENE --check-presets` checks them on any scene. A stated error is
-//! the largest difference of a third octave of the contact force, 100 Hz to fmax, from a finer run of the same model (1024 elements or more, at least 48 steps in a period of fmax, cells of 1 mm) with the
-//! axle at the same height: 1.2 times the worst seen in the derivation. That run is itself not converged in the time step: on a rough road the contact is of first order in it at best.
+//! A stated error is the largest difference of a third octave of the contact force, 100 Hz to fmax, from the limit for small
+//! time steps, elements and cells, with the axle at the same height. The rows were derived on made dense asphalt at 80 km/h and
+//! are checked on other roads and speeds (tests/presets.rs); `tyrewave study SCENE --check-presets` checks them on any scene.
 
 use serde::{Deserialize, Serialize};
 
@@ -35,8 +35,10 @@ pub struct FrontRow {
     pub steps_per_period: f64,
     /// Tolerance of the poles.
     pub pole_tolerance: f64,
-    /// Widest cell across \[m\].
+    /// Widest and longest cell of the road \[m\].
     pub cell: f64,
+    /// Tolerance of the slices' curves \[m\].
+    pub slice_tolerance: f64,
     /// Stated error \[dB\].
     pub error: f64,
     /// Work relative to the standard preset, on the default scene.
@@ -67,35 +69,38 @@ impl FrontRow {
     pub const ALL: [Self; 3] = [
         Self {
             preset: Preset::Draft,
-            per_wavelength: 4.0,
-            longest_element: 5e-3,
-            time_rule: TimeRule::Bdf2,
-            steps_per_period: 12.0,
+            per_wavelength: 2.9,
+            longest_element: 8e-3,
+            time_rule: TimeRule::Sdirk2,
+            steps_per_period: 2.9,
             pole_tolerance: 1e-3,
-            cell: 4e-3,
-            error: 6.5,
+            cell: 2.6e-3,
+            slice_tolerance: 1e-6,
+            error: 3.0,
             cost: 0.5,
         },
         Self {
             preset: Preset::Standard,
-            per_wavelength: 5.5,
+            per_wavelength: 5.8,
             longest_element: 4e-3,
-            time_rule: TimeRule::Bdf2,
-            steps_per_period: 20.0,
+            time_rule: TimeRule::Sdirk2,
+            steps_per_period: 5.8,
             pole_tolerance: 1e-4,
-            cell: 3e-3,
-            error: 5.0,
+            cell: 2e-3,
+            slice_tolerance: 3e-7,
+            error: 1.0,
             cost: 1.0,
         },
         Self {
             preset: Preset::Reference,
-            per_wavelength: 9.0,
-            longest_element: 2.5e-3,
-            time_rule: TimeRule::Bdf2,
-            steps_per_period: 32.0,
+            per_wavelength: 11.6,
+            longest_element: 2e-3,
+            time_rule: TimeRule::Sdirk2,
+            steps_per_period: 11.6,
             pole_tolerance: 1e-5,
-            cell: 2e-3,
-            error: 3.5,
+            cell: 1e-3,
+            slice_tolerance: 1e-7,
+            error: 0.3,
             cost: 2.5,
         },
     ];
@@ -110,9 +115,9 @@ impl FrontRow {
         Self::ALL.iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
     }
 
-    /// Cells across a contact width \[m\].
-    pub fn cells(&self, contact_width: f64) -> usize {
-        (contact_width / self.cell - 1e-9).ceil().max(2.0) as usize
+    /// Cells on a length \[m\].
+    pub fn cells(&self, length: f64) -> usize {
+        (length / self.cell - 1e-9).ceil().max(1.0) as usize
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.

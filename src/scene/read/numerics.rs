@@ -3,7 +3,8 @@
 use super::super::kind::{Bounds, Count, Decibels, Flag, Kind, OneOf, short};
 use super::super::table::{Nested, Table, Value};
 use super::super::{
-    Choice, FrontRow, History, Need, Numerics, Outputs, Preset, Problem, Resolution, Scene, Switch, TimeRule,
+    Choice, Contact, FrontRow, History, Need, Numerics, Outputs, Preset, Problem, Resolution, Road, Scene, Switch,
+    TimeRule,
 };
 use super::vibration::VIBRATION;
 
@@ -68,6 +69,13 @@ impl Given {
         };
         let mut choices = row.map_or(Vec::new(), |row| self.take_row(row, preset.is_some(), scene));
         choices.extend(self.resolution(Need { highest, row }, scene, table)?);
+        if let Some(row) = row.filter(|_| scene.contact.cells_along.is_none() && !matches!(scene.road, Road::Smooth)) {
+            let cells = row.cells(scene.tyre.circumference / scene.numerics.elements as f64);
+            scene.contact.cells_along = Some(cells);
+            let reason =
+                format!("preset \"{}\": cells of at most {} mm along", row.preset.name(), short(1e3 * row.cell));
+            choices.push(Choice { key: "contact.cells_along", value: cells.to_string(), reason });
+        }
         // A wish beside keys that are all given has chosen nothing.
         if row.is_some() && choices.len() == 1 {
             choices.clear();
@@ -108,8 +116,14 @@ impl Given {
             numerics.pole_tolerance = row.pole_tolerance;
             choose("numerics.pole_tolerance", format!("{:.0e}", row.pole_tolerance), why.clone());
         }
+        if contact.slice_tolerance.to_bits() == Contact::SLICE_TOLERANCE.to_bits()
+            && scene.effects.texture != Switch::Off
+        {
+            contact.slice_tolerance = row.slice_tolerance;
+            choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
+        }
         if contact.cells_across.is_none() && scene.effects.texture != Switch::Off && scene.road.varies_across() {
-            let points = row.cells(tyre.contact_width);
+            let points = row.cells(tyre.contact_width).max(2);
             contact.cells_across = Some(points);
             let reason = format!("{why}: cells of at most {} mm across", short(1e3 * row.cell));
             choose("contact.cells_across", points.to_string(), reason);

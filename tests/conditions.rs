@@ -27,7 +27,29 @@ struct Case {
     indentation: f64,
     ramp: f64,
     winkler: bool,
-    implicit: bool,
+    law: SliceLaw,
+}
+
+/// By how much a slice yields more than its element.
+#[derive(Clone, Copy, Debug)]
+enum SliceLaw {
+    Explicit,
+    Implicit,
+    /// kappa \[m/Pa\].
+    Local(f64),
+}
+
+use SliceLaw::{Explicit, Implicit, Local};
+
+impl SliceLaw {
+    /// A slice's compliance in series with the tread \[m/N\]; equation 4 has none.
+    fn compliance(self, own: f64, element: f64) -> Option<f64> {
+        match self {
+            Explicit => None,
+            Implicit => Some(own),
+            Local(kappa) => Some(kappa / (element * CONTACT_WIDTH)),
+        }
+    }
 }
 
 /// w_p(j) for lags 0..lags and j = 0..N, BDF2: row p, column j.
@@ -113,13 +135,14 @@ fn residuals(results: &Results, case: &Case, tyre: &Tyre, heights: &dyn Fn(i64) 
             let penetration = indentation - (radius - (radius * radius - x * x).sqrt()) + peak - old;
             let displacement = at(step);
             let force = patch[step * columns + column];
-            // What the other points displace in the same step is no penetration of the slice.
-            let others = if case.implicit { displacement - weights[0] * force } else { 0.0 };
-            let felt = penetration - others;
+            // A slice that yields by c feels y - G0 F + c F; the rest of y moves stones and rubber alike.
+            let compliance = case.law.compliance(weights[0], element);
+            let rest = compliance.map_or(0.0, |compliance| displacement - compliance * force);
+            let felt = penetration - rest;
             let required = if felt <= 0.0 || !case.winkler {
                 penetration
             } else {
-                others + slice.iter().map(|z| (felt - (peak - z)).max(0.0)).sum::<f64>() / slice.len() as f64
+                rest + slice.iter().map(|z| (felt - (peak - z)).max(0.0)).sum::<f64>() / slice.len() as f64
             };
             worst[0] = worst[0].max(-force);
             worst[1] = worst[1].max(required - displacement);
@@ -146,14 +169,18 @@ fn text(case: &Case, road: &str) -> String {
         case.start, case.indentation, case.ramp
     );
     let slices = if case.winkler { "winkler" } else { "none" };
-    let coupling = if case.implicit { "implicit" } else { "explicit" };
+    let coupling = match case.law {
+        Explicit => "slice_coupling = \"explicit\"".to_owned(),
+        Implicit => "slice_coupling = \"implicit\"".to_owned(),
+        Local(kappa) => format!("slice_coupling = \"local\"\nlocal_compliance = {kappa:e}"),
+    };
     let numerics = format!("substeps = {}\nmemory = 0.5", case.substeps);
     scene_text(
         case.elements,
         road,
         &rolling,
         &numerics,
-        &format!("[contact]\nslices = \"{slices}\"\nslice_coupling = \"{coupling}\""),
+        &format!("[contact]\nslices = \"{slices}\"\nslice_tolerance = 0.0\n{coupling}"),
     )
 }
 
@@ -165,29 +192,34 @@ fn conditions_hold_on_a_rough_grid() {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let heights: Vec<f64> = (0..rows * columns).map(|_| random.random_range(-1.2e-3..1.2e-3)).collect();
     write_grid(&path, columns, &heights);
-    for (elements, substeps, winkler, implicit) in [
-        (64, 1, true, false),
-        (64, 3, true, false),
-        (64, 1, false, false),
-        (96, 1, true, false),
-        (64, 1, true, true),
-        (64, 3, true, true),
-        (64, 1, false, true),
+    // G0_ii is 6e-7 m/N with N = 64 and q = 1: compliances on both sides of it.
+    for (elements, substeps, winkler, law) in [
+        (64, 1, true, Explicit),
+        (64, 3, true, Explicit),
+        (64, 1, false, Explicit),
+        (96, 1, true, Explicit),
+        (64, 1, true, Implicit),
+        (64, 3, true, Implicit),
+        (64, 1, false, Implicit),
+        (64, 1, true, Local(5.5e-10)),
+        (64, 3, true, Local(5.5e-10)),
+        (96, 2, true, Local(2e-8)),
+        (64, 1, false, Local(5.5e-10)),
     ] {
-        let case = Case { elements, substeps, start: 0.7, indentation: 0.012, ramp: 0.04, winkler, implicit };
+        let case = Case { elements, substeps, start: 0.7, indentation: 0.012, ramp: 0.04, winkler, law };
         let text = text(&case, &grid_road(&path, elements, columns));
         let results = run(&text);
         results.assert_sound("grid");
         let slice = |e: i64| heights[e as usize * columns..(e as usize + 1) * columns].to_vec();
-        let name = format!("grid, N = {elements}, q = {substeps}, winkler {winkler}, implicit {implicit}");
+        let name = format!("grid, N = {elements}, q = {substeps}, winkler {winkler}, {law:?}");
         assert_met(&name, residuals(&results, &case, &scene(&text).scene.tyre, &slice));
     }
 }
 
 #[test]
 fn conditions_hold_on_a_made_road() {
-    for (winkler, implicit) in [(true, false), (false, false), (true, true)] {
-        let case = Case { elements: 64, substeps: 2, start: 0.0, indentation: 0.012, ramp: 0.04, winkler, implicit };
+    for (winkler, law) in [(true, Explicit), (false, Explicit), (true, Implicit), (true, Local(5.5e-10))] {
+        let case = Case { elements: 64, substeps: 2, start: 0.0, indentation: 0.012, ramp: 0.04, winkler, law };
         let text = text(&case, "kind = \"made\"\nseed = 4");
         let results = run(&text);
         results.assert_sound("made road");
@@ -204,7 +236,7 @@ fn conditions_hold_on_a_made_road() {
             heights[row * lattice.cells()..(row + 1) * lattice.cells()].to_vec()
         };
         assert_met(
-            &format!("made road, winkler {winkler}, implicit {implicit}"),
+            &format!("made road, winkler {winkler}, {law:?}"),
             residuals(&results, &case, &loaded.scene.tyre, &slice),
         );
     }
@@ -214,7 +246,7 @@ fn conditions_hold_on_a_made_road() {
 fn a_wrong_force_would_be_noticed() {
     // The check itself: a slightly wrong indentation breaks the conditions by a wide margin.
     let case =
-        Case { elements: 64, substeps: 1, start: 0.0, indentation: 0.012, ramp: 0.04, winkler: false, implicit: false };
+        Case { elements: 64, substeps: 1, start: 0.0, indentation: 0.012, ramp: 0.04, winkler: false, law: Explicit };
     let text = text(&case, "kind = \"smooth\"");
     let results = run(&text);
     let tyre = scene(&text).scene.tyre;

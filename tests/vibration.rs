@@ -146,7 +146,13 @@ fn largest_difference(segment: f64) -> f64 {
             }
         }
     }
-    let spectrum = PowerSpectrum { mean: 0.0, resolution: 1.0 / (length as f64 * step), power, nyquist: 0.5 / step };
+    let spectrum = PowerSpectrum {
+        mean: 0.0,
+        resolution: 1.0 / (length as f64 * step),
+        power,
+        nyquist: 0.5 / step,
+        valid_to: f64::INFINITY,
+    };
     let sums: BTreeMap<ThirdOctaveBand, f64> =
         spectrum.third_octaves(20.0, 1.0).into_iter().map(|level| (level.band, level.mean_square)).collect();
     let found = levels(&results);
@@ -478,7 +484,13 @@ fn welch(series: &[f64], length: usize, step: f64) -> PowerSpectrum {
             *sum += sides * bin.norm_sqr() * 2.0 / (length * length * segments) as f64;
         }
     }
-    PowerSpectrum { mean: 0.0, resolution: 1.0 / (length as f64 * step), power, nyquist: 0.5 / step }
+    PowerSpectrum {
+        mean: 0.0,
+        resolution: 1.0 / (length as f64 * step),
+        power,
+        nyquist: 0.5 / step,
+        valid_to: f64::INFINITY,
+    }
 }
 
 #[test]

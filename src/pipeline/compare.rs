@@ -208,7 +208,7 @@ mod tests {
     fn means_do_not_count_as_variation_and_silence_is_no_level() {
         assert!((relative_difference(&[2.0, 4.0, 6.0], &[1.0, 2.0, 3.0]) - 1.0).abs() < 1e-15);
         assert!(relative_difference(&[6.0, 7.0, 8.0], &[1.0, 2.0, 3.0]) < 1e-15);
-        let level = |level| BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level };
+        let level = |level| BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level, valid: true };
         assert!(changes(&[level(f64::NEG_INFINITY)], &[level(3.0)]).all(|(_, change)| change.is_nan()));
         assert!(changes(&[], &[level(3.0)]).all(|(_, change)| change.is_nan()));
     }

@@ -41,6 +41,8 @@ pub struct Prepared {
     pub scale: f64,
     /// kappa of the local law \[m/Pa\], where slices yield by it.
     pub local_compliance: Option<f64>,
+    /// Highest frequency that levels are vouched for \[Hz\]: the plan's, or the road's where that ends before.
+    pub valid_to: f64,
     /// The tyre's poles, where the past is carried by them and something else wants them.
     pub model: Option<RationalModel>,
     /// What the user should know.
@@ -83,7 +85,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         (None, Some((from, _))) => from + (chord / plan.element).ceil() * plan.element,
     };
     surface.check_covers(start - chord, start + travel + chord).map_err(|error| in_scene(loaded, error))?;
-    if let Some(highest) = surface.report().highest_frequency(plan.speed) {
+    let excited = surface.report().highest_frequency(plan.speed);
+    let valid_to = excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited));
+    if let Some(highest) = excited {
         let nyquist = 0.5 / plan.time_step;
         let wanted = numerics.fmax.unwrap_or(0.0);
         if highest < wanted.max(0.5 * nyquist.min(0.5 * plan.speed / plan.element)) {
@@ -141,6 +145,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         at_rest,
         scale: bedding.scale,
         local_compliance: kappa,
+        valid_to,
         model: model.filter(|_| plan.decisions.vibration.is_some()),
         warnings,
     })

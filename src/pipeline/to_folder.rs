@@ -314,6 +314,7 @@ impl Context<'_> {
         if (outputs.spectra || outputs.plots)
             && let Some(spectrum) = self.record.spectrum()
         {
+            let spectrum = spectrum.valid_to(self.prepared.valid_to);
             let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
             if outputs.spectra {
                 folder.write_text(SPECTRA_FILE, &force_levels_csv(&levels, Path::new(SPECTRA_FILE))?)?;

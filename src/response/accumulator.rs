@@ -143,6 +143,7 @@ impl SpectrumAccumulator {
             resolution: 1.0 / (length * self.time_step),
             power: power.collect(),
             nyquist: 0.5 / self.time_step,
+            valid_to: f64::INFINITY,
         })
     }
 

@@ -10,7 +10,8 @@ use crate::response::{BandLevel, ThirdOctaveBand};
 /// Name of the file in a results folder.
 pub const SPECTRA_FILE: &str = "spectra.csv";
 
-/// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB re 1 N\]. Numbers are written so
+/// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB re 1 N\], 1 where
+/// the run vouches for the level and 0 beyond. Numbers are written so
 /// that reading gives the same bits; the level of silence is `-inf`.
 ///
 /// # Errors
@@ -26,9 +27,10 @@ pub fn force_levels_csv(levels: &[BandLevel], path: &Path) -> Result<String, Res
             "upper_edge_hz",
             "mean_square_n2",
             "level_db_re_1n",
+            "valid",
         ])
         .map_err(failed)?;
-    for BandLevel { band, mean_square, level } in levels {
+    for BandLevel { band, mean_square, level, valid } in levels {
         let numbers = [
             band.nominal_frequency(),
             band.mid_frequency(),
@@ -36,6 +38,7 @@ pub fn force_levels_csv(levels: &[BandLevel], path: &Path) -> Result<String, Res
             band.upper_edge(),
             *mean_square,
             *level,
+            f64::from(u8::from(*valid)),
         ];
         writer.write_record(numbers.map(|number| number.to_string())).map_err(failed)?;
     }
@@ -52,6 +55,7 @@ pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
     let mid_frequency = column("mid_frequency_hz", &mut reader)?;
     let mean_square = column("mean_square_n2", &mut reader)?;
     let level = column("level_db_re_1n", &mut reader)?;
+    let valid = column("valid", &mut reader)?;
     let rows = reader.records().map(|row| {
         let row = row.ok()?;
         let number = |column: usize| row.get(column)?.parse::<f64>().ok();
@@ -59,6 +63,7 @@ pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
             band: ThirdOctaveBand::containing(number(mid_frequency)?)?,
             mean_square: number(mean_square)?,
             level: number(level)?,
+            valid: number(valid)? > 0.0,
         })
     });
     rows.collect()
@@ -74,6 +79,7 @@ mod tests {
             band: ThirdOctaveBand(n),
             mean_square,
             level: 10.0 * mean_square.log10(),
+            valid: n < -14,
         };
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
         let text = force_levels_csv(&levels, Path::new("spectra.csv")).unwrap();
@@ -89,6 +95,7 @@ mod tests {
                 level.band.upper_edge(),
                 level.mean_square,
                 level.level,
+                f64::from(u8::from(level.valid)),
             ];
             assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));
         }

@@ -76,7 +76,7 @@ fn table<R: IntoIterator<Item = String>>(
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], of all bands from `lowest` \[Hz\] on.
+/// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where the run vouches for it and 0 beyond, of all bands from `lowest` \[Hz\] on.
 ///
 /// # Errors
 /// [`ResultsError::Write`] naming `path`.
@@ -90,10 +90,12 @@ pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path)
         "mid_frequency_hz",
         "mean_square_m2_s2",
         "level_db_re_1m_s",
+        "valid",
     ];
     let rows = spectra.iter().flat_map(|named| {
-        named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level }| {
-            let numbers = [band.nominal_frequency(), band.mid_frequency(), mean_square, level];
+        named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
+            let valid = f64::from(u8::from(valid));
+            let numbers = [band.nominal_frequency(), band.mid_frequency(), mean_square, level, valid];
             named.names().into_iter().chain(numbers.map(|number| number.to_string()))
         })
     });
@@ -173,7 +175,13 @@ mod tests {
 
     #[test]
     fn tables_hold_every_spectrum_once_and_all_digits() {
-        let spectrum = PowerSpectrum { mean: 0.0, resolution: 1.0 / 3.0, power: vec![1.0 / 7.0; 601], nyquist: 200.0 };
+        let spectrum = PowerSpectrum {
+            mean: 0.0,
+            resolution: 1.0 / 3.0,
+            power: vec![1.0 / 7.0; 601],
+            nyquist: 200.0,
+            valid_to: 150.0,
+        };
         let named = |place| NamedSpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };
         let spectra = [named(Place::Everywhere), named(Place::Position(-0.1)), named(Place::Element(7))];
         let path = Path::new("x.csv");

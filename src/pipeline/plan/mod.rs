@@ -19,7 +19,7 @@ pub use forecast::Forecast;
 pub use unit::{Unit, UnitCosts};
 
 use super::past::{contact_field, fit_options};
-use crate::scene::{Axle, Choice, History, LoadedScene, Scene, SceneError};
+use crate::scene::{Axle, Choice, History, LoadedScene, Need, Resolution, Scene, SceneError};
 use crate::tyre::rational::cache::{Cache, key};
 
 /// Segments of the averaged spectrum \[s\].
@@ -44,10 +44,22 @@ pub struct Plan {
     pub warm_up_steps: u64,
     /// All time steps.
     pub steps: u64,
+    /// Highest frequency that the settings are good for \[Hz\], the road's own limit apart: `fmax`, or where texture and rule end.
+    pub valid_to: f64,
     /// Lags of the history, lag 0 included.
     pub lags: usize,
     /// Work and memory.
     pub amounts: Amounts,
+}
+
+/// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and the rule's rate within its tolerance.
+fn valid_to(scene: &Scene) -> f64 {
+    let Scene { tyre, rolling, numerics, .. } = scene;
+    let (length, speed) = (tyre.circumference, rolling.speed());
+    let given = Resolution { elements: numerics.elements, substeps: numerics.substeps };
+    let steps = given.steps_per_second(length, speed);
+    let rule = numerics.time_rule.largest_angle(Need::RULE_ERROR) * steps / std::f64::consts::TAU;
+    numerics.fmax.unwrap_or_else(|| rule.min(0.5 * given.texture_limit(length, speed)))
 }
 
 impl Plan {
@@ -75,6 +87,7 @@ impl Plan {
             time_step,
             warm_up_steps: warm_up_steps as u64,
             steps: steps as u64,
+            valid_to: valid_to(scene),
             lags: lags as usize,
             amounts: Amounts::default(),
         }

@@ -17,6 +17,8 @@ pub struct BandLine {
     pub band: ThirdOctaveBand,
     /// Level at each speed \[dB re 1 N\]; `None` where the variant is not done or does not reach the band.
     pub levels: Vec<Option<f64>>,
+    /// Whether the variant vouches for it; text has the others in brackets.
+    pub valid: Vec<bool>,
     /// How they grow, from two speeds on.
     pub exponent: Option<SpeedExponent>,
 }
@@ -53,10 +55,14 @@ fn block(pairs: &[(&Variant, &Outcome)]) -> SweepBlock {
     bands.sort_unstable();
     bands.dedup();
     let lines = bands.into_iter().map(|band| {
-        let at = |levels: &[BandLevel]| levels.iter().find(|level| level.band.0 == band).map(|level| level.level);
-        let levels: Vec<Option<f64>> = spectra.iter().map(|(_, levels)| at(levels)).collect();
-        let points = spectra.iter().zip(&levels).filter_map(|((speed, _), level)| level.map(|level| (*speed, level)));
-        BandLine { band: ThirdOctaveBand(band), exponent: SpeedExponent::fit(points), levels }
+        let at = |levels: &[BandLevel]| levels.iter().find(|level| level.band.0 == band).copied();
+        let found: Vec<Option<BandLevel>> = spectra.iter().map(|(_, levels)| at(levels)).collect();
+        let points =
+            spectra.iter().zip(&found).filter_map(|((speed, _), level)| level.map(|level| (*speed, level.level)));
+        let exponent = SpeedExponent::fit(points);
+        let valid = found.iter().map(|level| level.is_some_and(|level| level.valid)).collect();
+        let levels = found.iter().map(|level| level.map(|level| level.level)).collect();
+        BandLine { band: ThirdOctaveBand(band), exponent, levels, valid }
     });
     let resistance_of = |outcome: &Outcome| match outcome {
         Outcome::Done { rolling_resistance, .. } => *rolling_resistance,
@@ -78,7 +84,12 @@ impl SweepBlock {
         header.extend(["dB/decade", "residual dB"].map(str::to_owned));
         let row = |line: &BandLine| {
             let mut row = vec![line.band.label()];
-            row.extend(line.levels.iter().map(|level| level.map_or("-".to_owned(), |level| format!("{level:.2}"))));
+            let marked = line.levels.iter().zip(&line.valid).map(|(level, &valid)| match level {
+                None => "-".to_owned(),
+                Some(level) if valid => format!("{level:.2}"),
+                Some(level) => format!("({level:.2})"),
+            });
+            row.extend(marked);
             let exponent = |of: fn(&SpeedExponent) -> f64| {
                 line.exponent.as_ref().map_or("-".to_owned(), |exponent| format!("{:.2}", of(exponent)))
             };
@@ -124,6 +135,7 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
         "mid_frequency_hz",
         "speed_kmh",
         "level_db_re_1n",
+        "valid",
         "growth_db_per_decade",
         "residual_db",
         "speeds",
@@ -132,8 +144,9 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
     for block in blocks {
         for line in &block.lines {
             let of_line = |of: fn(&SpeedExponent) -> String| line.exponent.as_ref().map_or(String::new(), of);
-            let columns = block.speeds.iter().zip(&line.levels).zip(&block.rolling_resistances);
-            for ((speed, level), resistance) in columns {
+            let levels = line.levels.iter().zip(&line.valid);
+            let columns = block.speeds.iter().zip(levels).zip(&block.rolling_resistances);
+            for ((speed, (level, valid)), resistance) in columns {
                 let Some(level) = level else { continue };
                 let row = [
                     block.group.clone(),
@@ -141,6 +154,7 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
                     line.band.mid_frequency().to_string(),
                     speed.to_string(),
                     level.to_string(),
+                    u8::from(*valid).to_string(),
                     of_line(|fit| fit.decibels_per_decade.to_string()),
                     of_line(|fit| fit.residual.to_string()),
                     of_line(|fit| fit.speeds.to_string()),
@@ -193,10 +207,15 @@ mod tests {
             let levels: Vec<Option<f64>> =
                 speeds.iter().map(|speed: &f64| Some(offset + slope * speed.log10())).collect();
             let exponent = SpeedExponent::fit(speeds.iter().copied().zip(levels.iter().map(|level| level.unwrap())));
-            BandLine { band: ThirdOctaveBand(band), levels, exponent }
+            BandLine { band: ThirdOctaveBand(band), valid: vec![true; levels.len()], levels, exponent }
         };
         let mut lines = vec![line(-3, 1.0, 30.0), line(0, 2.0, 22.25)];
-        lines.push(BandLine { band: ThirdOctaveBand(3), levels: vec![None, None, Some(3.0)], exponent: None });
+        lines.push(BandLine {
+            band: ThirdOctaveBand(3),
+            levels: vec![None, None, Some(3.0)],
+            valid: vec![true; 3],
+            exponent: None,
+        });
         let rolling_resistances =
             vec![None, Some(RollingResistance { coefficient: 0.0125, force: 37.5, power: 833.0 }), None];
         SweepBlock { group: "stone, 3000 N".into(), speeds, lines, rolling_resistances }

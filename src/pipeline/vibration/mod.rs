@@ -33,6 +33,8 @@ pub struct VibrationRecorder {
     spring: f64,
     tangential: Option<TangentialModel>,
     fields: Vec<VibrationField>,
+    /// Highest frequency that levels are vouched for \[Hz\].
+    valid_to: f64,
     warm_up: u64,
     /// Steps after the warm-up.
     steps: u64,
@@ -118,6 +120,7 @@ impl VibrationRecorder {
             spring,
             tangential,
             fields,
+            valid_to: prepared.valid_to,
             warm_up: plan.warm_up_steps,
             steps,
         };

@@ -120,6 +120,9 @@ impl VibrationRecorder {
                 all.push(NamedSpectrum { field, frame, place, spectrum });
             }
         }
+        for named in &mut all {
+            named.spectrum.valid_to = self.valid_to;
+        }
         all
     }
 

@@ -205,7 +205,13 @@ impl Sums {
 
 /// One-sided powers as a spectrum.
 fn spectrum(patch: &PatchSpectra, power: Vec<f64>) -> PowerSpectrum {
-    PowerSpectrum { mean: 0.0, resolution: patch.layout.resolution(), power, nyquist: 0.5 / patch.layout.time_step }
+    PowerSpectrum {
+        mean: 0.0,
+        resolution: patch.layout.resolution(),
+        power,
+        nyquist: 0.5 / patch.layout.time_step,
+        valid_to: f64::INFINITY,
+    }
 }
 
 /// Spectrum at a point of the non-rotating frame.

@@ -26,6 +26,9 @@ const LINES: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
+/// Of levels that a run does not vouch for.
+pub(super) const UNVOUCHED: RGBColor = RGBColor(190, 190, 190);
+
 /// Colour of the part `fraction` of a range, cut to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> RGBColor {
     let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;

@@ -21,7 +21,7 @@ pub struct ThirdOctavePlot<'a> {
 }
 
 impl ThirdOctavePlot<'_> {
-    /// The picture as SVG: one spectrum as bars, several as steps.
+    /// The picture as SVG: one spectrum as bars, several as steps; grey where the run does not vouch for the level.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
@@ -45,14 +45,19 @@ impl ThirdOctavePlot<'_> {
                         let middle = f64::from(level.band.0);
                         let (left, right) =
                             (frame.across(x.place(middle - 0.42)), frame.across(x.place(middle + 0.42)));
-                        sheet.fill(left..right, top(level)..frame.y.end, colour::line(0));
+                        let colour = if level.valid { colour::line(0) } else { colour::UNVOUCHED };
+                        sheet.fill(left..right, top(level)..frame.y.end, colour);
                     }
                 } else {
                     let steps = levels.iter().flat_map(|level| {
                         let middle = f64::from(level.band.0);
                         [-0.5, 0.5].map(|side| (frame.across(x.place(middle + side)), top(level)))
                     });
-                    sheet.line(steps.collect(), colour::line(index), 2.0);
+                    let steps: Vec<_> = steps.collect();
+                    // Two corners a band; grey from the last band that is vouched for on.
+                    let valid = 2 * levels.iter().take_while(|level| level.valid).count();
+                    sheet.line(steps[valid.saturating_sub(1)..].to_vec(), colour::UNVOUCHED, 2.0);
+                    sheet.line(steps[..valid].to_vec(), colour::line(index), 2.0);
                 }
                 if !name.is_empty() {
                     sheet.legend_entry(&frame, index, name, colour::line(index));
@@ -88,6 +93,7 @@ mod tests {
             band: ThirdOctaveBand(from + k as i32),
             mean_square: 10.0_f64.powf(level / 10.0),
             level,
+            valid: k < 20,
         };
         values.iter().enumerate().map(level).collect()
     }

@@ -33,7 +33,8 @@ pub fn text(calibration: Option<&Calibration>) -> String {
     let millimetres = |compliance: f64| format!("{:.2} mm", 1e3 * compliance * found.effective_modulus);
     let [length, width] = found.size.map(|size| 1e3 * size);
     let mut text = format!(
-        "\nCompliance of the local contact law, {} patches of {length:.0} by {width:.0} mm under E* = {:.2} MPa, {} elements each\n",
+        "\nCompliance of the local contact law: {} patches of {length:.0} by {width:.0} mm, E* = {:.2} MPa, \
+         {} elements each\n",
         found.patches,
         1e-6 * found.effective_modulus,
         found.elements
@@ -84,7 +85,8 @@ pub fn text(calibration: Option<&Calibration>) -> String {
         .collect();
     text.push_str(&aligned(&header, &rows));
     text.push_str("line pressures: correlation and rms difference, local law against three dimensions\n\n");
-    // The approach is what the law must give in the mean, and patches agree best on it; the pressures hardly tell compliances apart.
+    // The approach is what the law must give in the mean, and patches agree best on it; the pressures hardly tell
+    // compliances apart.
     text.push_str(&format!("[contact]\nlocal_compliance = {:.3e}\n\n", found.by_approach.compliance));
     text
 }

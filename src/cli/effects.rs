@@ -14,7 +14,7 @@ use crate::pipeline::worth::{self, Comparison, Effect, Found, Worth};
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series};
-use crate::results::summary::{Cost, Summary};
+use crate::results::summary::{Cost, RollingResistance, Summary};
 use crate::results::table::aligned;
 use crate::results::{PlotError, ResultsError};
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ const LONGEST: f64 = 3.0;
 
 const EXAMPLES: &str = "\
 Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but one; then tabulates what each effect changes: third-octave \
-levels of the contact force, mean force, length of the patch, time of the steps, planned memory.
+levels of the contact force, mean force, length of the patch, rolling resistance, time of the steps, planned memory.
 
 Results: effects.csv, effects.txt, and the changes of the levels as plots, effects_added.svg and effects_taken_away.svg.
 
@@ -137,6 +137,12 @@ fn text(comparison: &Comparison) -> String {
             Some(reference) => format!("{:+.1} {unit}", value * (of(found) - of(reference))),
             None => format!("{:.1} {unit}", value * of(found)),
         };
+        let resistance = |found: &Found| found.rolling_resistance.map(|resistance| resistance.force);
+        let resisted = match (resistance(found), reference.map(resistance)) {
+            (Some(now), Some(Some(before))) => format!("{:+.2} N", now - before),
+            (Some(now), _) => format!("{now:.2} N"),
+            (None, _) => "-".to_owned(),
+        };
         let worst = reference.map_or(String::new(), |reference| {
             let changes = changes(found, reference).filter(|(_, change)| change.is_finite());
             changes
@@ -147,6 +153,7 @@ fn text(comparison: &Comparison) -> String {
             name.to_owned(),
             change(1.0, |found| found.mean_force, "N"),
             change(1e3, |found| found.contact_length, "mm"),
+            resisted,
             worst,
             format!("{:.2} s", found.seconds),
             bytes(found.memory),
@@ -158,9 +165,18 @@ fn text(comparison: &Comparison) -> String {
             rows.push(row(&format!("{} {}", way.sign(), effect.title()), found, Some(reference)));
         }
     }
-    let header = ["effects", "mean force", "patch", "largest change of a band", "steps", "memory, planned"];
+    let header = [
+        "effects",
+        "mean force",
+        "patch",
+        "rolling resistance",
+        "largest change of a band",
+        "steps",
+        "memory, planned",
+    ];
     let mut text = aligned(&header, &rows);
     text.push_str("\n+ alone, compared with none; - all but this, compared with all\n");
+    text.push_str("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
             text.push_str(&format!("{}: not in this scene: {reason}\n", worth.effect.title()));
@@ -187,8 +203,9 @@ fn table(comparison: &Comparison, path: &Path) -> Result<String, ResultsError> {
     let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
     let mut writer = Writer::from_writer(Vec::new());
     let bands = comparison.base.levels.iter().map(|band| format!("level_db_re_1n_{}hz", band.band.nominal_frequency()));
-    let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes"].map(str::to_owned);
-    writer.write_record(header.into_iter().chain(bands)).map_err(failed)?;
+    let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes"].into_iter();
+    let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned);
+    writer.write_record(header.chain(bands)).map_err(failed)?;
     let mut named = vec![("none".to_owned(), &comparison.base), ("all".to_owned(), &comparison.all)];
     for way in Way::ALL {
         let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
@@ -197,7 +214,9 @@ fn table(comparison: &Comparison, path: &Path) -> Result<String, ResultsError> {
     for (name, found) in named {
         let numbers = [found.mean_force, found.contact_length, found.seconds, found.memory];
         let levels = found.levels.iter().map(|band| band.level);
-        let record = [name].into_iter().chain(numbers.into_iter().chain(levels).map(|number| number.to_string()));
+        let numbers = numbers.map(|number| number.to_string()).into_iter();
+        let resistance = RollingResistance::cells(found.rolling_resistance);
+        let record = [name].into_iter().chain(numbers).chain(resistance).chain(levels.map(|level| level.to_string()));
         writer.write_record(record).map_err(failed)?;
     }
     let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;

@@ -9,6 +9,7 @@ use super::profiling::ProfileOptions;
 use super::{CliError, Context, print};
 use crate::pipeline::plan::bytes;
 use crate::pipeline::{self, RunOptions, RunReport};
+use crate::results::summary::RollingResistance;
 use crate::scene::Scene;
 
 const EXAMPLES: &str = "\
@@ -79,10 +80,13 @@ fn report_text(report: &RunReport) -> String {
     let outcome = &report.summary.outcome;
     let mut lines = Vec::new();
     if let (Some(mean), Some(variation)) = (outcome.mean_force, outcome.rms_force_variation) {
-        lines.push(format!("mean force      {mean:.1} N, variation {variation:.3e} N rms"));
+        lines.push(format!("mean force          {mean:.1} N, variation {variation:.3e} N rms"));
     }
     if let Some(length) = outcome.mean_contact_length {
-        lines.push(format!("contact length  {:.1} mm", 1e3 * length));
+        lines.push(format!("contact length      {:.1} mm", 1e3 * length));
+    }
+    if let Some(RollingResistance { coefficient, force, power }) = outcome.rolling_resistance {
+        lines.push(format!("rolling resistance  {coefficient:.5}, {force:.2} N, {power:.1} W"));
     }
     let wall = report.wall.as_secs_f64();
     lines.push(format!(

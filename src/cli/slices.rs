@@ -22,8 +22,9 @@ const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the slice's profile with the indentation levels, the pressure under them on an elastic half-space, and the \
 displacement S(y) and stiffness s(y) by both laws. Printed: the spread of S over the road, and the share of the width in contact.
 
-With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the local contact law's one parameter, the tread's yielding to the \
-texture under a mean pressure, is fitted: by the approach of road and tread, and by the pressures of elements. The line to put into a scene is printed last.
+With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the local contact \
+law's one parameter, the tread's yielding to the texture under a mean pressure, is fitted: by the approach of road and \
+tread, and by the pressures of elements. The line to put into a scene is printed last.
 
 Examples:
   tyrewave slices scenes/default.toml
@@ -51,11 +52,16 @@ pub struct SlicesArguments {
     #[arg(long)]
     pub calibrate: bool,
     /// Most patches that are pressed; a road that ends may hold fewer.
-    #[arg(long, value_name = "N", default_value_t = 8, requires = "calibrate", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 8, requires = "calibrate", value_parser = patch_count())]
     pub patches: u32,
     /// Folder for the pictures and slices.json; default: results/NAME-slices, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+}
+
+/// As many patches as anybody wants to wait for.
+fn patch_count() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=1000)
 }
 
 /// The spread of S over the road at one penetration, by both laws.

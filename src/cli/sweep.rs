@@ -18,7 +18,8 @@ use crate::scene::Scene;
 const EXAMPLES: &str = "\
 Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. Several run at a time, on no more threads than \
 --threads allows; the tyre's influence functions are fitted once. Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
-they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line misses; growth.svg and levels.svg.
+they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
+misses, and the rolling resistance; growth.svg and levels.svg.
 
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from their checkpoint. A variant is another one when its scene, the \
 version of tyrewave or its road file has changed.

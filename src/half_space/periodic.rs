@@ -1,10 +1,12 @@
 //! Frictionless contact of a rigid rough body with an elastic half-space, both periodic along x and y.
 //!
-//! A pressure wave p_k displaces the surface by u_k = 2 p_k/(E* |k|). The mean mode is left out: a mean pressure sinks a half-space
-//! without end, and what of that belongs to a body is for others to say. So the mean displacement is 0, and the approach is the height of
-//! the highest peak over the plane that the undeformed surface reaches: it is 0 for a flat body, and that of the texture alone.
+//! A pressure wave p_k displaces the surface by u_k = 2 p_k/(E* |k|). The mean mode is left out: a mean pressure sinks
+//! a half-space without end, and what of that belongs to a body is for others to say. So the mean displacement is 0,
+//! and the approach is the height of the highest peak over the plane that the undeformed surface reaches: it is 0 for a
+//! flat body, and that of the texture alone.
 //!
-//! The solver is that of [`super::rough`] on one grid, with a given load (module `gradients`); each load starts from the one before.
+//! The solver is that of [`super::rough`] on one grid, with a given load (module `gradients`); each load starts from
+//! the one before.
 
 use super::HalfSpaceError;
 use super::gradients::{Boundary, Constraint, Solver};
@@ -54,7 +56,8 @@ impl<'a> PeriodicContact<'a> {
     /// The body under a mean pressure/E*.
     ///
     /// # Errors
-    /// [`HalfSpaceError::NotPositive`] for a pressure or tolerance, [`HalfSpaceError::NotConverged`] after too many iterations.
+    /// [`HalfSpaceError::NotPositive`] for a pressure or tolerance, [`HalfSpaceError::NotConverged`] after too many
+    /// iterations.
     pub fn press(&mut self, mean_pressure: f64, limits: Limits) -> Result<Pressed<'_>, HalfSpaceError> {
         check(self.map, 1.0, limits, ("mean pressure", mean_pressure))?;
         let cells = self.map.extent.cells() as f64;
@@ -128,7 +131,8 @@ mod tests {
         }
     }
 
-    /// Projected Gauss-Seidel on the dense matrix, the mean mode given a compliance of its own, which only shifts the plane.
+    /// Projected Gauss-Seidel on the dense matrix, the mean mode given a compliance of its own, which only shifts the
+    /// plane.
     fn oracle(map: &HeightMap, plane: f64) -> Vec<f64> {
         let Extent { nx, ny } = map.extent;
         let cells = nx * ny;

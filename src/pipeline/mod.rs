@@ -18,6 +18,7 @@ pub mod progress;
 pub mod record;
 pub mod road_ahead;
 mod road_maker;
+pub mod rolling_resistance;
 pub mod rules;
 pub mod run;
 pub mod study;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::error::RunError;
 use super::plan::{Plan, SEGMENT};
+use super::rolling_resistance::PowerRecorder;
 use super::vibration::VibrationRecorder;
 use crate::meter::{Counter, Meter, Stage};
 use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
@@ -11,7 +12,7 @@ use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyNumber, NpyWriter, Row};
-use crate::results::summary::AxleMotion;
+use crate::results::summary::{AxleMotion, RollingResistance};
 use crate::scene::{Axle, Scene};
 
 /// The arrays of a run.
@@ -86,6 +87,8 @@ pub struct Record {
     indentation: Option<RunningMoments>,
     /// Where spectra or plots want it and the run is long enough.
     spectrum: Option<SpectrumAccumulator>,
+    /// Power put into the tyre, where the tread law has one.
+    pub power: Option<PowerRecorder>,
     /// Where vibration is wanted.
     pub vibration: Option<VibrationRecorder>,
     sum_of_lengths: f64,
@@ -142,6 +145,7 @@ impl Record {
             force: RunningMoments::default(),
             indentation: moves(scene).then(RunningMoments::default),
             spectrum: spectrum.then(accumulator).flatten(),
+            power: None,
             vibration: None,
             sum_of_lengths: 0.0,
         }
@@ -229,6 +233,9 @@ impl Record {
         if let Some(spectrum) = &self.spectrum {
             spectrum.save(state);
         }
+        if let Some(power) = &self.power {
+            power.save(state);
+        }
         if let Some(vibration) = &self.vibration {
             vibration.save(state);
         }
@@ -250,6 +257,9 @@ impl Record {
         if let Some(spectrum) = &mut self.spectrum {
             spectrum.restore(state)?;
         }
+        if let Some(power) = &mut self.power {
+            power.restore(state)?;
+        }
         if let Some(vibration) = &mut self.vibration {
             vibration.restore(state)?;
         }
@@ -269,6 +279,11 @@ impl Record {
     /// Mean force \[N\] after the warm-up, if there was any step.
     pub fn mean_force(&self) -> Option<f64> {
         self.force.mean()
+    }
+
+    /// Rolling resistance after the warm-up, where the tread law has one.
+    pub fn rolling_resistance(&self) -> Option<RollingResistance> {
+        self.power.as_ref()?.resistance(self.mean_force())
     }
 
     /// Motion of an axle that moves, after the warm-up.

@@ -27,11 +27,13 @@ use super::error::RunError;
 use super::plan::Plan;
 use super::prepare::{Prepared, prepare};
 use super::record::{Record, StepRecord};
+use super::rolling_resistance::PowerRecorder;
 use super::vibration::VibrationRecorder;
 use crate::contact::history::HistoryWork;
 use crate::contact::march::{StepResult, StepTimes};
 use crate::meter::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
 use crate::response::PowerSpectrum;
+use crate::results::summary::RollingResistance;
 use crate::scene::LoadedScene;
 
 /// A run between two of its steps.
@@ -60,6 +62,8 @@ pub struct Results {
     pub rms_force_variation: Option<f64>,
     /// Mean length of the contact patch \[m\].
     pub mean_contact_length: Option<f64>,
+    /// Rolling resistance, where the tread law has one.
+    pub rolling_resistance: Option<RollingResistance>,
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
     /// What the user should know.
@@ -86,6 +90,8 @@ impl Run {
         let mut meter = Meter::new(watch);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let mut record = Record::in_memory(&loaded.scene, plan, true);
+        let columns = prepared.march.geometry().columns;
+        record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();
@@ -129,6 +135,7 @@ impl Run {
             mean_force: record.mean_force(),
             rms_force_variation: record.rms_force_variation(),
             mean_contact_length: record.mean_contact_length(),
+            rolling_resistance: record.rolling_resistance(),
             spectrum: record.spectrum(),
             warnings: prepared.warnings,
             meter,
@@ -157,6 +164,9 @@ impl Run {
             },
             meter,
         )?;
+        if let Some(power) = &mut record.power {
+            power.push(step, march);
+        }
         if let Some(vibration) = &mut record.vibration {
             vibration.push(step, march, meter);
         }

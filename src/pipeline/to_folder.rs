@@ -14,6 +14,7 @@ use super::plan::{Forecast, Plan, calibration};
 use super::prepare::{Prepared, prepare};
 use super::progress::Progress;
 use super::record::Record;
+use super::rolling_resistance::PowerRecorder;
 use super::run::Run;
 use super::vibration::VibrationRecorder;
 use crate::meter::process::{cpu_time, resident_memory};
@@ -192,6 +193,7 @@ impl PlannedRun<'_> {
         let columns = prepared.march.geometry().columns;
         let rows = checkpoint.map(|checkpoint| checkpoint.steps);
         let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
+        record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
         record.vibration = vibration;
         let mut run = Run::new(plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
@@ -246,7 +248,7 @@ impl PlannedRun<'_> {
             let open = meter.open();
             context.spectra_and_plots(folder)?;
             if let Some(recorder) = &record.vibration {
-                vibration = recorder.write(self.loaded, record.mean_force(), folder, meter)?;
+                vibration = recorder.write(self.loaded, folder, meter)?;
             }
             meter.close(open, Stage::Response);
         }
@@ -366,6 +368,7 @@ impl Context<'_> {
             indentation: Some(self.prepared.axle.indentation(steps)),
             load,
             axle: self.record.axle_motion(),
+            rolling_resistance: self.record.rolling_resistance(),
         };
         let residuals = totals.relative_residuals();
         summary.contact = ContactQuality {

@@ -2,7 +2,8 @@
 //!
 //! 1. the base without any effect that can be taken away, and the scene with all of them;
 //! 2. each effect alone added to the base, and alone taken away from all;
-//! 3. what that changes: third-octave levels, mean force, length of the patch, time of the steps, planned memory.
+//! 3. what that changes: third-octave levels, mean force, length of the patch, rolling resistance, time of the
+//!    steps, planned memory.
 //!
 //! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason.
 
@@ -12,6 +13,7 @@ use super::error::RunError;
 use super::progress::Progress;
 use super::trial::{Trial, Trials};
 use crate::response::BandLevel;
+use crate::results::summary::RollingResistance;
 use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibration};
 
 /// Lowest band that is compared \[Hz\].
@@ -152,6 +154,8 @@ pub struct Found {
     pub mean_force: f64,
     /// Length of the patch \[m\].
     pub contact_length: f64,
+    /// Rolling resistance, where the tread law has one.
+    pub rolling_resistance: Option<RollingResistance>,
     /// Time of the steps \[s\].
     pub seconds: f64,
     /// Planned memory, without the process itself \[bytes\].
@@ -234,6 +238,7 @@ fn found(trials: &mut Trials<'_>, scene: &Scene) -> Result<Found, RunError> {
         levels: results.spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)),
         mean_force: results.mean_force.unwrap_or_default(),
         contact_length: results.mean_contact_length.unwrap_or_default(),
+        rolling_resistance: results.rolling_resistance,
         seconds,
         memory: plan.amounts.memory_on(rayon::current_num_threads()),
     })

@@ -30,7 +30,7 @@ pub const SCENE_FILE: &str = "scene.toml";
 /// First bytes of a checkpoint.
 const MAGIC: &[u8; 8] = b"TWAVECHK";
 /// Version of the layout and of what is stored: raise it whenever a state means something else.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 /// Bytes before the body and after it.
 const HEADER: usize = 8 + 4 + 8;
 const TRAILER: usize = 32;

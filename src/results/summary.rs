@@ -70,6 +70,32 @@ pub struct Outcome {
     pub load: Option<LoadResult>,
     /// Motion of an axle that has a mass.
     pub axle: Option<AxleMotion>,
+    /// Rolling resistance; absent where the tread law has none.
+    pub rolling_resistance: Option<RollingResistance>,
+}
+
+/// Mean power that the contact puts into the tyre, which dissipates it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct RollingResistance {
+    /// Force over the mean contact force.
+    pub coefficient: f64,
+    /// Power over the speed \[N\].
+    pub force: f64,
+    /// Mean of forces times velocities \[W\].
+    pub power: f64,
+}
+
+impl RollingResistance {
+    /// Its columns in tables.
+    pub const COLUMNS: [&str; 3] = ["rolling_resistance", "rolling_resistance_n", "rolling_resistance_w"];
+
+    /// Its cells in tables, in the order of [`Self::COLUMNS`], written so that reading gives the same bits; empty where
+    /// there is none.
+    pub fn cells(resistance: Option<Self>) -> [String; 3] {
+        resistance.map_or_else(Default::default, |Self { coefficient, force, power }| {
+            [coefficient, force, power].map(|number| number.to_string())
+        })
+    }
 }
 
 /// Height of an axle that moves, after the warm-up.

@@ -165,8 +165,6 @@ pub struct PowerSummary {
     pub relative_difference: f64,
     /// All that is dissipated, by the tyre's own transfer instead of the rule's.
     pub dissipated_by_tyre: f64,
-    /// The power put in over speed and mean force: a rolling resistance coefficient.
-    pub rolling_resistance: Option<f64>,
 }
 
 #[cfg(test)]

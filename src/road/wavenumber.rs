@@ -1,11 +1,11 @@
 //! The mean wavenumber of a road's texture: how fine it is, whatever its height.
 //!
-//! <k> = sum ms |k| / sum ms over the surface's waves, ms being their mean squares. A profile sees the waves of an isotropic surface
-//! under all angles and so <k_x> = (2/pi) <k>; a surface that is level across has k = k_x.
+//! `<k>` = sum ms |k| / sum ms over the surface's waves, ms being their mean squares. A profile sees the waves of an
+//! isotropic surface under all angles and so `<k_x>` = (2/pi) `<k>`; a surface that is level across has k = k_x.
 //!
-//! Waves of [`LONGEST`] down to [`SHORTEST`] count: longer ones carry the whole contact patch up and down, shorter ones are not resolved
-//! by cells of the usual size. Both are lengths of their own: a property of tread and texture must not change with the run's elements.
-//! A road that has none of these waves is taken with those that it has.
+//! Waves of [`LONGEST`] down to [`SHORTEST`] count: longer ones carry the whole contact patch up and down, shorter ones
+//! are not resolved by cells of the usual size. Both are lengths of their own: a property of tread and texture must not
+//! change with the run's elements. A road that has none of these waves is taken with those that it has.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ pub const LONGEST: f64 = 0.2239;
 /// Shortest wave that counts \[m\]: the lower edge of the third octave of 4 mm, two cells of 2 mm.
 pub const SHORTEST: f64 = 0.00355;
 
-/// Mean wavenumber <k_x> along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without any height.
+/// Mean wavenumber `<k_x>` along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without any height.
 pub fn of_bands(bands: &[BandFit]) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = bands.iter().filter(|band| (from..=to).contains(&band.wavelength));
@@ -26,7 +26,7 @@ pub fn of_bands(bands: &[BandFit]) -> Option<f64> {
     waves(SHORTEST, LONGEST).or_else(|| waves(0.0, f64::INFINITY))
 }
 
-/// Mean wavenumber <k_x> along profiles \[rad/m\] from their spectrum; `None` without any height.
+/// Mean wavenumber `<k_x>` along profiles \[rad/m\] from their spectrum; `None` without any height.
 pub fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = spectrum.lines().filter(|(cycles, _)| (1.0 / to..=1.0 / from).contains(cycles));
@@ -35,7 +35,7 @@ pub fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     waves(SHORTEST, LONGEST).or_else(|| waves(f64::MIN_POSITIVE, f64::MAX))
 }
 
-/// Mean wavenumber <k> of the surface \[rad/m\] from that of its profiles along.
+/// Mean wavenumber `<k>` of the surface \[rad/m\] from that of its profiles along.
 pub fn of_surface(along: f64, level_across: bool) -> f64 {
     if level_across { along } else { 0.5 * PI * along }
 }

@@ -43,7 +43,8 @@ pub fn modulus(material: &Material, s: Complex64) -> Complex64 {
     factor * material.modulus
 }
 
-/// Effective modulus |E(2 pi i f)|/(1 - nu^2) \[Pa\] at a frequency \[Hz\]: what a half-space of the material is indented with.
+/// Effective modulus |E(2 pi i f)|/(1 - nu^2) \[Pa\] at a frequency \[Hz\]: what a half-space of the material is
+/// indented with.
 pub fn effective_modulus(material: &Material, frequency: f64) -> f64 {
     let poisson = material.poisson;
     modulus(material, Complex64::new(0.0, 2.0 * PI * frequency)).norm() / (1.0 - poisson * poisson)

@@ -1,12 +1,15 @@
 //! kappa by pressing patches of the road: what the local law must have to agree with an elastic half-space.
 //!
-//! 1. Every patch, periodic, is pressed by rigid contact in three dimensions at a tyre's mean pressures: approach and pressures.
-//! 2. By approach: with S the curve of all cells of the patch, S^-1(kappa p) - kappa p = approach, least squares over the pressures.
-//! 3. By line pressure: the patch is cut into elements of the run's length, the local law is solved on them, and its pressures are fitted
-//!    to those of the contact in three dimensions, relative to the mean, least squares over elements and pressures.
+//! 1. Every patch, periodic, is pressed by rigid contact in three dimensions at a tyre's mean pressures: approach
+//!    and pressures.
+//! 2. By approach: with S the curve of all cells of the patch, S^-1(kappa p) - kappa p = approach, least squares
+//!    over the pressures.
+//! 3. By line pressure: the patch is cut into elements of the run's length, the local law is solved on them, and its
+//!    pressures are fitted to those of the contact in three dimensions, relative to the mean, least squares over
+//!    elements and pressures.
 //!
-//! Both over all patches together and patch by patch: the spread tells how much of a road one patch is. Everything depends on pressures
-//! over E* alone, and c = kappa E* is a length.
+//! Both over all patches together and patch by patch: the spread tells how much of a road one patch is. Everything
+//! depends on pressures over E* alone, and c = kappa E* is a length.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -23,7 +26,8 @@ use crate::scene::{Road, Tyre};
 
 /// Mean pressures \[Pa\]: those of a tyre on the road, edges of the patch included.
 pub const PRESSURES: [f64; 10] = [5e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5, 4e5, 4.5e5, 5e5];
-/// How exactly the contact in three dimensions is solved, relative to the approach: far below any difference that is looked for.
+/// How exactly the contact in three dimensions is solved, relative to the approach: far below any difference that is
+/// looked for.
 const TOLERANCE: f64 = 1e-5;
 /// Values of c between which the best one is looked for \[m\]: waves of a hundredth of a millimetre to some metres.
 const SOUGHT: (f64, f64) = (1e-5, 1.0);
@@ -79,7 +83,8 @@ pub struct Level {
     pub approach_of_law: [f64; 2],
     /// Share of the patch in contact, in three dimensions.
     pub contact_fraction: f64,
-    /// Correlation of the line pressures over the elements of all patches, kappa by line pressure, and by formula; `None` where they do not vary.
+    /// Correlation of the line pressures over the elements of all patches, kappa by line pressure, and by formula;
+    /// `None` where they do not vary.
     pub correlation: [Option<f64>; 2],
     /// Root mean square of their difference, relative to the mean pressure.
     pub rms_difference: [f64; 2],
@@ -93,7 +98,8 @@ struct Pressed {
     found: Vec<(f64, f64, Vec<f64>)>,
 }
 
-/// Presses at most `most` patches of a road under the tread of a tyre with elements of length `element` \[m\]; `None` for a road without texture.
+/// Presses at most `most` patches of a road under the tread of a tyre with elements of length `element` \[m\]; `None`
+/// for a road without texture.
 ///
 /// # Errors
 /// Of the road and of the half-space's solver.
@@ -160,7 +166,8 @@ fn approach_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     misses.map(|miss| miss * miss).sum::<f64>() / pressures.len() as f64
 }
 
-/// Mean square by which the law's line pressures miss, relative to the mean pressure; infinite where the law could not be solved.
+/// Mean square by which the law's line pressures miss, relative to the mean pressure; infinite where the law could not
+/// be solved.
 fn line_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     let of_level = |(&pressure, found): (&f64, &(f64, f64, Vec<f64>))| {
         patch.line.pressures(c, pressure).map_or(f64::INFINITY, |law| mean_square_difference(&law, &found.2, pressure))
@@ -189,7 +196,8 @@ fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed
     }
 }
 
-/// Where a function of c is least, and how small: the best of values tried, then the golden section between its neighbours.
+/// Where a function of c is least, and how small: the best of values tried, then the golden section between its
+/// neighbours.
 fn least(function: impl Fn(f64) -> f64) -> (f64, f64) {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let spacing = (SOUGHT.1 / SOUGHT.0).ln() / (TRIED - 1) as f64;

@@ -1,11 +1,12 @@
 //! The local contact law on a line of elements, at rest and periodic: what it makes of a patch.
 //!
-//! Pressures are q = p/E* by element, c = kappa E* \[m\], G the periodic half-space's influence of elements as wide as the patch:
+//! Pressures are q = p/E* by element, c = kappa E* \[m\], G the periodic half-space's influence of elements as wide as
+//! the patch:
 //!
 //!     c q = S(v),   v = h + depth - G q + c q,   mean q given;
 //!
-//! h is the height of an element's highest cell. Unknown are v and the depth. Newton's method on the pieces of S: each step solves
-//! (1 - s_j) delta_ij + G_ij s_j/c for v, bordered by the mean; halved as long as the residual would grow.
+//! h is the height of an element's highest cell. Unknown are v and the depth. Newton's method on the pieces of S: each
+//! step solves (1 - s_j) delta_ij + G_ij s_j/c for v, bordered by the mean; halved as long as the residual would grow.
 
 use std::f64::consts::PI;
 
@@ -35,7 +36,8 @@ impl ElementLine {
         Self { curves, influence: influence(grid) }
     }
 
-    /// Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method not arrive.
+    /// Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method not
+    /// arrive.
     pub fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
         let mut v: Vec<f64> = self.curves.iter().map(|curve| curve.penetration_at(compliance * mean)).collect();
         let mut state = self.at(compliance, mean, &v, 0.0);
@@ -106,7 +108,8 @@ struct State {
     norm: f64,
 }
 
-/// Mean displacement of an element for a unit pressure on another, periodic, the mean left out, times E*: waves 2/k on the patch's cells.
+/// Mean displacement of an element for a unit pressure on another, periodic, the mean left out, times E*: waves 2/k on
+/// the patch's cells.
 fn influence(grid: PatchGrid) -> Vec<f64> {
     let (rows, along) = (grid.rows(), grid.along);
     let of_cells: Vec<f64> = (0..rows)
@@ -183,9 +186,9 @@ mod tests {
             };
             let loaded: Vec<usize> = (0..16).filter(|&i| q[i] > 0.0).collect();
             let depth = place(loaded[0]);
-            for i in 0..16 {
+            for (i, &pressure) in q.iter().enumerate() {
                 let gap = place(i) - depth;
-                assert!(if q[i] > 0.0 { gap.abs() < 1e-10 } else { gap > -1e-10 }, "element {i}: {gap:e}");
+                assert!(if pressure > 0.0 { gap.abs() < 1e-10 } else { gap > -1e-10 }, "element {i}: {gap:e}");
             }
         }
     }

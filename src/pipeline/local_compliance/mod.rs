@@ -1,7 +1,7 @@
 //! How much a scene's tread yields to its road's texture: by formula, and by pressing patches of the road.
 //!
-//! [`local_compliance`] is the formula; [`calibrate`](mod@calibrate) presses: a [`patch`] of the road by the half-space, and by the local law
-//! on a line of elements ([`line_law`]).
+//! [`local_compliance`] is the formula; [`calibrate`](mod@calibrate) presses: a [`patch`] of the road by the
+//! half-space, and by the local law on a line of elements ([`line_law`]).
 
 pub mod calibrate;
 pub mod line_law;

@@ -1,8 +1,8 @@
 //! Pieces of a road, made periodic, to be pressed into a half-space.
 //!
 //! 1. A piece is drawn with a border more than it needs along and across; its mean plane is taken off.
-//! 2. The border beyond the end fades into the beginning: z = sin(t) z_begin + cos(t) z_beyond, t from 0 to pi/2, keeps the mean square of
-//!    heights that know nothing of each other.
+//! 2. The border beyond the end fades into the beginning: z = sin(t) z_begin + cos(t) z_beyond, t from 0 to pi/2,
+//!    keeps the mean square of heights that know nothing of each other.
 //! 3. Along, the cells divide the run's elements, so that elements can be cut out of the piece.
 
 use std::f64::consts::FRAC_PI_2;

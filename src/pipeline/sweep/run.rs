@@ -16,7 +16,7 @@ use crate::pipeline::plan::Decisions;
 use crate::pipeline::{self, Plan, Progress, RunError, RunOptions};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
-use crate::results::summary::SUMMARY_FILE;
+use crate::results::summary::{RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::scene::History;
 
@@ -29,6 +29,8 @@ pub enum Outcome {
         found: bool,
         /// Third-octave levels of the contact force \[dB re 1 N\].
         levels: Vec<BandLevel>,
+        /// Rolling resistance, where the tread law has one.
+        rolling_resistance: Option<RollingResistance>,
     },
     /// It was stopped, or not begun, because the user wanted the end.
     Stopped,
@@ -117,7 +119,7 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
 /// The levels of a variant that an earlier sweep has finished: the same scene, version and road file.
 fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     let folder = target.join(&variant.name);
-    let summary: serde_json::Value = serde_json::from_slice(&fs::read(folder.join(SUMMARY_FILE)).ok()?).ok()?;
+    let summary = read_summary(&folder)?;
     let same = summary["complete"] == true
         && summary["scene_sha256"] == variant.loaded.hash.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION");
@@ -129,7 +131,17 @@ fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
         return None;
     }
     let levels = read_force_levels(&fs::read_to_string(folder.join(SPECTRA_FILE)).ok()?)?;
-    Some(Outcome::Done { found: true, levels })
+    Some(Outcome::Done { found: true, levels, rolling_resistance: read_resistance(&summary) })
+}
+
+/// The rolling resistance that a summary tells.
+fn read_resistance(summary: &serde_json::Value) -> Option<RollingResistance> {
+    serde_json::from_value(summary["outcome"]["rolling_resistance"].clone()).ok()
+}
+
+/// A folder's summary.
+fn read_summary(folder: &Path) -> Option<serde_json::Value> {
+    serde_json::from_slice(&fs::read(folder.join(SUMMARY_FILE)).ok()?).ok()
 }
 
 /// Goes on with a variant, or runs it from its beginning.
@@ -150,7 +162,9 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         Ok(report) => {
             let levels = fs::read_to_string(report.folder.join(SPECTRA_FILE)).ok();
             let levels = levels.and_then(|text| read_force_levels(&text)).unwrap_or_default();
-            Outcome::Done { found: false, levels }
+            // As written, so that a sweep that finds it finished says the same.
+            let rolling_resistance = read_summary(&report.folder).as_ref().and_then(read_resistance);
+            Outcome::Done { found: false, levels, rolling_resistance }
         }
         Err(RunError::Interrupted { .. }) => Outcome::Stopped,
         Err(error) => Outcome::Failed(error),

@@ -7,7 +7,8 @@ use super::variants::Variant;
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::plots::{Axis, LinePlot, PlotError, Series};
-use crate::results::table::numbers;
+use crate::results::summary::RollingResistance;
+use crate::results::table::{aligned, numbers};
 
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +30,8 @@ pub struct SweepBlock {
     pub speeds: Vec<f64>,
     /// Bands, rising.
     pub lines: Vec<BandLine>,
+    /// Rolling resistance at each speed; `None` where the variant is not done or its tread law has none.
+    pub rolling_resistances: Vec<Option<RollingResistance>>,
 }
 
 /// The blocks of a sweep, in the order of its variants.
@@ -55,7 +58,12 @@ fn block(pairs: &[(&Variant, &Outcome)]) -> SweepBlock {
         let points = spectra.iter().zip(&levels).filter_map(|((speed, _), level)| level.map(|level| (*speed, level)));
         BandLine { band: ThirdOctaveBand(band), exponent: SpeedExponent::fit(points), levels }
     });
+    let resistance_of = |outcome: &Outcome| match outcome {
+        Outcome::Done { rolling_resistance, .. } => *rolling_resistance,
+        Outcome::Stopped | Outcome::Failed(_) => None,
+    };
     SweepBlock {
+        rolling_resistances: pairs.iter().map(|(_, outcome)| resistance_of(outcome)).collect(),
         group: pairs[0].0.group.clone(),
         lines: lines.collect(),
         speeds: spectra.iter().map(|(speed, _)| *speed).collect(),
@@ -79,11 +87,31 @@ impl SweepBlock {
         };
         let rows: Vec<Vec<String>> = self.lines.iter().map(row).collect();
         let title = if self.group.is_empty() { String::new() } else { format!("{}\n", self.group) };
-        format!("{title}{}", numbers(&header, &rows))
+        format!("{title}{}{}", numbers(&header, &rows), self.resistance_text())
+    }
+
+    /// The rolling resistance below: a line per measure, a column per speed; nothing where no variant has any.
+    fn resistance_text(&self) -> String {
+        if self.rolling_resistances.iter().all(Option::is_none) {
+            return String::new();
+        }
+        let mut header = vec!["rolling resistance".to_owned()];
+        header.extend(self.speeds.iter().map(|speed| format!("{speed} km/h")));
+        let row = |name: &str, cell: &dyn Fn(&RollingResistance) -> String| {
+            let cells = self.rolling_resistances.iter().map(|found| found.as_ref().map_or("-".to_owned(), cell));
+            [name.to_owned()].into_iter().chain(cells).collect::<Vec<String>>()
+        };
+        let rows = [
+            row("coefficient", &|resistance| format!("{:.5}", resistance.coefficient)),
+            row("N", &|resistance| format!("{:.2}", resistance.force)),
+            row("W", &|resistance| format!("{:.1}", resistance.power)),
+        ];
+        format!("\n{}", aligned(&header, &rows))
     }
 }
 
-/// All blocks as CSV: one row per group, band and speed, the band's growth repeated. Numbers are written so that reading gives the same bits.
+/// All blocks as CSV: one row per group, band and speed, the band's growth and the speed's rolling resistance repeated.
+/// Numbers are written so that reading gives the same bits.
 ///
 /// # Errors
 /// [`ResultsError::Write`] naming `path`, where it is going to be.
@@ -100,11 +128,12 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
         "residual_db",
         "speeds",
     ];
-    writer.write_record(header).map_err(failed)?;
+    writer.write_record(header.into_iter().chain(RollingResistance::COLUMNS)).map_err(failed)?;
     for block in blocks {
         for line in &block.lines {
             let of_line = |of: fn(&SpeedExponent) -> String| line.exponent.as_ref().map_or(String::new(), of);
-            for (speed, level) in block.speeds.iter().zip(&line.levels) {
+            let columns = block.speeds.iter().zip(&line.levels).zip(&block.rolling_resistances);
+            for ((speed, level), resistance) in columns {
                 let Some(level) = level else { continue };
                 let row = [
                     block.group.clone(),
@@ -116,7 +145,7 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
                     of_line(|fit| fit.residual.to_string()),
                     of_line(|fit| fit.speeds.to_string()),
                 ];
-                writer.write_record(row).map_err(failed)?;
+                writer.write_record(row.into_iter().chain(RollingResistance::cells(*resistance))).map_err(failed)?;
             }
         }
     }
@@ -168,14 +197,18 @@ mod tests {
         };
         let mut lines = vec![line(-3, 1.0, 30.0), line(0, 2.0, 22.25)];
         lines.push(BandLine { band: ThirdOctaveBand(3), levels: vec![None, None, Some(3.0)], exponent: None });
-        SweepBlock { group: "stone, 3000 N".into(), speeds, lines }
+        let rolling_resistances =
+            vec![None, Some(RollingResistance { coefficient: 0.0125, force: 37.5, power: 833.0 }), None];
+        SweepBlock { group: "stone, 3000 N".into(), speeds, lines, rolling_resistances }
     }
 
     #[test]
     fn a_made_up_growth_stands_in_table_csv_and_picture() {
         let text = block().text();
         assert!(text.starts_with("stone, 3000 N\n") && text.contains("130 km/h") && text.contains("22.25"), "{text}");
-        let last = text.lines().last().unwrap();
+        assert!(text.contains("0.01250") && text.contains("37.50") && text.contains("833.0"), "{text}");
+        let bands = text.split("\n\n").next().unwrap();
+        let last = bands.lines().last().unwrap();
         assert!(last.trim_start().starts_with("2k") || last.trim_start().starts_with("2000"), "{last}");
         assert_eq!(last.matches(" -").count(), 4, "{last}");
         let csv = csv(&[block()], Path::new("sweep.csv")).unwrap();
@@ -184,6 +217,7 @@ mod tests {
         assert_eq!(rows.len(), 7);
         let growth: f64 = rows[0][5].parse().unwrap();
         assert!((growth - 30.0).abs() < 1e-10 && &rows[0][0] == "stone, 3000 N" && rows[6][5].is_empty());
+        assert_eq!((&rows[1][8], &rows[1][9], &rows[1][10], &rows[0][8]), ("0.0125", "37.5", "833", ""));
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
         assert!(svg.contains("per decade of speed"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);

@@ -34,7 +34,6 @@ impl VibrationRecorder {
     pub fn write(
         &self,
         loaded: &LoadedScene,
-        mean_force: Option<f64>,
         folder: &ResultsFolder,
         meter: &mut Meter,
     ) -> Result<Option<VibrationSummary>, RunError> {
@@ -69,7 +68,6 @@ impl VibrationRecorder {
         let layout = &patch.layout;
         let taken = (patch.segments + 1) * layout.hop() as u64;
         let difference = patch.mean_power - dissipated.total();
-        let speed = loaded.scene.rolling.speed();
         Ok(Some(VibrationSummary {
             segments: patch.segments,
             segment_seconds: layout.length() as f64 * layout.time_step,
@@ -83,9 +81,6 @@ impl VibrationRecorder {
                 dissipated_by_vibration: dissipated.vibration,
                 relative_difference: difference / patch.mean_power,
                 dissipated_by_tyre: dissipated_by_tyre.total(),
-                rolling_resistance: mean_force
-                    .filter(|&force| force > 0.0)
-                    .map(|force| patch.mean_power / (speed * force)),
             },
             tangential_error: self.tangential.as_ref().map(|tangential| [tangential.error, tangential.omitted]),
         }))

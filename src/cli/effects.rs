@@ -176,6 +176,7 @@ fn text(comparison: &Comparison) -> String {
     ];
     let mut text = aligned(&header, &rows);
     text.push_str("\n+ alone, compared with none; - all but this, compared with all\n");
+    text.push_str("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
             text.push_str(&format!("{}: not in this scene: {reason}\n", worth.effect.title()));

@@ -222,41 +222,6 @@ fn exp<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.mul_f64s(sum, load(simd, &powers))
 }
 
-/// 2/(2 j + 1), j = 10, ..., 0: ln((1 + t)/(1 - t))/t in t^2 for |t| < 0.172 to 4e-18.
-const LOGARITHM: [f64; 11] = [
-    2.0 / 21.0,
-    2.0 / 19.0,
-    2.0 / 17.0,
-    2.0 / 15.0,
-    2.0 / 13.0,
-    2.0 / 11.0,
-    2.0 / 9.0,
-    2.0 / 7.0,
-    2.0 / 5.0,
-    2.0 / 3.0,
-    2.0,
-];
-
-/// ln x of positive, finite, normal numbers.
-#[inline(always)]
-pub fn natural_logarithm<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
-    /// Bits of sqrt(1/2): the mantissa is brought between that and sqrt 2.
-    const MIDDLE: u64 = 0x3fe6_a09e_667f_3bcd;
-    let (mut mantissas, mut exponents) = (store(simd, x), [0.0; MOST_LANES]);
-    for (mantissa, exponent) in mantissas.iter_mut().zip(&mut exponents) {
-        let bits = mantissa.to_bits();
-        let shift = (bits.wrapping_sub(MIDDLE) as i64) >> 52;
-        *exponent = shift as f64;
-        *mantissa = f64::from_bits(bits.wrapping_sub((shift << 52) as u64));
-    }
-    let (m, n) = (load(simd, &mantissas), load(simd, &exponents));
-    let one = simd.splat_f64s(1.0);
-    let t = simd.div_f64s(simd.sub_f64s(m, one), simd.add_f64s(m, one));
-    let series = simd.mul_f64s(t, polynomial(simd, &LOGARITHM, simd.mul_f64s(t, t)));
-    let low = simd.mul_add_e_f64s(n, simd.splat_f64s(LN2[1]), series);
-    simd.mul_add_e_f64s(n, simd.splat_f64s(LN2[0]), low)
-}
-
 /// (cos x, sin x) for |x| < 1e5.
 #[inline(always)]
 pub fn cos_sin<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
@@ -350,33 +315,6 @@ mod tests {
                 results.extend((0..chunk.len()).map(|lane| [a[lane], b[lane], c[lane]]));
             }
             results
-        }
-    }
-
-    struct Logarithms<'a>(&'a [f64]);
-
-    impl WithSimd for Logarithms<'_> {
-        type Output = Vec<f64>;
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
-            let mut results = Vec::new();
-            for chunk in self.0.chunks(S::F64_LANES) {
-                let lanes = std::array::from_fn(|lane| chunk[lane.min(chunk.len() - 1)]);
-                results.extend_from_slice(&store(simd, natural_logarithm(simd, load(simd, &lanes)))[..chunk.len()]);
-            }
-            results
-        }
-    }
-
-    #[test]
-    fn logarithms_agree_with_the_scalar_ones() {
-        let mut numbers: Vec<f64> = (0..20_000).map(|i| 10f64.powf(f64::from(i) * 0.03 - 300.0)).collect();
-        numbers.extend((1..2000).map(|i| 1.0 + (f64::from(i) - 1000.0) * 1e-6));
-        numbers.extend([1.0, 0.5, 2.0, std::f64::consts::SQRT_2, std::f64::consts::FRAC_1_SQRT_2, f64::MIN_POSITIVE]);
-        for (number, found) in numbers.iter().zip(Arch::new().dispatch(Logarithms(&numbers))) {
-            let exact = number.ln();
-            assert!((found - exact).abs() <= 2.0 * f64::EPSILON * exact.abs(), "ln {number:e}: {found:e} {exact:e}");
         }
     }
 

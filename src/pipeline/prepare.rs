@@ -250,6 +250,7 @@ pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
         RoadError::Spacing { .. } | RoadError::TextureTooLarge { .. } => {
             ("road.spacing", "a spacing that suits the wavelengths")
         }
+        RoadError::Moments { .. } => ("road.kurtosis", "a kurtosis in that range, or less skewness"),
         RoadError::PowerLaw { .. } | RoadError::TwoSpectra => ("road.power_law", "one valid spectrum"),
         RoadError::MissingUnit { key, .. } => (*key, "\"m\", \"mm\" or \"um\""),
         RoadError::Narrow { .. } => ("road.file", "a road at least as wide as tyre.contact_width"),

@@ -274,6 +274,20 @@ pub enum RoadError {
         /// Shortest wavelength.
         shortest: f64,
     },
+    /// Skewness and kurtosis that no monotone transformation of Gaussian heights has.
+    #[error(
+        "no road is made with a skewness of {skewness} and a kurtosis of {kurtosis}: with this skewness the kurtosis lies from {least:.2} to {most:.2}"
+    )]
+    Moments {
+        /// Skewness asked for.
+        skewness: f64,
+        /// Kurtosis asked for.
+        kurtosis: f64,
+        /// Least kurtosis with that skewness.
+        least: f64,
+        /// Greatest.
+        most: f64,
+    },
     /// A texture so long-waved against its lattice that its working arrays would not fit in memory.
     #[error(
         "a texture with wavelengths from {longest} m on a lattice of {spacing} m needs {needed} bytes of working memory, more than the {limit} that the run may use"

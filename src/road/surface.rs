@@ -1,11 +1,9 @@
 //! The road as the run sees it: heights of the cells under elements, whatever their source.
 
-use std::collections::VecDeque;
-
 use super::error::RoadError;
 use super::height_map::HeightMap;
 use super::lattice::{Lattice, positive};
-use super::made::{ChunkWork, TargetSpectrum, Texture};
+use super::made::{Patches, Shape, TargetSpectrum, Texture};
 use super::opencrg::strip;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
@@ -13,8 +11,6 @@ use super::texture::{self, ProfileSpectrum, TextureLevel, bands_between};
 use super::{grid, profile, wavenumber};
 use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
 
-/// Chunks of a made road that are kept: the patch straddles two, a third serves a caller that looks back.
-const KEPT_CHUNKS: usize = 3;
 /// Lattice of isotropic surfaces made after a profile \[m\].
 const ISOTROPIC_SPACING: f64 = 0.001;
 /// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
@@ -46,7 +42,7 @@ pub struct RoadSurface {
 
 enum Source {
     Smooth,
-    Made { texture: Box<Texture>, chunks: VecDeque<(i64, Vec<f64>)>, work: Box<ChunkWork> },
+    Made { texture: Box<Texture>, patches: Box<Patches> },
     Measured(Box<Resampled>),
 }
 
@@ -66,11 +62,13 @@ impl RoadSurface {
         let source = match spec {
             Road::Smooth => Source::Smooth,
             Road::Made(made) => {
-                made_source(&TargetSpectrum::of(made)?, made.spacing, made.seed, lattice, limits, &mut report)?
+                let shape = Shape::new(made.skewness, made.kurtosis)?;
+                let target = TargetSpectrum::of(made)?;
+                made_source(&target, shape.as_ref(), made.spacing, made.seed, lattice, limits, &mut report)?
             }
             Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
                 let (target, spacing) = isotropic(profile, limits, &mut report)?;
-                made_source(&target, spacing, profile.seed, lattice, limits, &mut report)?
+                made_source(&target, None, spacing, profile.seed, lattice, limits, &mut report)?
             }
             Road::Profile(ProfileRoad { at_end, .. }) => measured_source(spec, *at_end, lattice, limits, &mut report)?,
             Road::OpenCrg(road) => measured_source(spec, road.at_end, lattice, limits, &mut report)?,
@@ -154,12 +152,11 @@ impl RoadSurface {
     /// Heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element, row by row.
     ///
     /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads. Cost
-    /// O(cells) for elements asked in either order; a made road keeps the last few chunks.
+    /// O(cells) for elements asked in either order; a made road keeps the last few patches that it has drawn.
     ///
     /// # Errors
     /// Elements outside a road that ends; a buffer of another size.
     pub fn heights(&mut self, first: i64, elements: usize, out: &mut [f64]) -> Result<(), RoadError> {
-        let columns = self.lattice.columns;
         let needed = elements * self.lattice.cells();
         if out.len() != needed {
             return Err(RoadError::BufferSize { needed, found: out.len() });
@@ -177,55 +174,24 @@ impl RoadSurface {
                 }
                 road.heights(first * self.lattice.along as i64, out);
             }
-            Source::Made { texture, chunks, work } => {
-                let per_chunk = texture.chunk_rows() as i64;
-                let mut row = first * self.lattice.along as i64;
-                let mut rest = out;
-                while !rest.is_empty() {
-                    let number = row.div_euclid(per_chunk);
-                    let begin = row.rem_euclid(per_chunk) as usize * columns;
-                    let chunk = drawn(texture, chunks, work, number);
-                    let count = rest.len().min(chunk.len() - begin);
-                    let (now, later) = rest.split_at_mut(count);
-                    now.copy_from_slice(&chunk[begin..begin + count]);
-                    rest = later;
-                    row = (number + 1) * per_chunk;
-                }
+            Source::Made { texture, patches } => {
+                texture.rows(first * self.lattice.along as i64, patches, out);
             }
         }
         Ok(())
     }
 }
 
-/// A chunk from the cache, drawn if it is not there.
-fn drawn<'a>(
-    texture: &Texture,
-    chunks: &'a mut VecDeque<(i64, Vec<f64>)>,
-    work: &mut ChunkWork,
-    number: i64,
-) -> &'a [f64] {
-    let place = match chunks.iter().position(|(held, _)| *held == number) {
-        Some(place) => place,
-        None => {
-            let oldest = if chunks.len() == KEPT_CHUNKS { chunks.pop_front() } else { None };
-            let (_, mut heights) = oldest.unwrap_or_default();
-            texture.chunk(number, work, &mut heights);
-            chunks.push_back((number, heights));
-            chunks.len() - 1
-        }
-    };
-    &chunks[place].1
-}
-
 fn made_source(
     target: &TargetSpectrum,
+    shape: Option<&Shape>,
     spacing: f64,
     seed: u64,
     lattice: Lattice,
     limits: Limits,
     report: &mut RoadReport,
 ) -> Result<Source, RoadError> {
-    let texture = Texture::new(target, spacing, seed, lattice, limits.bytes)?;
+    let texture = Texture::new(target, shape, spacing, seed, lattice, limits.bytes)?;
     report.spacing = Some(spacing);
     report.lateral_spacing = Some(spacing);
     report.bands = texture.spectrum().band_fit().to_vec();
@@ -236,8 +202,7 @@ fn made_source(
             RoadNote::NotRealisable { deviation: (band.fitted - band.target).abs(), wavelength: band.wavelength };
         report.notes.push(note);
     }
-    let chunks = VecDeque::with_capacity(KEPT_CHUNKS);
-    Ok(Source::Made { texture: Box::new(texture), chunks, work: Box::default() })
+    Ok(Source::Made { texture: Box::new(texture), patches: Box::default() })
 }
 
 fn measured_source(

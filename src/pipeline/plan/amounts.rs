@@ -251,15 +251,15 @@ impl Amounts {
                     TargetSpectrum::of(made).and_then(|target| Sizes::new(&target, made.spacing, lattice, limit));
                 // A road that cannot be made is refused when it is opened.
                 if let Ok(sizes) = sizes {
-                    let (opening, chunk) = (sizes.opening(), sizes.chunk());
-                    // Asked for in chunks of the run's own; the first lies partly before the start.
+                    let opening = sizes.opening();
+                    // Asked for in chunks of the run's own.
                     let asked = (rows / CHUNK_ROWS as f64).ceil() * CHUNK_ROWS as f64;
-                    let chunks = (asked * lattice.along as f64 / sizes.chunk_rows as f64).ceil() + 1.0;
+                    let drawing = sizes.drawing(asked * plan.element, asked * lattice.along as f64);
                     let unit = Unit::TextureMultiplyAdd;
                     self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
-                    self.add(Stage::Road, unit, chunks * chunk.multiply_adds as f64, Place::Behind);
-                    self.hold("texture of the road", TEXTURE_RESERVE * (opening.bytes + chunk.bytes) as f64);
-                    self.memory_per_thread += THREAD_BYTES + 48.0 * sizes.length as f64;
+                    self.add(Stage::Road, unit, drawing, Place::Behind);
+                    self.hold("texture of the road", TEXTURE_RESERVE * opening.bytes as f64);
+                    self.memory_per_thread += THREAD_BYTES;
                 }
             }
             Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => {

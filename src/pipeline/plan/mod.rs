@@ -231,14 +231,16 @@ mod tests {
     fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
         let rough = Plan::new(&Scene::from_str(DEFAULT, "default").unwrap().scene);
         let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
-        assert!(of(&rough, 2).wall_seconds < 0.7 * of(&rough, 1).wall_seconds);
-        assert!(of(&rough, 2).stages.iter().any(|stage| stage.background));
+        let behind = |plan: &Plan| -> f64 {
+            of(plan, 2).stages.iter().filter(|stage| stage.background).map(|stage| stage.seconds).sum()
+        };
+        // What is made behind the march is nobody's time to wait.
+        assert!(behind(&rough) > 0.0);
+        assert!(of(&rough, 2).wall_seconds < of(&rough, 1).wall_seconds - 0.99 * behind(&rough));
         assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
         let text = DEFAULT.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
         let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
-        let behind: f64 =
-            of(&smooth, 2).stages.iter().filter(|stage| stage.background).map(|stage| stage.seconds).sum();
-        assert!(behind < 0.01 * of(&smooth, 2).wall_seconds, "{behind}");
+        assert!(behind(&smooth) < 0.01 * of(&smooth, 2).wall_seconds, "{}", behind(&smooth));
         assert!(of(&smooth, 1).memory < of(&rough, 1).memory);
     }
 }

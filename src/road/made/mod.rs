@@ -1,15 +1,21 @@
-//! Roads that are made: isotropic Gaussian random texture with a given profile spectrum.
+//! Roads that are made: isotropic random texture with a given profile spectrum, Gaussian or skewed.
 //!
 //! [`target`] turns levels or a power law into band energies of a profile, [`rings`] finds the two-dimensional spectrum whose
-//! profiles have them, [`sizes`] says how large that is, [`synthesis`] draws the surface piece by piece, with the inner loops of `noise`.
+//! profiles have them, [`sizes`] divides it into levels of some octaves and says how large they are, [`levels`] draws each in patches, [`synthesis`] puts them together row by row;
+//! `noise` has their random numbers, `rows` their inner loop. [`shape`] gives heights their skewness and kurtosis, [`translation`] finds the Gaussian spectrum that this makes the wanted one of.
 
+pub mod levels;
 mod noise;
 pub mod rings;
+mod rows;
+pub mod shape;
 pub mod sizes;
 pub mod synthesis;
 pub mod target;
+pub mod translation;
 
 pub use rings::RingSpectrum;
+pub use shape::Shape;
 pub use sizes::Sizes;
-pub use synthesis::{ChunkWork, Texture};
+pub use synthesis::{Patches, Texture};
 pub use target::{Band, BandFit, TargetSpectrum};

@@ -17,6 +17,8 @@ use crate::road::texture::level;
 
 /// Points per ring of the integral over ln k; the integrand has square-root corners only, the error is below 1e-4.
 const POINTS: usize = 256;
+/// Points where a profile's whole spectrum is wanted, in cells narrower than a ring.
+const FEW_POINTS: usize = 16;
 
 /// Rings per band: the position within a band decides how much energy a wave lends to the next longer band, so dips of a
 /// decibel or two between bands need more than one.
@@ -83,6 +85,26 @@ impl RingSpectrum {
         }
     }
 
+    /// The same surface with another account of its bands.
+    pub fn with_fit(self, fit: Vec<BandFit>) -> Self {
+        Self { fit, ..self }
+    }
+
+    /// Mean square of a profile by cells of wavenumber \[m^2\], cell j from (j - 1/2) to (j + 1/2) `cell`, as many as `count`.
+    pub fn profile(&self, cell: f64, count: usize) -> Vec<f64> {
+        let below = |edge: f64| -> f64 {
+            let ring = |ring: &Ring| {
+                2.0 * std::f64::consts::PI
+                    * ring.strength
+                    * (ring.upper / ring.lower).ln()
+                    * share_below(ring.lower, ring.upper, edge, FEW_POINTS)
+            };
+            self.rings.iter().map(ring).sum()
+        };
+        let edges: Vec<f64> = (0..=count).map(|line| below((line as f64 - 0.5).max(0.0) * cell)).collect();
+        edges.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    }
+
     /// Variance of the surface \[m^2\].
     pub fn variance(&self) -> f64 {
         let ring = |ring: &Ring| 2.0 * std::f64::consts::PI * ring.strength * (ring.upper / ring.lower).ln();
@@ -118,13 +140,21 @@ fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
 
 /// Share of the variance of a ring over `ring`'s wavenumbers that a profile has in `band`.
 fn share(ring: &Band, band: &Band) -> f64 {
-    let log_width = (ring.upper / ring.lower).ln();
-    let below = |edge: f64, k: f64| (edge / k).min(1.0).asin();
-    let sum: f64 = (0..POINTS)
-        .map(|point| ring.lower * (log_width * (point as f64 + 0.5) / POINTS as f64).exp())
-        .map(|k| below(band.upper, k) - below(band.lower, k))
+    let below = |edge: f64| share_below(ring.lower, ring.upper, edge, POINTS);
+    below(band.upper) - below(band.lower)
+}
+
+/// Share of the variance between two wavenumbers, spread evenly over ln k, that a profile has below a third: the mean over so many points.
+fn share_below(lower: f64, upper: f64, edge: f64, points: usize) -> f64 {
+    if edge >= upper {
+        return 1.0;
+    }
+    let log_width = (upper / lower).ln();
+    let sum: f64 = (0..points)
+        .map(|point| lower * (log_width * (point as f64 + 0.5) / points as f64).exp())
+        .map(|k| (edge / k).min(1.0).asin())
         .sum();
-    std::f64::consts::FRAC_2_PI * sum / POINTS as f64
+    std::f64::consts::FRAC_2_PI * sum / points as f64
 }
 
 #[cfg(test)]

@@ -1,44 +1,67 @@
-//! How large a synthesis is: known from its spectrum and lattice before any array is made.
+//! How a synthesis is divided and how large it is: known from its spectrum and lattice before any array is made.
 
 use super::target::TargetSpectrum;
 use crate::meter::Work;
-use crate::numeric::transform_multiply_adds;
-use crate::numeric::windowed_sinc::WindowedSinc;
+use crate::numeric::{transform_length, transform_multiply_adds};
 use crate::road::error::RoadError;
 use crate::road::lattice::{Lattice, positive};
 
-/// Lateral period and reach of the filters, in longest wavelengths.
-const PERIOD_IN_WAVELENGTHS: f64 = 8.0;
-/// Smallest lateral period \[m\].
-const SMALLEST_PERIOD: f64 = 1.0;
-/// Largest share of the lattice's sampling wavenumber that the spectrum may reach.
+/// Largest share of the road's spacing in the shortest wavelength.
 const LARGEST_SHARE: f64 = 0.45;
-/// Averages of the two-dimensional density over a cell, in multiply-adds for a sample.
-const DENSITY: f64 = 600.0;
-/// Streams whose samples are held at a time.
-pub const STREAMS: usize = 64;
+/// Wanted ratio of the wavelengths of a level: with more a level's longest waves ask for a period that its shortest pay for, with fewer each height is summed from more levels.
+const RATIO: f64 = 3.3;
+/// Length of a block, in the longest wavelengths of its level.
+const BLOCK: f64 = 128.0;
+/// Part of a block that fades into the next one: eight longest wavelengths.
+pub const FADE: usize = 16;
+/// Lateral period in the longest wavelengths of a level, and what is left of them beside the strip, at least.
+const PERIOD: [f64; 2] = [8.0, 4.0];
+/// Samples in the shortest wave along, at least, of the shortest level and of the others: the more there are the shorter is what interpolates them, and those of long waves cost little.
+const SAMPLES: [f64; 2] = [2.8, 5.0];
+/// Patches of a level that are kept: rows straddle two, a third serves a caller that looks back.
+pub const KEPT: usize = 3;
+/// Averages of the two-dimensional density over a cell, and a pair of random numbers, in multiply-adds.
+const COSTS: [f64; 2] = [600.0, 20.0];
+
+/// Waves of some octaves, the lateral period and the blocks in which they are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelSizes {
+    /// Lowest wavenumber, cycles per metre.
+    pub lower: f64,
+    /// Highest wavenumber, cycles per metre.
+    pub upper: f64,
+    /// Lateral period \[m\].
+    pub period: f64,
+    /// Length of a block \[m\], with what fades into its neighbours.
+    pub block: f64,
+    /// Lateral waves that the run resolves, the level one among them.
+    pub lines: usize,
+    /// Samples of a block along.
+    pub samples: usize,
+}
+
+impl LevelSizes {
+    /// Spacing of the samples along \[m\].
+    pub fn spacing(&self) -> f64 {
+        self.block / self.samples as f64
+    }
+
+    /// Way from one block to the next \[m\].
+    pub fn pitch(&self) -> f64 {
+        self.block * (1.0 - 1.0 / FADE as f64)
+    }
+}
 
 /// Sizes of a [synthesis](super::synthesis).
 #[derive(Clone, Debug)]
 pub struct Sizes {
-    /// Lateral period P \[m\].
-    pub period: f64,
-    /// Samples on either side that a filtered sample depends on.
-    pub reach: usize,
-    /// Length M of the transforms.
-    pub length: usize,
-    /// Rows per chunk.
-    pub chunk_rows: usize,
-    /// From the lattice to the elements.
-    pub interpolation: WindowedSinc,
-    /// Lateral components, and streams of noise: as many, or one that is all of them where there is one column only.
-    lines: f64,
-    streams: f64,
+    /// The levels that the run's cells resolve, shortest waves first.
+    pub levels: Vec<LevelSizes>,
     columns: f64,
 }
 
 impl Sizes {
-    /// For a spectrum on a lattice of `spacing` \[m\] along; `limit` bounds the bytes of the working arrays.
+    /// For a spectrum on a road of `spacing` \[m\]; `limit` bounds the bytes of the working arrays.
     ///
     /// # Errors
     /// A `spacing` too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.
@@ -49,54 +72,58 @@ impl Sizes {
         if spacing > allowed * (1.0 + 1e-9) {
             return Err(RoadError::Spacing { spacing, shortest, allowed });
         }
-        let lattice_width = lattice.width();
-        let mut period = (PERIOD_IN_WAVELENGTHS * longest).max(SMALLEST_PERIOD);
-        while period < 2.0 * lattice_width {
-            period *= 2.0;
-        }
-        let share = spacing / shortest;
-        let interpolation = WindowedSinc::new(share, 1.0 - share, 80.0);
-        let reach = (PERIOD_IN_WAVELENGTHS * longest / spacing).ceil();
-        let margin = 2.0 * (reach + interpolation.half_width() + 2.0);
-        let length = (2.0 * margin).max(margin + 16.0 * lattice.cell() / spacing).max(1024.0);
-        let highest = if lattice.columns > 1 { (0.5 / lattice.dy).min(1.0 / shortest) } else { 1.0 / shortest };
-        let lines = (highest * period).ceil() + 1.0;
-        let streams = (period / shortest).ceil() + 1.0;
-        let chunk = ((length - margin) * spacing / lattice.cell()).floor().max(1.0);
-        // The length is yet to be rounded up to a power of two.
-        let across = lattice.columns as f64;
-        let needed = 2.0 * (length * (4.0 * streams + 16.0 * STREAMS as f64 + 8.0 * across) + chunk * 24.0 * across);
+        let count = ((longest / shortest).ln() / RATIO.ln()).round().max(1.0);
+        let ratio = (longest / shortest).powf(1.0 / count);
+        let [along, across] = resolved(lattice);
+        let levels = (0..count as i32).map(|number| {
+            let upper = ratio.powi(-number) / shortest;
+            let lower = upper / ratio;
+            let period = (PERIOD[0] / lower).max(lattice.width() + PERIOD[1] / lower);
+            let block = BLOCK / lower;
+            let samples = (SAMPLES[usize::from(number > 0)] * upper.min(along) * block / FADE as f64).ceil() as usize;
+            let lines = (upper.min(across) * period + 0.5).ceil().max(1.0) as usize;
+            LevelSizes { lower, upper, period, block, lines, samples: transform_length(samples.max(4)) * FADE }
+        });
+        let sizes = Self {
+            levels: levels.filter(|level| level.lower < along.hypot(across)).collect(),
+            columns: lattice.columns as f64,
+        };
+        let needed = sizes.bytes();
         if needed.is_nan() || needed > limit as f64 {
             return Err(RoadError::TextureTooLarge { longest, spacing, needed: needed as u64, limit });
         }
-        let length = (length as usize).next_power_of_two();
-        Ok(Self {
-            period,
-            reach: reach as usize,
-            length,
-            chunk_rows: (((length as f64 - margin) * spacing / lattice.cell()) as usize).max(1),
-            interpolation,
-            lines,
-            streams: if lattice.columns > 1 { lines } else { 1.0 },
-            columns: across,
-        })
+        Ok(sizes)
     }
 
-    /// What making the filters takes: two transforms and a spectrum for each stream.
+    /// Filters, the patches that are kept, and what one is made from.
+    fn bytes(&self) -> f64 {
+        let level = |level: &LevelSizes| {
+            let samples = level.samples as f64;
+            4.0 * samples * (3.0 * level.lines as f64 + (KEPT as f64 + 1.0) * self.columns)
+        };
+        self.levels.iter().map(level).sum()
+    }
+
+    /// What making the filters takes.
     pub fn opening(&self) -> Work {
-        let multiply_adds =
-            self.lines * self.length as f64 * DENSITY + self.streams * 2.0 * transform_multiply_adds(self.length);
-        Work { multiply_adds: multiply_adds as u64, bytes: (4.0 * self.streams * self.length as f64) as u64 }
+        let level = |level: &LevelSizes| level.lines as f64 * level.block * level.upper * COSTS[0];
+        let multiply_adds: f64 = self.levels.iter().map(level).sum();
+        Work { multiply_adds: multiply_adds as u64, bytes: self.bytes() as u64 }
     }
 
-    /// What a chunk takes, and the arrays that it is made from: noise and two transforms for each stream, the sum across.
-    pub fn chunk(&self) -> Work {
-        let length = self.length as f64;
-        let noise = 40.0 * length;
-        let multiply_adds =
-            self.streams * (2.0 * transform_multiply_adds(self.length) + noise + 2.0 * length * self.columns);
-        let bytes =
-            length * (16.0 * STREAMS as f64 + 8.0 * self.columns) + 3.0 * 8.0 * self.chunk_rows as f64 * self.columns;
-        Work { multiply_adds: multiply_adds as u64, bytes: bytes as u64 }
+    /// What so many metres in so many rows take: noise and a transform for each lateral wave, their sum across, interpolation along.
+    pub fn drawing(&self, metres: f64, rows: f64) -> f64 {
+        let level = |level: &LevelSizes| {
+            let (samples, lines) = (level.samples as f64, level.lines as f64);
+            let patch = lines * (2.0 * level.upper * level.block * COSTS[1] + transform_multiply_adds(level.samples))
+                + samples * lines * self.columns;
+            ((metres / level.pitch()).ceil() + 1.0) * patch + rows * self.columns * 14.0
+        };
+        self.levels.iter().map(level).sum()
     }
+}
+
+/// Highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line that holds all.
+pub fn resolved(lattice: Lattice) -> [f64; 2] {
+    [0.5 / lattice.cell(), if lattice.columns > 1 { 0.5 / lattice.dy } else { f64::INFINITY }]
 }

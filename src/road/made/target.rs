@@ -151,6 +151,11 @@ impl TargetSpectrum {
         Ok(Self { bands })
     }
 
+    /// Of bands of rising wavenumber; none of no bands.
+    pub fn of_bands(bands: Vec<Band>) -> Option<Self> {
+        (!bands.is_empty()).then_some(Self { bands })
+    }
+
     /// The bands, rising wavenumber.
     pub fn bands(&self) -> &[Band] {
         &self.bands

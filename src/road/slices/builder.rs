@@ -21,6 +21,9 @@ enum Law {
     HalfSpace(LineInfluence),
 }
 
+/// Slices that a thread takes at a time, at least: scratch is made for each of such portions.
+const LEAST_SLICES: usize = 16;
+
 /// Makes the stiffness curves of slices of one grid by one law.
 #[derive(Clone, Debug)]
 pub struct SliceBuilder {
@@ -36,6 +39,7 @@ pub struct SliceScratch {
     depths: Vec<f64>,
     contact: GrowingContact,
     events: Vec<(f64, f64)>,
+    winkler: winkler::Scratch,
 }
 
 impl SliceBuilder {
@@ -126,15 +130,19 @@ impl SliceBuilder {
         if let Some(cell) = heights.iter().position(|height| !height.is_finite()) {
             return Err(SliceError::Hole { slice: 0, cell, value: heights[cell] });
         }
-        let exact = match &self.law {
+        Ok(self.curve(heights, scratch))
+    }
+
+    /// The curve of as many finite heights as there are cells.
+    fn curve(&self, heights: &[f64], scratch: &mut SliceScratch) -> StiffnessCurve {
+        match &self.law {
             Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
-            Law::Winkler => winkler::curve(heights, &mut scratch.depths),
+            Law::Winkler => winkler::curve(heights, self.tolerance, &mut scratch.winkler),
             Law::HalfSpace(line) => {
-                let SliceScratch { depths, contact, events } = scratch;
-                half_space::curve(line, heights, self.columns, depths, contact, events)
+                let SliceScratch { depths, contact, events, .. } = scratch;
+                reduce(half_space::curve(line, heights, self.columns, depths, contact, events), self.tolerance)
             }
-        };
-        Ok(reduce(exact, self.tolerance))
+        }
     }
 
     /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the highest point
@@ -199,14 +207,22 @@ impl SliceBuilder {
             return Err(SliceError::Cells { cells, found: heights.len() });
         }
         // Looked for beforehand, so that the first hole is named whichever thread meets one first.
-        if let Some(place) = heights.iter().position(|height| !height.is_finite()) {
+        if let Some(place) = first_hole(heights) {
             return Err(SliceError::Hole { slice: place / cells, cell: place % cells, value: heights[place] });
         }
-        heights
-            .par_chunks_exact(cells)
-            .map_init(SliceScratch::default, |scratch, slice| self.build(slice, scratch))
-            .collect()
+        let slices = heights.par_chunks_exact(cells).with_min_len(LEAST_SLICES);
+        Ok(slices.map_init(SliceScratch::default, |scratch, slice| self.curve(slice, scratch)).collect())
     }
+}
+
+/// Place of the first height that is not finite.
+fn first_hole(heights: &[f64]) -> Option<usize> {
+    /// Heights that are looked at together.
+    const BLOCK: usize = 64;
+    let sound = |heights: &[f64]| heights.iter().fold(true, |sound, height| sound & height.is_finite());
+    let block = heights.chunks(BLOCK).position(|heights| !sound(heights))?;
+    let place = heights[block * BLOCK..].iter().position(|height| !height.is_finite())?;
+    Some(block * BLOCK + place)
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod cells;
 mod crg;
+mod drawn;
 mod made;
 mod measured;
 

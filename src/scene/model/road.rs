@@ -29,7 +29,7 @@ impl Road {
     }
 }
 
-/// A random isotropic Gaussian texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the
+/// A random isotropic texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the
 /// default dense asphalt.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MadeRoad {
@@ -46,9 +46,16 @@ pub struct MadeRoad {
     pub power_law: Option<PowerLawTexture>,
     /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\].
     pub spacing: f64,
+    /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps.
+    pub skewness: f64,
+    /// Kurtosis of the heights: 3 for Gaussian ones.
+    pub kurtosis: f64,
 }
 
 impl MadeRoad {
+    /// Kurtosis of Gaussian heights.
+    pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
+
     /// Default lattice spacing \[m\]: a quarter of the shortest wavelength of the default dense asphalt, 4 mm.
     pub const SPACING: f64 = 0.001;
     /// Shortest third-octave mid-wavelength of the default dense asphalt \[m\].
@@ -57,7 +64,15 @@ impl MadeRoad {
 
 impl Default for MadeRoad {
     fn default() -> Self {
-        Self { seed: 0, wavelengths: None, levels: None, power_law: None, spacing: Self::SPACING }
+        Self {
+            seed: 0,
+            wavelengths: None,
+            levels: None,
+            power_law: None,
+            spacing: Self::SPACING,
+            skewness: 0.0,
+            kurtosis: Self::GAUSSIAN_KURTOSIS,
+        }
     }
 }
 

@@ -11,6 +11,9 @@ const LENGTH: Bounds = Bounds::positive("m");
 const COORDINATE: Bounds = Bounds::any("m");
 /// 120 dB re 1e-6 m are one metre: nothing that a tyre rolls on, and far from overflow.
 const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
+/// Which pairs a road can have is told when it is opened.
+const SKEWNESS: Bounds = Bounds::between(-3.0, 3.0, "");
+const KURTOSIS: Bounds = Bounds::between(1.0, 30.0, "");
 const EXPONENT: Bounds = Bounds::between(0.0, 10.0, "");
 /// Ratio of a third-octave band's mid-wavelength to its lower edge.
 const HALF_BAND: f64 = 1.122_018_454_301_963_3;
@@ -69,13 +72,22 @@ fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
     let levels = table.optional("levels", &Numbers(LEVEL));
     let power_law = table.optional("power_law", &POWER_LAW);
     let spacing = table.or("spacing", &LENGTH, MadeRoad::SPACING);
+    let skewness = table.or("skewness", &SKEWNESS, 0.0);
+    let kurtosis = table.or("kurtosis", &KURTOSIS, MadeRoad::GAUSSIAN_KURTOSIS);
 
     if table.has("power_law") && (table.has("levels") || table.has("wavelengths")) {
         let other = if table.has("levels") { "levels" } else { "wavelengths" };
         return table.complain("power_law", Problem::Conflict { other });
     }
-    let road =
-        MadeRoad { seed: seed?, wavelengths: wavelengths?, levels: levels?, power_law: power_law?, spacing: spacing? };
+    let road = MadeRoad {
+        seed: seed?,
+        wavelengths: wavelengths?,
+        levels: levels?,
+        power_law: power_law?,
+        spacing: spacing?,
+        skewness: skewness?,
+        kurtosis: kurtosis?,
+    };
     match (&road.wavelengths, &road.levels) {
         (Some(_), None) => {
             let wanted = "one third-octave level for each of the wavelengths".to_owned();

@@ -59,11 +59,19 @@ fn made() -> impl Strategy<Value = MadeRoad> {
             if rising {
                 wavelengths.reverse();
             }
-            MadeRoad { seed: 1, wavelengths: Some(wavelengths), levels: Some(levels), power_law: None, spacing }
+            MadeRoad {
+                seed: 1,
+                wavelengths: Some(wavelengths),
+                levels: Some(levels),
+                power_law: None,
+                spacing,
+                skewness: -0.3,
+                kurtosis: 2.5,
+            }
         }),
         (seed, power_law).prop_map(|(seed, texture)| {
             let spacing = texture.shortest / 2.0;
-            MadeRoad { seed, wavelengths: None, levels: None, power_law: Some(texture), spacing }
+            MadeRoad { seed, wavelengths: None, levels: None, power_law: Some(texture), spacing, ..MadeRoad::default() }
         }),
     ]
 }

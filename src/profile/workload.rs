@@ -119,7 +119,8 @@ impl Workload {
             Self::DirectHistory => (96, 80.0, 0.1, 0.4),
             Self::Compliance | Self::Influence => return Ok(None),
         };
-        scene.numerics.elements = elements;
+        // A rule that direct sums have as well: the physical values come from them.
+        (scene.numerics.elements, scene.numerics.time_rule) = (elements, TimeRule::Bdf2);
         scene.rolling.speed_kmh = speed;
         (scene.rolling.warm_up, scene.rolling.duration) = (warm_up, duration);
         match self {

@@ -32,8 +32,8 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// A micrometre of road changes no third-octave level of the force by more than 0.05 dB (measured), and leaves a tenth of the breakpoints.
-    pub const SLICE_TOLERANCE: f64 = 1e-6;
+    /// That of the standard preset. Thinned curves err to the same side in every slice: 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
+    pub const SLICE_TOLERANCE: f64 = 3e-7;
 }
 
 impl Default for Contact {

@@ -108,7 +108,7 @@ impl Way {
 
 /// The effects that the scene can have, each with its run and what that is compared with.
 fn runs(comparison: &Comparison, way: Way) -> Vec<(Effect, &Found, &Found)> {
-    let Comparison { base, all, effects } = comparison;
+    let Comparison { base, all, effects, .. } = comparison;
     let run = |worth| match worth {
         &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
             Way::Added => (effect, alone, base),
@@ -165,6 +165,9 @@ fn text(comparison: &Comparison) -> String {
             rows.push(row(&format!("{} {}", way.sign(), effect.title()), found, Some(reference)));
         }
     }
+    for (name, found) in &comparison.doubts {
+        rows.push(row(&format!("{name} the local compliance"), found, Some(&comparison.all)));
+    }
     let header = [
         "effects",
         "mean force",
@@ -176,6 +179,9 @@ fn text(comparison: &Comparison) -> String {
     ];
     let mut text = aligned(&header, &rows);
     text.push_str("\n+ alone, compared with none; - all but this, compared with all\n");
+    if !comparison.doubts.is_empty() {
+        text.push_str("local compliance: known within a factor of two; compared with all\n");
+    }
     text.push_str("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
@@ -211,6 +217,7 @@ fn table(comparison: &Comparison, path: &Path) -> Result<String, ResultsError> {
         let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
         named.extend(runs(comparison, way).into_iter().map(|(effect, found, _)| (name(effect), found)));
     }
+    named.extend(comparison.doubts.iter().map(|(name, found)| (format!("{name} the local compliance"), found)));
     for (name, found) in named {
         let numbers = [found.mean_force, found.contact_length, found.seconds, found.memory];
         let levels = found.levels.iter().map(|band| band.level);

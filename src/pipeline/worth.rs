@@ -10,6 +10,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::error::RunError;
+use super::local_compliance::{DOUBTS, formula_for};
 use super::progress::Progress;
 use super::trial::{Trial, Trials};
 use crate::response::BandLevel;
@@ -183,6 +184,8 @@ pub struct Comparison {
     pub all: Found,
     /// Each of them.
     pub effects: Vec<Worth>,
+    /// All, with half and twice the compliance of the local law: how far the model itself is to be trusted.
+    pub doubts: Vec<(&'static str, Found)>,
 }
 
 /// Compares. `duration` \[s\] takes the place of the scene's.
@@ -215,10 +218,16 @@ pub fn compare(
         scene
     };
     let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as f64;
-    let time = (2.0 + 2.0 * count) * (scene.rolling.warm_up + duration);
+    let complete = with(&|_| true);
+    let kappa = match complete.contact.slice_coupling {
+        SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
+        SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+    };
+    let doubted = kappa.map_or(0.0, |_| DOUBTS.len() as f64);
+    let time = (2.0 + 2.0 * count + doubted) * (scene.rolling.warm_up + duration);
     let mut trials = Trials::new(time, stop, progress);
     let base = found(&mut trials, &with(&|_| false))?;
-    let all = found(&mut trials, &with(&|_| true))?;
+    let all = found(&mut trials, &complete)?;
     let mut effects = Vec::new();
     for (effect, refusal) in &possible {
         let both = match refusal {
@@ -230,8 +239,15 @@ pub fn compare(
         };
         effects.push(Worth { effect: *effect, found: both });
     }
+    let mut doubts = Vec::new();
+    for (name, factor) in DOUBTS {
+        let Some(kappa) = kappa else { break };
+        let mut scene = complete.clone();
+        scene.contact.local_compliance = Some(factor * kappa);
+        doubts.push((name, found(&mut trials, &scene)?));
+    }
     trials.finish();
-    Ok(Comparison { base, all, effects })
+    Ok(Comparison { base, all, effects, doubts })
 }
 
 /// Rolls a variant and keeps what is compared.

@@ -14,6 +14,9 @@ use crate::road::{Lattice, Limits, RoadSurface};
 use crate::scene::{Scene, Tyre};
 use crate::tyre::material;
 
+/// The model's own doubt: formula, approach and line pressure give kappa within a factor of two of each other.
+pub const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
+
 /// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one).
 pub fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
     Some(formula::local_compliance(tread_modulus(tyre)?, road.mean_wavenumber()?))

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::settings::Settings;
 use crate::pipeline::compare::least_rate;
-use crate::pipeline::local_compliance::formula_for;
+use crate::pipeline::local_compliance::{DOUBTS, formula_for};
 use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 
 /// What turning a knob changes.
@@ -51,8 +51,6 @@ const SUMS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 const FINEST_SUMS: f64 = 1e-8;
 const TERMS: [usize; 4] = [2, 4, 8, 16];
 const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
-/// The model's own doubt: the compliance of the local law is known within a factor of two.
-const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 /// Most elements with which laws are compared.
 const MOST_FOR_LAWS: usize = 256;
 /// Steps of the reference in a period of the highest frequency, at least.

@@ -73,8 +73,8 @@ fn made(criterion: &mut Criterion) {
         let ratio = 10.0 * (mean_square(&heights) / mean_square(&at_once(&spectrum, lattice, rows, 1))).log10();
         println!("N = {elements}: the two draws differ by {ratio:.2} dB");
         assert!(ratio.abs() < 1.0, "{ratio} dB");
-        // Time per element is time per row.
-        group.throughput(Throughput::Elements(rows as u64));
+        // Time per element is time per height.
+        group.throughput(Throughput::Elements((rows * lattice.columns) as u64));
         group.bench_function(BenchmarkId::new("open", elements), |bench| {
             bench.iter(|| RoadSurface::open(&spec, lattice, Limits::default()).is_ok());
         });

@@ -115,16 +115,22 @@ fn tables() {
         println!("| {points} | {followed:.1} | {searched:.0} | {:.0} | {ratio:.1} |", searched / followed);
     }
     println!(
-        "\n| law | slices | points | 1 thread, CPU s | 1 thread, s | 2 threads, s | parallel efficiency |\n|---|---|---|---|---|---|---|"
+        "\n| law | slices | points | 1 thread, CPU s | ns a height | 1 thread, s | 2 threads, s | parallel efficiency | largest error, um |\n|---|---|---|---|---|---|---|---|---|"
     );
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
     let (one, two) = (pool(1), pool(2));
     for (slices, points) in [(10_000, 80), (100_000, 80), (100_000, 20), (100_000, 40), (25_000, 160), (6_000, 320)] {
         let all = heights(slices, points);
         let half_space = SliceBuilder::half_space(points, LENGTH, WIDTH / points as f64).expect("cells of some size");
-        let laws = [("winkler", SliceBuilder::winkler(points).expect("some points")), ("half-space", half_space)];
-        for (law, builder) in laws {
-            let builder = builder.with_tolerance(1e-6).expect("a tolerance");
+        let springs = || SliceBuilder::winkler(points).expect("some points");
+        let laws = [
+            ("winkler, sorted", springs(), 0.0),
+            ("winkler, by bins", springs(), 1e-6),
+            ("half-space", half_space, 1e-6),
+        ];
+        for (law, builder, tolerance) in laws {
+            let builder = builder.with_tolerance(tolerance).expect("a tolerance");
+            let mut error = 0.0_f64;
             let mut times: [Vec<f64>; 3] = Default::default();
             for _ in 0..3 {
                 let first = one.install(|| {
@@ -138,9 +144,15 @@ fn tables() {
                 let second = two.install(|| builder.build_rows(&all).expect("curves"));
                 times[2].push(begin.elapsed().as_secs_f64());
                 assert_eq!(first, second, "the number of threads changed the result");
+                error = first.iter().fold(error, |error, curve| error.max(curve.error));
             }
             let [cpu, wall, both] = times.map(median);
-            println!("| {law} | {slices} | {points} | {cpu:.2} | {wall:.2} | {both:.2} | {:.2} |", wall / (2.0 * both));
+            println!(
+                "| {law} | {slices} | {points} | {cpu:.2} | {:.1} | {wall:.2} | {both:.2} | {:.2} | {:.2} |",
+                1e9 * cpu / (slices * points) as f64,
+                wall / (2.0 * both),
+                1e6 * error
+            );
         }
     }
 }

@@ -67,8 +67,8 @@ impl NullaryFnOnce for Interpolation<'_> {
         let vectors = sums.len();
         for (column, sum) in sums.iter_mut().enumerate() {
             let mut total = *sum;
-            for (&weight, sample) in weights.iter().zip(samples[column..].iter().step_by(vectors)) {
-                for (total, sample) in total.iter_mut().zip(sample) {
+            for (&weight, row) in weights.iter().zip(samples.chunks_exact(vectors)) {
+                for (total, sample) in total.iter_mut().zip(&row[column]) {
                     *total += weight * sample;
                 }
             }

@@ -76,7 +76,7 @@ impl Shape {
 
     /// a_k^2, k = 1, 2, ...: what heights correlated by r are correlated by is the sum of a_k^2 r^k.
     pub fn powers(&self) -> Vec<f64> {
-        let mut sums = vec![0.0; TERMS];
+        let mut sums = [0.0; TERMS];
         for [x, _, weight] in nodes() {
             // Normalised: h_k = (x h_(k-1) - sqrt(k - 1) h_(k-2))/sqrt k.
             let (mut before, mut now, value) = (1.0, x, weight * self.at(x));

@@ -83,13 +83,16 @@ fn binned(
         bin[1] += 1.0;
     }
     let weight = 1.0 / heights.len() as f64;
-    events.clear();
-    let mut fullest = 0.0_f64;
-    for &[sum, cells] in bins.iter().filter(|bin| bin[1] > 0.0) {
-        events.push((sum / cells, cells * weight));
+    // Written over where a bin is empty, which no branch could foretell.
+    events.resize(bins.len(), (0.0, 0.0));
+    let (mut used, mut fullest) = (0, 0.0_f64);
+    for &[sum, cells] in bins.iter() {
+        events[used] = (sum / cells.max(1.0), cells * weight);
+        used += usize::from(cells > 0.0);
         // One cell by itself is where it is.
         fullest = fullest.max(if cells > 1.0 { cells } else { 0.0 });
     }
+    events.truncate(used);
     let error = 0.25 * fullest * weight * width;
     (error <= tolerance).then(|| (StiffnessCurve::from_events(peak, events.iter().copied()), error))
 }

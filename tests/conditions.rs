@@ -153,7 +153,7 @@ fn text(case: &Case, road: &str) -> String {
         road,
         &rolling,
         &numerics,
-        &format!("[contact]\nslices = \"{slices}\"\nslice_coupling = \"{coupling}\""),
+        &format!("[contact]\nslices = \"{slices}\"\nslice_tolerance = 0.0\nslice_coupling = \"{coupling}\""),
     )
 }
 

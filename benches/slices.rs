@@ -1,4 +1,5 @@
-//! Stiffness curves of road slices: growing factor against one search per level, curves of springs against sums over them, scaling in slices and points, threads.
+//! Stiffness curves of road slices: growing factor against one search per level, curves of springs against sums over
+//! them, scaling in slices and points, threads.
 //!
 //! `cargo bench --bench slices` measures; `-- --table` prints the tables.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]

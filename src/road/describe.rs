@@ -40,7 +40,8 @@ pub struct RoadDescription {
     pub extent: Option<(f64, f64)>,
     /// The run's lattice.
     pub lattice: Lattice,
-    /// Third-octave levels of the road's profiles on its own lattice (energy mean over the contact width), longest wavelength first.
+    /// Third-octave levels of the road's profiles on its own lattice (energy mean over the contact width), longest
+    /// wavelength first.
     pub levels: Vec<TextureLevel>,
     /// Root-mean-square height of the profiles \[m\].
     pub rms: f64,
@@ -155,7 +156,8 @@ fn own_profiles(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Option<
             return Ok(Some(Profiles { spacing: map.dx, shortest: 2.0 * map.dx, longest: 0.25 * map.end(), profiles }));
         }
     };
-    // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's cells.
+    // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's
+    // cells.
     let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
     let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
     let mut surface = RoadSurface::open(spec, own, limits)?;

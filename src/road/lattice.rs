@@ -6,10 +6,12 @@ use super::error::RoadError;
 use super::grid;
 use crate::scene::{Lateral, ProfileRoad, Road};
 
-/// The run's lattice of road cells: element e is centred at road coordinate e dx and holds `along` rows of cells, each of `columns` cells across the
+/// The run's lattice of road cells: element e is centred at road coordinate e dx and holds `along` rows of cells, each
+/// of `columns` cells across the
 /// contact width, centred on the tyre. Heights are those of the cells' centres.
 ///
-/// Rows are counted through: element e owns the rows e `along` to (e + 1) `along`, so its slice is `along` x `columns` contiguous heights.
+/// Rows are counted through: element e owns the rows e `along` to (e + 1) `along`, so its slice is `along` x `columns`
+/// contiguous heights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Lattice {
     /// Element length \[m\].
@@ -26,8 +28,10 @@ impl Lattice {
     /// Size of the cells of a lattice chosen here \[m\]: about so wide and at most so long.
     pub const CELL: f64 = 0.002;
 
-    /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact width exactly, its rows falling
-    /// on the middle of each element and an odd number of them on its length; one column for roads that are level across; else cells of about 2 mm.
+    /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact
+    /// width exactly, its rows falling
+    /// on the middle of each element and an odd number of them on its length; one column for roads that are level
+    /// across; else cells of about 2 mm.
     ///
     /// # Errors
     /// A grid's file that cannot be read (its header is needed); dx or width not positive.

@@ -16,7 +16,8 @@ const ISOTROPIC_SPACING: f64 = 0.001;
 /// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
 const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
 
-/// Deviation of a made road's level from the one asked for that is worth a note \[dB\]; all deviations are in the report.
+/// Deviation of a made road's level from the one asked for that is worth a note \[dB\]; all deviations are in the
+/// report.
 const WORTH_TELLING: f64 = 1.0;
 
 /// What opening a road may use.
@@ -47,7 +48,8 @@ enum Source {
 }
 
 impl RoadSurface {
-    /// Opens a road: reads and checks its file, prepares resampling or synthesis; made roads are drawn later, as they are asked for.
+    /// Opens a road: reads and checks its file, prepares resampling or synthesis; made roads are drawn later, as they
+    /// are asked for.
     ///
     /// Paths in `spec` are used as they are.
     ///
@@ -109,7 +111,8 @@ impl RoadSurface {
         }
     }
 
-    /// Highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of a made one five times the
+    /// Highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of a made one
+    /// five times the
     /// root-mean-square height.
     pub fn highest(&self) -> f64 {
         match &self.source {
@@ -151,7 +154,8 @@ impl RoadSurface {
 
     /// Heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element, row by row.
     ///
-    /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads. Cost
+    /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads.
+    /// Cost
     /// O(cells) for elements asked in either order; a made road keeps the last few patches that it has drawn.
     ///
     /// # Errors

@@ -1,13 +1,16 @@
 //! The isotropic two-dimensional spectrum whose profiles have given band energies.
 //!
-//! A surface of waves of one wavenumber k in all directions, of variance w, has on a straight line the one-sided spectrum
-//! (2 w/pi) / sqrt(k^2 - q^2), q < k (the line sees a wave at the angle a as q = k cos a; all a are equally likely). Hence
+//! A surface of waves of one wavenumber k in all directions, of variance w, has on a straight line the one-sided
+//! spectrum
+//! (2 w/pi) / sqrt(k^2 - q^2), q < k (the line sees a wave at the angle a as q = k cos a; all a are equally likely).
+//! Hence
 //! the share of w that a profile has between q1 and q2 is (2/pi) (asin min(q2/k, 1) - asin min(q1/k, 1)): a wave lends
 //! energy to every longer wavelength, so not every profile spectrum belongs to an isotropic surface.
 //!
 //! 1. Every band is divided into three rings, the variance of each spread evenly over ln k.
 //! 2. The share of ring j in band i is integrated over the ring, giving a matrix.
-//! 3. Non-negative ring variances are found by non-negative least squares of the relative band energies. There are more rings
+//! 3. Non-negative ring variances are found by non-negative least squares of the relative band energies. There are more
+//!    rings
 //!    than bands; of the many answers a small penalty on the difference of neighbouring rings takes a smooth one.
 //! 4. What cannot be met is reported per band.
 
@@ -20,7 +23,8 @@ const POINTS: usize = 256;
 /// Points where a profile's whole spectrum is wanted, in cells narrower than a ring.
 const FEW_POINTS: usize = 16;
 
-/// Rings per band: the position within a band decides how much energy a wave lends to the next longer band, so dips of a
+/// Rings per band: the position within a band decides how much energy a wave lends to the next longer band, so dips of
+/// a
 /// decibel or two between bands need more than one.
 const RINGS_PER_BAND: usize = 3;
 /// Weight of the smoothness penalty against the relative error of the band energies.
@@ -90,7 +94,8 @@ impl RingSpectrum {
         Self { fit, ..self }
     }
 
-    /// Mean square of a profile by cells of wavenumber \[m^2\], cell j from (j - 1/2) to (j + 1/2) `cell`, as many as `count`.
+    /// Mean square of a profile by cells of wavenumber \[m^2\], cell j from (j - 1/2) to (j + 1/2) `cell`, as many as
+    /// `count`.
     pub fn profile(&self, cell: f64, count: usize) -> Vec<f64> {
         let below = |edge: f64| -> f64 {
             let ring = |ring: &Ring| {
@@ -144,7 +149,8 @@ fn share(ring: &Band, band: &Band) -> f64 {
     below(band.upper) - below(band.lower)
 }
 
-/// Share of the variance between two wavenumbers, spread evenly over ln k, that a profile has below a third: the mean over so many points.
+/// Share of the variance between two wavenumbers, spread evenly over ln k, that a profile has below a third: the mean
+/// over so many points.
 fn share_below(lower: f64, upper: f64, edge: f64, points: usize) -> f64 {
     if edge >= upper {
         return 1.0;

@@ -1,4 +1,5 @@
-//! Rows of heights interpolated along in rows of samples: the weights of all places between two samples from a table, and the sum itself over vectors.
+//! Rows of heights interpolated along in rows of samples: the weights of all places between two samples from a table,
+//! and the sum itself over vectors.
 
 use pulp::NullaryFnOnce;
 

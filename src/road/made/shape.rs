@@ -1,11 +1,15 @@
-//! Skewness and kurtosis of a made road: a monotone transformation of Gaussian heights, and what it makes of their correlation.
+//! Skewness and kurtosis of a made road: a monotone transformation of Gaussian heights, and what it makes of their
+//! correlation.
 //!
-//! The heights are rms g(x), x Gaussian of variance 1 and g(x) = (sinh((asinh x + e)/d) - mean)/deviation (Jones and Pewsey, *Biometrika* 96 (2009) 761-780): e skews, d > 1 cuts the tails,
+//! The heights are rms g(x), x Gaussian of variance 1 and g(x) = (sinh((asinh x + e)/d) - mean)/deviation (Jones and
+//! Pewsey, *Biometrika* 96 (2009) 761-780): e skews, d > 1 cuts the tails,
 //! d < 1 lengthens them, and every height stays where it was in the order of all.
 //!
-//! 1. For a given d the skewness grows with e, and along a line of given skewness the kurtosis falls with d: two nested bisections find both. Means are sums of the trapezoidal rule,
+//! 1. For a given d the skewness grows with e, and along a line of given skewness the kurtosis falls with d: two nested
+//!    bisections find both. Means are sums of the trapezoidal rule,
 //!    exact to rounding for what falls off like a Gaussian.
-//! 2. Heights whose Gaussian is correlated by r are correlated by the sum of a_k^2 r^k, a_k the coefficients of g in normalised Hermite polynomials, the sum of their squares 1.
+//! 2. Heights whose Gaussian is correlated by r are correlated by the sum of a_k^2 r^k, a_k the coefficients of g in
+//!    normalised Hermite polynomials, the sum of their squares 1.
 
 use crate::road::error::RoadError;
 
@@ -24,7 +28,8 @@ const LARGEST_SHIFT: f64 = 20.0;
 /// Halvings of an interval.
 const HALVINGS: usize = 60;
 
-/// A monotone transformation of standard Gaussian numbers into numbers of mean 0, variance 1 and given skewness and kurtosis.
+/// A monotone transformation of standard Gaussian numbers into numbers of mean 0, variance 1 and given skewness and
+/// kurtosis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     shift: f64,

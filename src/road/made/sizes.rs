@@ -8,7 +8,8 @@ use crate::road::lattice::{Lattice, positive};
 
 /// Largest share of the road's spacing in the shortest wavelength.
 const LARGEST_SHARE: f64 = 0.45;
-/// Wanted ratio of the wavelengths of a level: with more a level's longest waves ask for a period that its shortest pay for, with fewer each height is summed from more levels.
+/// Wanted ratio of the wavelengths of a level: with more a level's longest waves ask for a period that its shortest pay
+/// for, with fewer each height is summed from more levels.
 const RATIO: f64 = 3.3;
 /// Length of a block, in the longest wavelengths of its level.
 const BLOCK: f64 = 128.0;
@@ -16,7 +17,8 @@ const BLOCK: f64 = 128.0;
 pub const FADE: usize = 16;
 /// Lateral period in the longest wavelengths of a level, and what is left of them beside the strip, at least.
 const PERIOD: [f64; 2] = [8.0, 4.0];
-/// Samples in the shortest wave along, at least, of the shortest level and of the others: the more there are the shorter is what interpolates them, and those of long waves cost little.
+/// Samples in the shortest wave along, at least, of the shortest level and of the others: the more there are the
+/// shorter is what interpolates them, and those of long waves cost little.
 const SAMPLES: [f64; 2] = [2.8, 5.0];
 /// Patches of a level that are kept: rows straddle two, a third serves a caller that looks back.
 pub const KEPT: usize = 3;
@@ -111,7 +113,8 @@ impl Sizes {
         Work { multiply_adds: multiply_adds as u64, bytes: self.bytes() as u64 }
     }
 
-    /// What so many metres in so many rows take: noise and a transform for each lateral wave, their sum across, interpolation along.
+    /// What so many metres in so many rows take: noise and a transform for each lateral wave, their sum across,
+    /// interpolation along.
     pub fn drawing(&self, metres: f64, rows: f64) -> f64 {
         let level = |level: &LevelSizes| {
             let (samples, lines) = (level.samples as f64, level.lines as f64);
@@ -123,7 +126,8 @@ impl Sizes {
     }
 }
 
-/// Highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line that holds all.
+/// Highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line that holds
+/// all.
 pub fn resolved(lattice: Lattice) -> [f64; 2] {
     [0.5 / lattice.cell(), if lattice.columns > 1 { 0.5 / lattice.dy } else { f64::INFINITY }]
 }

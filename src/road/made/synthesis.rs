@@ -1,12 +1,15 @@
 //! Drawing a random surface piece by piece.
 //!
-//! 1. The spectrum is divided into [levels](super::levels) of some octaves each. Short waves are forgotten after a few millimetres: they are drawn with a short lateral period,
+//! 1. The spectrum is divided into [levels](super::levels) of some octaves each. Short waves are forgotten after a few
+//!    millimetres: they are drawn with a short lateral period,
 //!    long ones on a coarse lattice.
 //! 2. Each level is drawn patch by patch, its place and its random numbers fixed on the road.
-//! 3. A row of the run's cells is interpolated along in the patches of all levels, by a windowed sinc, all columns at once.
+//! 3. A row of the run's cells is interpolated along in the patches of all levels, by a windowed sinc, all columns at
+//!    once.
 //! 4. Where the road is not to be Gaussian, each height is transformed by itself.
 //!
-//! The spectrum is scene data and the random numbers belong to the waves of a patch, so the road is the same at any number of elements and cells, up to
+//! The spectrum is scene data and the random numbers belong to the waves of a patch, so the road is the same at any
+//! number of elements and cells, up to
 //! what the cells can resolve. Results do not depend on the order of access nor on the number of threads.
 
 use std::collections::VecDeque;

@@ -83,7 +83,8 @@ impl TargetSpectrum {
     /// Third-octave levels of a profile (dB re 1e-6 m) at mid-wavelengths \[m\], nominal or exact, in any order.
     ///
     /// # Errors
-    /// Lists of different length or empty; a wavelength more than 4 % off a mid-wavelength; a band twice; a level outside -100 to 120 dB.
+    /// Lists of different length or empty; a wavelength more than 4 % off a mid-wavelength; a band twice; a level
+    /// outside -100 to 120 dB.
     pub fn third_octaves(wavelengths: &[f64], levels: &[f64]) -> Result<Self, RoadError> {
         if wavelengths.is_empty() || wavelengths.len() != levels.len() {
             return Err(RoadError::LevelCount { wavelengths: wavelengths.len(), levels: levels.len() });
@@ -120,7 +121,8 @@ impl TargetSpectrum {
         Self::third_octaves(&wavelengths, &levels)
     }
 
-    /// One-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the given rms there,
+    /// One-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the given rms
+    /// there,
     /// in bands of at most a third octave.
     ///
     /// # Errors

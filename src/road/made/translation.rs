@@ -1,8 +1,11 @@
 //! The Gaussian spectrum whose transformed surface has the levels asked for.
 //!
-//! 1. The profile spectrum of a Gaussian surface in many narrow cells, from its rings; a cosine transform gives its correlation r.
-//! 2. The transformed surface is correlated by sum a_k^2 r^k ([`Shape::powers`]); transformed back: its profile spectrum, and so its bands.
-//! 3. Each band asked of the Gaussian is scaled by what its transform is short of, and the rings are fitted again. After some rounds what a monotone transformation
+//! 1. The profile spectrum of a Gaussian surface in many narrow cells, from its rings; a cosine transform gives its
+//!    correlation r.
+//! 2. The transformed surface is correlated by sum a_k^2 r^k ([`Shape::powers`]); transformed back: its profile
+//!    spectrum, and so its bands.
+//! 3. Each band asked of the Gaussian is scaled by what its transform is short of, and the rings are fitted again.
+//!    After some rounds what a monotone transformation
 //!    allows is met; what is left is told per band, as for a spectrum that no isotropic surface has.
 
 use realfft::RealFftPlanner;

@@ -62,7 +62,8 @@ impl SliceBuilder {
     /// An elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
     ///
     /// # Errors
-    /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size, [`SliceError::MayShrink`] if
+    /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size, [`SliceError::MayShrink`]
+    /// if
     /// the grid is so extreme that rounding hides that contact only grows.
     pub fn half_space(columns: usize, length: f64, pitch: f64) -> Result<Self, SliceError> {
         for (what, value) in [("the length of a slice's cells", length), ("the width of a slice's cells", pitch)] {
@@ -145,11 +146,14 @@ impl SliceBuilder {
         }
     }
 
-    /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the highest point
+    /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the
+    /// highest point
     /// (0 at or above it).
     ///
-    /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the rigid lines
-    /// of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length` by `pitch` \[m\].
+    /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the
+    /// rigid lines
+    /// of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length` by `pitch`
+    /// \[m\].
     ///
     /// # Errors
     /// As [`Self::build`].

@@ -1,8 +1,10 @@
 //! The displacement curve S(y) of a slice, piecewise linear.
 
-/// S(y) = integral of the normalised stiffness s over 0..y, for one slice. `y` is the penetration past the slice's highest point.
+/// S(y) = integral of the normalised stiffness s over 0..y, for one slice. `y` is the penetration past the slice's
+/// highest point.
 ///
-/// S(0) = 0; S is convex, non-decreasing, with slope s in \[0, 1\]. Past the last breakpoint the slope is `final_slope`.
+/// S(0) = 0; S is convex, non-decreasing, with slope s in \[0, 1\]. Past the last breakpoint the slope is
+/// `final_slope`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StiffnessCurve {
     /// Height of the slice's highest point above z = 0 \[m\].
@@ -13,7 +15,8 @@ pub struct StiffnessCurve {
     pub displacement: Box<[f64]>,
     /// Slope past the last breakpoint; 1 when the whole slice is in contact.
     pub final_slope: f64,
-    /// Largest difference from the curve of all cells that leaving breakpoints out has made \[m\]; 0 for that curve itself.
+    /// Largest difference from the curve of all cells that leaving breakpoints out has made \[m\]; 0 for that curve
+    /// itself.
     pub error: f64,
 }
 
@@ -36,7 +39,8 @@ impl StiffnessCurve {
         Self { peak, penetration: Box::new([]), displacement: Box::new([]), final_slope: 1.0, error: 0.0 }
     }
 
-    /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws come.
+    /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws
+    /// come.
     ///
     /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; equal y_k become one breakpoint and those at
     /// y_k = 0 only set the initial slope. The slope past the last one is set to 1 exactly: the weights' sum differs

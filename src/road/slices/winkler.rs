@@ -1,6 +1,7 @@
 //! Winkler slices: independent springs under an element.
 //!
-//! S(y) = mean over the area under the element of max(0, y - (z_peak - z)) (MODEL.md sections 6 and 11). With n cells of equal size
+//! S(y) = mean over the area under the element of max(0, y - (z_peak - z)) (MODEL.md sections 6 and 11). With n cells
+//! of equal size
 //! it is the mean of max(0, y - depth_i): piecewise linear, with a breakpoint wherever y passes the depth of a cell
 //! and a slope there that grows by 1/n. Exact once the depths are sorted.
 //!
@@ -9,9 +10,11 @@
 //! 2. Each is an event (depth, 1/n) of [`StiffnessCurve::from_events`]. Cost: n log n comparisons.
 //!
 //! Where some is:
-//! 1. Depths are put into bins, whose width follows from the tolerance; those of a bin become one event at their mean. Outside a bin S is then exact, inside it too
+//! 1. Depths are put into bins, whose width follows from the tolerance; those of a bin become one event at their mean.
+//!    Outside a bin S is then exact, inside it too
 //!    small by at most (share of the cells in the bin) width/4: when half of them lie at each edge.
-//! 2. What is left of the tolerance goes to [`reduce`](super::reduce). Cost: some operations for each cell and for each bin.
+//! 2. What is left of the tolerance goes to [`reduce`](super::reduce). Cost: some operations for each cell and for each
+//!    bin.
 //! 3. A slice with too many of its cells in one bin is sorted after all.
 
 use super::StiffnessCurve;
@@ -26,9 +29,11 @@ pub(super) struct Scratch {
     events: Vec<(f64, f64)>,
 }
 
-/// Part of the tolerance that bins of the mean number of cells are made for: with few cells the fullest holds some times as many.
+/// Part of the tolerance that bins of the mean number of cells are made for: with few cells the fullest holds some
+/// times as many.
 const PART_OF_BINS: f64 = 0.2;
-/// Density of depths where it is greatest, over their mean density: of a Gaussian texture with a range of six standard deviations.
+/// Density of depths where it is greatest, over their mean density: of a Gaussian texture with a range of six standard
+/// deviations.
 const CROWDED: f64 = 2.4;
 /// Most bins for a cell: with more, sorting is as fast.
 const MOST_BINS: usize = 4;
@@ -138,7 +143,8 @@ mod tests {
     }
 
     proptest! {
-        /// Gaussian, uniform, crowded and few heights: within the tolerance, convex, and the error told is one that is kept.
+        /// Gaussian, uniform, crowded and few heights: within the tolerance, convex, and the error told is one that is
+        /// kept.
         #[test]
         fn bins_keep_the_tolerance(
             heights in prop::collection::vec((-1.0..1.0f64, 0..4i32).prop_map(|(z, power)| 2e-3 * z.powi(2 * power + 1)), 1..300),

@@ -84,7 +84,8 @@ fn a_step_across_has_an_area_curve() {
     assert!((curve.displacement_at(3e-3) - 2.5e-3).abs() < 1e-17);
 }
 
-/// Both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's mean: past the highest cell, which more cells find higher, it
+/// Both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's mean: past
+/// the highest cell, which more cells find higher, it
 /// has none so soon.
 #[test]
 fn slices_converge_with_cells_along() {

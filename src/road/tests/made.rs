@@ -7,8 +7,10 @@ fn made(seed: u64) -> Road {
     Road::Made(MadeRoad { seed, ..MadeRoad::default() })
 }
 
-/// Levels along x over 60 m: per band about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB standard deviation
-/// (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB is 2.5 deviations.
+/// Levels along x over 60 m: per band about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB standard
+/// deviation
+/// (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB is 2.5
+/// deviations.
 #[test]
 fn levels_along_are_those_asked_for() {
     let lattice = Lattice { dx: 0.001, along: 1, dy: 0.001, columns: 200 };

@@ -186,7 +186,7 @@ fn slice_coupling(scene: &Scene, slices: Slices, notes: &mut Vec<String>) -> (De
 fn tread_coupling(tread: Tread) -> Decision {
     let (on, form) = match tread {
         Tread::Elastic => (true, "elastic layer"),
-        Tread::Uncoupled => (false, "points in contact feel each other from the next step on"),
+        Tread::Uncoupled => (false, "points in contact feel each other from the next step on; elastic in the limit"),
         Tread::Bedding => (false, "independent springs on the carcass"),
     };
     let name = match tread {

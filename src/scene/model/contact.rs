@@ -59,7 +59,7 @@ pub enum Tread {
     /// The elastic layer with coupling between contact points.
     #[default]
     Elastic,
-    /// The elastic layer, coupling within one step left out (diagonal of G0).
+    /// The elastic layer, coupling within one step left out (diagonal of G0). What is left out falls with the time step: the limit is the elastic layer.
     Uncoupled,
     /// Independent springs on the belt.
     Bedding,

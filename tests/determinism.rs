@@ -67,7 +67,9 @@ fn what_the_cache_of_factors_holds_changes_no_bit() {
     // Nothing is ever found but the set of the step before, against everything: a resumed run makes its factors again.
     let with = |factors: u32| {
         let numerics = format!("memory = 0.1\nhistory = \"modal\"\ncached_factors = {factors}");
-        run(&scene_text(128, "kind = \"made\"\nseed = 3", ROLLING, &numerics, ""))
+        // Slices that yield by themselves keep no factors.
+        let contact = "[contact]\nslice_coupling = \"explicit\"";
+        run(&scene_text(128, "kind = \"made\"\nseed = 3", ROLLING, &numerics, contact))
     };
     let (one, many) = (with(1), with(4096));
     let made = |results: &Results| results.summary()["cost"]["counters"]["factorisations"].as_u64().unwrap();

@@ -222,7 +222,7 @@ fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("small.toml");
     let of = |road: &str| {
-        std::fs::write(&path, scene_text(64, road, ROLLING, MODAL, "")).unwrap();
+        std::fs::write(&path, scene_text(64, road, ROLLING, &format!("{MODAL}\nsubsteps = 2"), "")).unwrap();
         let (cache, target) = (folder.path().join("cache"), folder.path().join("results"));
         let arguments = ["effects", path.to_str().unwrap(), "--out", target.to_str().unwrap(), "--duration", "0.3"];
         let (code, text) = tyrewave(&cache, &arguments);

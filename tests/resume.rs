@@ -195,7 +195,7 @@ fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
 
 #[test]
 fn vibration_goes_on_in_the_same_bytes() {
-    for (rule, kills) in [("bdf2", 3), ("sdirk2", 1)] {
+    for (rule, kills) in [("bdf2", 3), ("sdirk2", 2)] {
         let scene = scene_of("modal", &road("refuse"), 20.0, 0.004)
             .replace("cached_factors = 5", &format!("cached_factors = 5\ntime_rule = \"{rule}\""));
         let keys = "segment = 0.2\npoints = [0.1]\nelements = [5]\nmap = true";

@@ -291,8 +291,11 @@ impl LoadControl {
         if steps >= (begin + length) as f64 {
             return self.to;
         }
-        // A stage of the step in which a turn begins may lie before it.
-        self.from + (self.to - self.from) * (steps - begin as f64).max(0.0) / length as f64
+        // A stage of the step in which a turn begins may lie before it, and a short warm-up has turns of no length.
+        if steps <= begin as f64 {
+            return self.from;
+        }
+        self.from + (self.to - self.from) * (steps - begin as f64) / length as f64
     }
 
     pub(super) fn observe(&mut self, step: u64, force: f64) {
@@ -359,6 +362,19 @@ mod tests {
         let stiffer = StaticContact { force: 1.1 * at(&row(0.0)).force, ..wanted };
         let refused = matched((1e-9, 1e-3), circumference, stiffer, row).unwrap_err();
         assert!(matches!(refused, ContactError::NoEqualStiffness { .. }), "{refused}");
+    }
+
+    #[test]
+    fn a_turn_of_no_length_is_a_step_at_every_stage() {
+        let start = StaticContact { indentation: 0.01, force: 4000.0, stiffness: 3e5, length: 0.08 };
+        let mut height = AxleHeight::Loaded(LoadControl::new(4000.0, start, 36));
+        for step in 0..40 {
+            for node in [0.29, 0.5, 1.0] {
+                let indentation = height.between(step as f64 - 1.0 + node);
+                assert!(indentation.is_finite() && indentation >= 0.0, "step {step}: {indentation}");
+            }
+            height.observe(step, 3e5 * height.indentation(step));
+        }
     }
 
     #[test]

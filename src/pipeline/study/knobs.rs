@@ -38,9 +38,9 @@ const ELEMENT_PARTS: [(usize, usize); 4] = [(1, 4), (3, 8), (1, 2), (3, 4)];
 const SUBSTEPS: [usize; 5] = [1, 2, 3, 4, 6];
 const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 /// Tolerances of the poles.
-const POLES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
-const FINEST_POLES: f64 = 1e-7;
+const FINEST_POLES: f64 = 1e-6;
 /// Sizes of a cell across and along \[m\], and the reference's.
 const CELLS: [f64; 4] = [8e-3, 4e-3, 2e-3, 1.33e-3];
 const FINEST_CELL: f64 = 1e-3;

@@ -135,12 +135,12 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
         "mid_frequency_hz",
         "speed_kmh",
         "level_db_re_1n",
-        "valid",
         "growth_db_per_decade",
         "residual_db",
         "speeds",
     ];
-    writer.write_record(header.into_iter().chain(RollingResistance::COLUMNS)).map_err(failed)?;
+    let header = header.into_iter().chain(RollingResistance::COLUMNS).chain(["valid"]);
+    writer.write_record(header).map_err(failed)?;
     for block in blocks {
         for line in &block.lines {
             let of_line = |of: fn(&SpeedExponent) -> String| line.exponent.as_ref().map_or(String::new(), of);
@@ -154,12 +154,13 @@ pub fn csv(blocks: &[SweepBlock], path: &Path) -> Result<String, ResultsError> {
                     line.band.mid_frequency().to_string(),
                     speed.to_string(),
                     level.to_string(),
-                    u8::from(*valid).to_string(),
                     of_line(|fit| fit.decibels_per_decade.to_string()),
                     of_line(|fit| fit.residual.to_string()),
                     of_line(|fit| fit.speeds.to_string()),
                 ];
-                writer.write_record(row.into_iter().chain(RollingResistance::cells(*resistance))).map_err(failed)?;
+                let valid = u8::from(*valid).to_string();
+                let row = row.into_iter().chain(RollingResistance::cells(*resistance)).chain([valid]);
+                writer.write_record(row).map_err(failed)?;
             }
         }
     }

@@ -108,9 +108,11 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
                 "numerics.time_rule",
                 "numerics.history",
                 "numerics.pole_tolerance",
+                "contact.slice_tolerance",
                 "contact.cells_across",
                 "numerics.elements",
                 "numerics.substeps",
+                "contact.cells_along",
             ];
             assert_eq!(keys, expected);
             assert!(loaded.choices()[0].reason.contains(&format!("within {error} dB")));
@@ -135,7 +137,14 @@ fn keys_that_are_given_stay_beside_a_preset() {
     assert_eq!((numerics.elements, numerics.time_rule, numerics.history), (1000, TimeRule::Sdirk2, History::Direct));
     assert!((numerics.pole_tolerance - 1e-8).abs() < 1e-20);
     let chosen: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
-    assert_eq!(chosen, ["numerics.preset", "contact.cells_across", "numerics.substeps"]);
+    let expected = [
+        "numerics.preset",
+        "contact.slice_tolerance",
+        "contact.cells_across",
+        "numerics.substeps",
+        "contact.cells_along",
+    ];
+    assert_eq!(chosen, expected);
 }
 
 #[test]

@@ -3,7 +3,9 @@
 //! Pressures are q = p/E* by element, c = kappa E* \[m\], G the periodic half-space's influence of elements as wide as
 //! the patch:
 //!
-//!     c q = S(v),   v = h + depth - G q + c q,   mean q given;
+//! ```text
+//! c q = S(v),   v = h + depth - G q + c q,   mean q given;
+//! ```
 //!
 //! h is the height of an element's highest cell. Unknown are v and the depth. Newton's method on the pieces of S: each
 //! step solves (1 - s_j) delta_ij + G_ij s_j/c for v, bordered by the mean; halved as long as the residual would grow.

@@ -222,7 +222,7 @@ fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("small.toml");
     let of = |road: &str| {
-        std::fs::write(&path, scene_text(64, road, ROLLING, &format!("{MODAL}\nsubsteps = 2"), "")).unwrap();
+        std::fs::write(&path, scene_text(64, road, ROLLING, &format!("{MODAL}\ntime_rule = \"bdf2\""), "")).unwrap();
         let (cache, target) = (folder.path().join("cache"), folder.path().join("results"));
         let arguments = ["effects", path.to_str().unwrap(), "--out", target.to_str().unwrap(), "--duration", "0.3"];
         let (code, text) = tyrewave(&cache, &arguments);
@@ -233,8 +233,9 @@ fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are
     for row in ["+ texture across the width", "- texture across the width", "+ axle motion", "- tread coupling"] {
         assert!(text.contains(row) && csv.contains(row), "{row} is missing\n{text}\n{csv}");
     }
-    // None, all, and each of eight effects twice.
-    assert_eq!(csv.lines().count(), 1 + 2 + 2 * 8, "{csv}");
+    // None, all, each of eight effects twice, half and twice the local compliance.
+    assert_eq!(csv.lines().count(), 1 + 2 + 2 * 8 + 2, "{csv}");
+    assert!(text.contains("half the local compliance") && text.contains("known within a factor of two"), "{text}");
     assert!(target.join("effects_added.svg").exists() && target.join("effects_taken_away.svg").exists());
     let (text, csv, _) = of("kind = \"smooth\"");
     assert!(text.contains("texture across the width: not in this scene: a smooth road has no texture"), "{text}");

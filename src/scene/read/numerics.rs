@@ -116,9 +116,10 @@ impl Given {
             numerics.pole_tolerance = row.pole_tolerance;
             choose("numerics.pole_tolerance", format!("{:.0e}", row.pole_tolerance), why.clone());
         }
-        if contact.slice_tolerance.to_bits() == Contact::SLICE_TOLERANCE.to_bits()
-            && scene.effects.texture != Switch::Off
-        {
+        // A row that keeps the default chooses nothing.
+        let usual = Contact::SLICE_TOLERANCE.to_bits();
+        let open = contact.slice_tolerance.to_bits() == usual && row.slice_tolerance.to_bits() != usual;
+        if open && scene.effects.texture != Switch::Off {
             contact.slice_tolerance = row.slice_tolerance;
             choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
         }

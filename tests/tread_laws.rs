@@ -74,18 +74,21 @@ fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
         levels(&results)
     };
     let levels: Vec<_> = LAWS.iter().map(|(law, contact)| of(law, contact)).collect();
-    // Below, the tyre moves as a whole and both are as stiff as the elastic tread; above, only the tread between carcass and stones does.
-    for (law, allowed) in [(1, 3.0), (2, 0.5)] {
-        let found = differences(&levels, law);
-        println!("{} less elastic: {found:.1?} dB", LAWS[law].0);
-        let largest = |low: f64, high: f64| {
-            let within =
-                levels[0].iter().zip(&found).filter(|(level, _)| (low..high).contains(&level.band.mid_frequency()));
-            within.map(|(_, difference)| difference.abs()).fold(0.0, f64::max)
-        };
-        let (below, above) = (largest(20.0, 170.0), largest(300.0, 2000.0));
-        assert!(below < allowed && above > 2.0 * below && above > 3.0, "{}: {below} and {above} dB", LAWS[law].0);
-    }
+    // Below, the tyre moves as a whole and the bedding is as stiff as the elastic tread; above, only the tread between carcass and stones moves.
+    // What the uncoupled law leaves out belongs to the time step, and is next to nothing at this one.
+    let uncoupled = differences(&levels, 2);
+    println!("{} less elastic: {uncoupled:.2?} dB", LAWS[2].0);
+    assert!(uncoupled.iter().all(|difference| difference.abs() < 0.5), "{uncoupled:?}");
+    let (law, allowed) = (1, 3.0);
+    let found = differences(&levels, law);
+    println!("{} less elastic: {found:.1?} dB", LAWS[law].0);
+    let largest = |low: f64, high: f64| {
+        let within =
+            levels[0].iter().zip(&found).filter(|(level, _)| (low..high).contains(&level.band.mid_frequency()));
+        within.map(|(_, difference)| difference.abs()).fold(0.0, f64::max)
+    };
+    let (below, above) = (largest(20.0, 170.0), largest(300.0, 2000.0));
+    assert!(below < allowed && above > 2.0 * below && above > 3.0, "{}: {below} and {above} dB", LAWS[law].0);
 }
 
 #[test]

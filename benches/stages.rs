@@ -79,6 +79,8 @@ fn scene(elements: usize, history: &str) -> LoadedScene {
     let text = DEFAULT
         .replace("elements = 512", &format!("elements = {elements}"))
         .replace("history = \"modal\"", history)
+        // A rule that direct sums have as well.
+        .replace("time_rule = \"sdirk2\"", "time_rule = \"bdf2\"")
         .replace("duration = 18.0", "duration = 1e5");
     Scene::from_str(&text, "default").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
 }

@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 /// `sdirk3` an element's mean may be slightly negative.
 ///
 /// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an error
-/// seven to nine times smaller than that of `bdf2` at the same step (tests/convergence.rs).
+/// two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is (tests/convergence.rs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeRule {

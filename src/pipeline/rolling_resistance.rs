@@ -1,9 +1,9 @@
 //! Rolling resistance of a run: the mean power that the contact forces put into the tyre, over speed and mean force.
 //!
 //! The tyre dissipates what is put in, so this is the resistance by hysteresis of tread, belt and foundation, to the
-//! smooth road and to the texture alike. It asks for no vibration: the displacements of the window, at every instant one product of the
-//! forces with the first weights a step. With `tread = "uncoupled"` the displacements are not those of the tyre under
-//! the forces, and there is none.
+//! smooth road and to the texture alike. It asks for no vibration: the displacements of the window, at every instant one
+//! product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those of the tyre
+//! under the forces, and there is none.
 
 use super::plan::Plan;
 use crate::contact::march::March;

@@ -1,5 +1,7 @@
-//! The linear systems of the search: G0 of the points in contact, 32 to 512 of them, solved by LU, by Cholesky and by LDLT (LU without exchanges, which the program uses), factors made anew or kept, by Levinson's recursion where the points
-//! are neighbours, and with one point more than a kept factor has, each with its residual.
+//! The linear systems of the search: G0 of the points in contact, 16 to 512 of them, solved by LU, by Cholesky and by
+//! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by columns and the one in blocks that
+//! it takes for many points, by Levinson's recursion where the points are neighbours, and with one point more than a kept
+//! factor has, each with its residual.
 //!
 //! `cargo bench --bench linear_solvers`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -11,6 +13,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
+use tyrewave::contact::ldlt::{LINE, Ldlt};
 use tyrewave::numeric::Ring;
 use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
@@ -69,7 +72,7 @@ fn bordered(solve: impl Fn(&[f64]) -> Vec<f64>, row: &[f64], own: f64, d: &[f64]
 
 fn solvers(criterion: &mut Criterion) {
     let influence = instant_influence();
-    for points in [32_usize, 64, 128, 256, 512] {
+    for points in [16_usize, 32, 64, 128, 192, 256, 512] {
         let matrix = Mat::from_fn(points, points, |i, j| influence[i.abs_diff(j)]);
         let d: Vec<f64> = (0..points).map(|i| 1e-3 * (PI * (i as f64 + 0.5) / points as f64).sin()).collect();
         let right = || Mat::from_fn(points, 1, |i, _| d[i]);
@@ -83,11 +86,28 @@ fn solvers(criterion: &mut Criterion) {
             let solve = |d: &[f64]| column(smaller.solve(Mat::from_fn(points - 1, 1, |i, _| d[i])));
             bordered(solve, &row, influence[0], &d[..points - 1], d[points - 1])
         };
+        let stride = points.next_multiple_of(LINE) + LINE;
+        let anew = |solver: &mut Ldlt, memory: &mut [f64], right: &mut [f64]| {
+            for (j, column) in memory.chunks_exact_mut(stride).enumerate() {
+                column[j..points].copy_from_slice(&influence[..points - j]);
+            }
+            right[..points].copy_from_slice(&d);
+            solver.factorise(memory, stride, points).expect("G0 is positive definite");
+            solver.solve(memory, right, stride, points, 1).expect("G0 is positive definite");
+        };
+        let own = |many: usize| {
+            let (mut memory, mut right) = (vec![0.0; stride * points], vec![0.0; stride]);
+            anew(&mut Ldlt::switching(points, 1, many), &mut memory, &mut right);
+            right.truncate(points);
+            right
+        };
         let mut line = format!("{points:4} points, residuals:");
         for (name, solution) in [
             ("LU", column(lu.solve(right()))),
             ("Cholesky", column(cholesky.solve(right()))),
             ("LDLT", column(symmetric.solve(right()))),
+            ("by columns", own(usize::MAX)),
+            ("in place", own(0)),
             ("Levinson", levinson(&influence, &d)),
             ("one more", one_more()),
         ] {
@@ -107,6 +127,13 @@ fn solvers(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new("LDLT", "made anew"), |bench| {
             bench.iter(|| black_box(&matrix).ldlt(Side::Lower).map(|factor| factor.solve(right())));
         });
+        for (name, many) in [("LDLT by columns", usize::MAX), ("LDLT in place", 0)] {
+            let mut solver = Ldlt::switching(points, 1, many);
+            let (mut memory, mut right) = (vec![0.0; stride * points], vec![0.0; stride]);
+            group.bench_function(BenchmarkId::new(name, "made anew"), |bench| {
+                bench.iter(|| anew(&mut solver, black_box(&mut memory), black_box(&mut right)));
+            });
+        }
         group.bench_function(BenchmarkId::new("LDLT", "kept"), |bench| {
             bench.iter(|| symmetric.solve(black_box(right())));
         });

@@ -1,4 +1,4 @@
-//! Cost of roads: made texture drawn in chunks, beside one transform of the whole area; a measured profile resampled once and spread across, beside the same heights resampled column by column. The number of elements round the
+//! Cost of roads: made texture drawn in chunks, alone and with the curves of its slices, beside one transform of the whole area; a measured profile resampled once and spread across, beside the same heights resampled column by column. The number of elements round the
 //! tyre doubles.
 //!
 //! `cargo bench --bench road`.
@@ -16,6 +16,7 @@ use tyrewave::numeric::transform_length;
 use tyrewave::road::height_map::HeightMap;
 use tyrewave::road::made::{RingSpectrum, TargetSpectrum};
 use tyrewave::road::resample::Resampled;
+use tyrewave::road::slices::SliceBuilder;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::{AtEnd, MadeRoad, Road};
 
@@ -89,7 +90,26 @@ fn made(criterion: &mut Criterion) {
                 black_box(height)
             });
         });
+        // What a run of the standard preset does: cells of 2 mm along and across, and the curves of its slices.
+        let cells = Lattice { along: (lattice.dx / 0.002).round() as usize, columns: 60, ..lattice };
+        let slices = (METRES / cells.dx) as usize;
+        let mut area = vec![0.0; slices * cells.cells()];
+        let mut road = RoadSurface::open(&spec, cells, Limits::default()).expect("a road");
+        let builder = SliceBuilder::winkler(cells.columns).and_then(|builder| builder.with_lines(cells.along));
+        group.throughput(Throughput::Elements(area.len() as u64));
+        let mut first = 0;
+        for (name, tolerance) in [("with curves", 3e-7), ("with exact curves", 0.0)] {
+            let builder = builder.clone().and_then(|builder| builder.with_tolerance(tolerance)).expect("some cells");
+            group.bench_function(BenchmarkId::new(name, elements), |bench| {
+                bench.iter(|| {
+                    first += slices as i64;
+                    road.heights(first, slices, &mut area).expect("an endless road");
+                    builder.build_rows(&area).expect("curves")
+                });
+            });
+        }
         let mut seed = 1;
+        group.throughput(Throughput::Elements((METRES / lattice.dx) as u64 * lattice.columns as u64));
         group.bench_function(BenchmarkId::new("drawn at once", elements), |bench| {
             bench.iter(|| {
                 seed += 1;

@@ -10,12 +10,13 @@ use crate::meter::process::resident_memory;
 use crate::pipeline::Plan;
 use crate::pipeline::plan::calibration::{calibrate, calibrated};
 use crate::pipeline::plan::{Forecast, bytes};
+use crate::pipeline::prepare::open_road;
 use crate::results::profile_table::counter_title;
 use crate::results::table::{aligned, grouped, words};
 use crate::scene::{LoadedScene, Scene};
 
 const EXAMPLES: &str = "\
-Nothing is simulated. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
+Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
 `tyrewave run` follows exactly this plan.
 
 The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept beside the fitted models; --calibrate measures them anew.
@@ -50,6 +51,7 @@ impl PlanArguments {
         loaded.check_time_domain()?;
         let plan = Plan::of(&loaded);
         plan.check(&loaded)?;
+        open_road(&loaded, &plan, 0.5 * plan.amounts.expected.points * plan.element)?;
         let stop = context.interrupt.flag();
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);

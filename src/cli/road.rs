@@ -1,6 +1,6 @@
 //! `tyrewave road`: what a scene's road is like.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use ndarray::ArrayView2;
@@ -10,12 +10,13 @@ use super::{CliError, Context, print, side_folder};
 use crate::meter::{Meter, Stage};
 use crate::pipeline::plan::Decisions;
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
+use crate::pipeline::sweep::{Axes, variants};
 use crate::results::plots::RoadMap;
 use crate::results::summary::Cost;
 use crate::results::table::{aligned, words};
 use crate::results::{ResultsFolder, Summary};
 use crate::road::{RoadDescription, describe};
-use crate::scene::Scene;
+use crate::scene::{DEFAULT, LoadedScene, Scene};
 
 const EXAMPLES: &str = "\
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest frequency that the road can excite at \
@@ -23,13 +24,14 @@ the scene's speed. Drawn: its heights, in colours.
 
 Examples:
   tyrewave road scenes/default.toml
+  tyrewave road station.dat
   tyrewave road scenes/default.toml --out road";
 
 /// Arguments of `tyrewave road`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RoadArguments {
-    /// The scene; its road, contact width and speed count.
+    /// The scene; its road, contact width and speed count. Or a road file (.dat, .csv, .crg), seen by the default scene.
     pub scene: PathBuf,
     /// Folder for the picture; default: results/NAME-road, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
@@ -42,7 +44,7 @@ impl RoadArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = road_scene(&self.scene)?;
         let scene = &loaded.scene;
         let begin = std::time::Instant::now();
         let mut meter = Meter::default();
@@ -72,6 +74,16 @@ impl RoadArguments {
         }
         print(&format!("{}results in {}\n", description_text(&description), place.display()))
     }
+}
+
+/// A scene, or the default scene on the road that a file holds.
+fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
+    if path.extension().is_none_or(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return Ok(Scene::load(path)?);
+    }
+    let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
+    let made = variants(&Scene::from_str(DEFAULT, "default")?, &axes)?;
+    made.into_iter().next().map_or_else(|| Ok(Scene::load(path)?), |variant| Ok(variant.loaded))
 }
 
 fn description_text(road: &RoadDescription) -> String {

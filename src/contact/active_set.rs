@@ -280,7 +280,7 @@ struct Prescribed<'a> {
 
 impl OwnForce for Prescribed<'_> {
     #[inline(always)]
-    fn force(&self, column: usize, force: f64, displacement: f64) -> f64 {
+    fn force(&mut self, column: usize, force: f64, displacement: f64) -> f64 {
         (force + (self.d[column] - displacement) * self.own).max(0.0)
     }
 }

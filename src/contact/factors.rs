@@ -12,11 +12,8 @@
 //! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed alignments, so a factor found and the same one
 //! made again solve to the same bits; which of the ways serves a set changes its forces by rounding.
 
-use faer::dyn_stack::MemBuffer;
-use faer::{MatMut, MatRef};
-
 pub use super::ldlt::Singular;
-use super::ldlt::{Aligned, LINE, factorised, finite, scratch_for, solve_with};
+use super::ldlt::{Aligned, LINE, Ldlt};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::meter::{Clocks, Laps, Spent, Work};
@@ -81,7 +78,7 @@ pub struct FactorCache {
     /// The system of the points by which a set differs from its neighbour, and its right side.
     small: Aligned,
     neighbour: NeighbourSet,
-    scratch: MemBuffer,
+    solver: Ldlt,
     counts: FactorCounts,
     work: Work,
     /// The part of the work that made factors, and its time.
@@ -107,7 +104,7 @@ impl FactorCache {
             values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
             small: Aligned::new(MOST_DIFFERENT * (MOST_DIFFERENT + 1)),
             neighbour: NeighbourSet::new(points),
-            scratch: scratch_for(points.max(MOST_DIFFERENT), 1 + MOST_DIFFERENT),
+            solver: Ldlt::new(points.max(MOST_DIFFERENT), 1 + MOST_DIFFERENT),
             counts: FactorCounts::default(),
             work: Work::default(),
             making: Work::default(),
@@ -148,22 +145,19 @@ impl FactorCache {
         };
         self.neighbour.keep(slot, points);
         self.values.part(0, points.len()).copy_from_slice(values);
-        self.solve_kept(slot, points.len(), 1);
+        self.solve_kept(slot, points.len(), 1)?;
         values.copy_from_slice(self.values.part(0, points.len()));
-        finite(values)
+        Ok(())
     }
 
     /// Solves for the right-hand sides in `self.values`, one to a stride, with a kept factor.
-    fn solve_kept(&mut self, slot: usize, rows: usize, columns: usize) {
+    fn solve_kept(&mut self, slot: usize, rows: usize, columns: usize) -> Result<(), Singular> {
         self.used[slot] = true;
         let entries = (rows * rows * columns) as u64;
         self.work += Work { multiply_adds: entries, bytes: 8 * (rows * rows) as u64 };
         let Sizes { points: most, stride, .. } = self.sizes;
         let factor = self.factors.part(slot * stride * most, stride * rows);
-        let factor = MatRef::from_column_major_slice_with_stride(factor, rows, rows, stride);
-        let right = self.values.part(0, stride * columns);
-        let right = MatMut::from_column_major_slice_with_stride_mut(right, rows, columns, stride);
-        solve_with(factor, right, &mut self.scratch);
+        self.solver.solve(factor, self.values.part(0, stride * columns), stride, rows, columns)
     }
 
     /// Solves with the factor of the neighbour.
@@ -177,18 +171,17 @@ impl FactorCache {
         let (size, stride) = (self.neighbour.different(), self.sizes.stride);
         let columns = 1 + size;
         self.neighbour.right_sides(points, influence, values, stride, self.values.part(0, stride * columns));
-        self.solve_kept(slot, self.neighbour.kept_points(), columns);
+        self.solve_kept(slot, self.neighbour.kept_points(), columns)?;
         let z = (&*self.values.part(0, stride * columns), stride);
         let (matrix, right) = self.small.part(0, size * (size + 1)).split_at_mut(size * size);
         self.neighbour.system(points, influence, values, z, matrix, right);
-        factorised(MatMut::from_column_major_slice_mut(&mut *matrix, size, size), &mut self.scratch)?;
-        let factor = MatRef::from_column_major_slice(matrix, size, size);
-        solve_with(factor, MatMut::from_column_major_slice_mut(&mut *right, size, 1), &mut self.scratch);
+        self.solver.factorise(matrix, size, size)?;
+        self.solver.solve(matrix, right, size, size, 1)?;
         self.neighbour.forces(z, right, values);
         // Right-hand sides, the rows of the system and the forces.
         let sums = (points.len() * (size + size * size + size)) as u64;
         self.work += Work { multiply_adds: sums, bytes: 8 * sums };
-        finite(values)
+        if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
@@ -243,8 +236,7 @@ impl FactorCache {
                 *value = influence[i - j];
             }
         }
-        let matrix = MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, stride);
-        let done = factorised(matrix, &mut self.scratch);
+        let done = self.solver.factorise(memory, stride, rows);
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;
         let work = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };

@@ -79,6 +79,18 @@ impl Geometry {
         x * ratio / (1.0 + (1.0 - square).sqrt())
     }
 
+    /// [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return with every
+    /// element rolled: (substep x nodes + node) x columns + column.
+    pub fn rises(&self, nodes: &[f64]) -> Vec<f64> {
+        let instants = (0..self.substeps as i64).flat_map(|substep| nodes.iter().map(move |node| (substep, node)));
+        let of_instant = |(substep, node): (i64, &f64)| {
+            let steps = (substep - self.origin.1 - 1) as f64 + node;
+            let elements = (0..self.columns as i64).map(|column| self.origin.0 - self.half + column);
+            elements.map(move |e| self.rise(self.position_between(e, steps)))
+        };
+        instants.flat_map(of_instant).collect()
+    }
+
     /// Half the chord that a rigid tyre cuts from a plane at a depth \[m\].
     pub fn half_chord(radius: f64, depth: f64) -> f64 {
         let depth = depth.clamp(0.0, radius);
@@ -101,6 +113,25 @@ mod tests {
                 assert!(step == 0 || moved == (geometry.substep(step) == 0));
                 assert!(geometry.position(first, step) <= -0.05 + geometry.element);
                 assert!(geometry.position(first + geometry.columns as i64 - 1, step) >= 0.05 - geometry.element);
+            }
+        }
+    }
+
+    #[test]
+    fn rises_return_with_every_element() {
+        for (substeps, start) in [(1, 0.0), (3, 0.1234), (4, -0.05)] {
+            let geometry = Geometry::new(1.95, 512, substeps, start, 0.05);
+            let nodes = [0.3, 1.0];
+            let rises = geometry.rises(&nodes);
+            for step in 0..50 {
+                let rows = rises[geometry.substep(step) * nodes.len() * geometry.columns..].chunks(geometry.columns);
+                for (row, node) in rows.zip(nodes) {
+                    for (column, rise) in row.iter().enumerate() {
+                        let e = geometry.first_element(step) + column as i64;
+                        let direct = geometry.rise(geometry.position_between(e, step as f64 - 1.0 + node));
+                        assert!((rise - direct).abs() < 1e-15, "{rise} {direct}");
+                    }
+                }
             }
         }
     }

@@ -11,9 +11,10 @@
 //!    monotone and piecewise linear in w, and F_i = S(w)/c.
 //! 2. On the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58, 353) is the linear system, on the points with s_i > 0,
 //!    ```text
-//!    (sqrt(s_i s_j) G0_ij + c (1 - s_i) delta_ij) x_j = sqrt(s_i) y_i + o_i/sqrt(s_i),    F_i = sqrt(s_i) x_i,
+//!    (G0_ij + c (1/s_i - 1) delta_ij) F_j = y_i + o_i/s_i,
 //!    ```
-//!    symmetric and positive definite however soft a slice is; a piece with s_i = 0 carries nothing.
+//!    symmetric and positive definite; that a soft slice makes a large diagonal is harmless, because L D L^T does not depend on
+//!    how rows and columns are scaled. A piece with s_i = 0 carries nothing.
 //! 3. Points whose v has left their piece take the one that holds it, all at once, while their number falls or for ten rounds in which it does not.
 //! 4. Otherwise 4, 8, 16, ... sweeps of step 1 go before every Newton step; their uses are counted.
 //!
@@ -23,12 +24,10 @@
 //!
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution (m^2) and m x columns.
 
-use faer::dyn_stack::MemBuffer;
-use faer::{MatMut, MatRef};
 use pulp::Arch;
 
 use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
-use super::ldlt::{Aligned, LINE, Singular, factorised, finite, scratch_for, solve_with};
+use super::ldlt::{Aligned, LINE, Ldlt, Singular};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::meter::{Clocks, Laps, Spent, Work};
@@ -55,11 +54,13 @@ impl<'a> SlicesUnder<'a> {
         self.slices.get(self.first_element + column as i64)
     }
 
-    /// Number of the piece that holds `v`, counted from 1; 0 where it carries nothing.
-    fn piece(&self, column: usize, v: f64) -> u32 {
+    /// The piece that holds `v`: its number from 1, 0 where it carries nothing. `near` as in
+    /// [`StiffnessCurve::displacement_in_series`].
+    fn piece(&self, column: usize, v: f64, near: &mut u32) -> u32 {
         match self.get(column) {
             Some(curve) if v > 0.0 => {
-                let number = curve.segment_index(v);
+                let number = curve.segment_index_near(v, *near as usize);
+                *near = number as u32;
                 if curve.piece(number).slope > NO_SLOPE { number as u32 + 1 } else { 0 }
             }
             _ => 0,
@@ -67,9 +68,18 @@ impl<'a> SlicesUnder<'a> {
     }
 
     /// S(v); `v` itself where there is no slice.
-    fn displacement(&self, column: usize, v: f64) -> f64 {
-        self.get(column).map_or(v, |curve| curve.displacement_at(v))
+    fn displacement(&self, column: usize, v: f64, near: u32) -> f64 {
+        self.get(column).map_or(v, |curve| {
+            let piece = curve.piece(curve.segment_index_near(v, near as usize));
+            if v > 0.0 { piece.slope * v + piece.intercept } else { v }
+        })
     }
+}
+
+/// From one column of a matrix of so many rows to the next: whole cache lines, an odd number of them, so that a row does
+/// not fall on few places of the nearest memory.
+fn stride(rows: usize) -> usize {
+    (rows.div_ceil(LINE) | 1) * LINE
 }
 
 /// Why there are no forces.
@@ -101,13 +111,16 @@ pub struct LocalSet {
     patience: Option<u32>,
     /// Piece of every column, see [`SlicesUnder::piece`].
     pieces: Vec<u32>,
+    /// Where in its curve every column was looked for last; what is found does not depend on it.
+    near: Vec<u32>,
     points: Vec<usize>,
-    /// sqrt(s_i) of the points.
-    roots: Vec<f64>,
-    stride: usize,
+    /// First row and number of points of every run of neighbours among them.
+    runs: Vec<(usize, usize)>,
+    /// c (1/s_i - 1) of the points.
+    own: Vec<f64>,
     matrix: Aligned,
     right: Aligned,
-    scratch: MemBuffer,
+    solver: Ldlt,
     displacement: Vec<f64>,
     /// Forces of the last step, moved with the road, then of the sweeps.
     estimate: Vec<f64>,
@@ -119,7 +132,7 @@ pub struct LocalSet {
 impl LocalSet {
     /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\] of their own.
     pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
-        let stride = columns.next_multiple_of(LINE);
+        let stride = stride(columns);
         Self {
             row: mirrored(&influence, columns),
             arch: Arch::new(),
@@ -128,12 +141,13 @@ impl LocalSet {
             tolerance,
             patience: Some(PATIENCE),
             pieces: vec![0; columns],
+            near: vec![0; columns],
             points: Vec::with_capacity(columns),
-            roots: Vec::with_capacity(columns),
-            stride,
+            runs: Vec::with_capacity(columns),
+            own: Vec::with_capacity(columns),
             matrix: Aligned::new(stride * columns),
             right: Aligned::new(stride),
-            scratch: scratch_for(columns, 1),
+            solver: Ldlt::new(columns, 1),
             displacement: vec![0.0; columns],
             estimate: vec![0.0; columns],
             counts: SearchCounts::default(),
@@ -145,6 +159,7 @@ impl LocalSet {
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
         move_on(&mut self.estimate, by);
+        move_on(&mut self.near, by);
     }
 
     /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what they make of them:
@@ -159,8 +174,7 @@ impl LocalSet {
         forces: &mut [f64],
     ) -> Result<Residuals, Unsolved> {
         forces.fill(0.0);
-        let pressed = required.iter().enumerate().map(|(column, &y)| slices.displacement(column, y));
-        let largest = pressed.fold(0.0_f64, f64::max);
+        let largest = required.iter().fold(0.0_f64, |largest, &y| largest.max(y));
         let tolerance = self.tolerance * largest;
         if largest <= 0.0 {
             self.pieces.fill(0);
@@ -174,7 +188,7 @@ impl LocalSet {
             let v = self.felt(column, *required, forces[column]);
             // No v < 0 is finite where there is no road.
             if v > 0.0 {
-                *required += slices.displacement(column, v) - v;
+                *required += slices.displacement(column, v, self.near[column]) - v;
             }
         }
         Ok(Residuals::of(required, forces, &self.displacement))
@@ -191,7 +205,7 @@ impl LocalSet {
         let (mut lowest, mut patience, mut solves, mut rounds) = (usize::MAX, self.patience, 0, 0);
         loop {
             self.solve(slices, y, forces)?;
-            solves += 1;
+            solves += usize::from(!self.points.is_empty());
             let wrong = self.exchange(slices, y, tolerance, forces);
             if wrong == 0 {
                 break;
@@ -225,17 +239,15 @@ impl LocalSet {
         let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
         let started = forces.clone().count();
         displace(self.arch, &mut self.displacement, &self.row, forces);
-        let law = SliceAlone {
-            own: self.influence[0],
-            slice: LocalSlice::new(self.influence[0], self.compliance),
-            y,
-            slices,
-        };
-        let Self { estimate, displacement, row, .. } = self;
+        let own = self.influence[0];
+        let slice = LocalSlice::new(own, self.compliance);
+        let Self { estimate, displacement, row, near, .. } = self;
+        let law = SliceAlone { own, slice, y, slices, near };
         let changes = self.arch.dispatch(Sweeps { sweeps, law, estimate, displacement, row });
         self.add_windows_work(started + changes);
         for (column, &y) in y.iter().enumerate() {
-            self.pieces[column] = slices.piece(column, self.felt(column, y, self.estimate[column]));
+            let v = self.felt(column, y, self.estimate[column]);
+            self.pieces[column] = slices.piece(column, v, &mut self.near[column]);
         }
     }
 
@@ -244,7 +256,7 @@ impl LocalSet {
         let mut wrong = 0;
         for (column, &y) in y.iter().enumerate() {
             let v = self.felt(column, y, forces[column]);
-            let (piece, held) = (slices.piece(column, v), self.pieces[column]);
+            let (piece, held) = (slices.piece(column, v, &mut self.near[column]), self.pieces[column]);
             if piece == held {
                 continue;
             }
@@ -253,7 +265,7 @@ impl LocalSet {
                     let held = curve.piece(held as usize);
                     forces[column] < 0.0 || v < held.from - tolerance || v > held.to + tolerance
                 }
-                _ => slices.displacement(column, v) > tolerance,
+                _ => slices.displacement(column, v, self.near[column]) > tolerance,
             };
             if left {
                 wrong += 1;
@@ -266,45 +278,49 @@ impl LocalSet {
     /// F on the pieces, then u everywhere.
     fn solve(&mut self, slices: SlicesUnder<'_>, y: &[f64], forces: &mut [f64]) -> Result<(), Singular> {
         self.points.clear();
-        self.roots.clear();
-        let right = self.right.part(0, self.stride);
+        self.runs.clear();
+        self.own.clear();
+        let right = self.right.part(0, stride(self.pieces.len()));
         for (column, &piece) in self.pieces.iter().enumerate() {
             if let (Some(piece), Some(curve)) = (piece.checked_sub(1), slices.get(column)) {
                 let piece = curve.piece(piece as usize);
-                let root = piece.slope.sqrt();
-                right[self.points.len()] = root * y[column] + piece.intercept / root;
+                let (row, softness) = (self.points.len(), piece.slope.recip());
+                right[row] = y[column] + piece.intercept * softness;
+                self.own.push(self.compliance * (softness - 1.0));
+                match self.runs.last_mut() {
+                    Some((_, length)) if self.points.last() == Some(&(column - 1)) => *length += 1,
+                    _ => self.runs.push((row, 1)),
+                }
                 self.points.push(column);
-                self.roots.push(root);
             }
         }
         let rows = self.points.len();
         forces.fill(0.0);
         if rows > 0 {
             let mut laps = Laps::begin(self.clocks);
-            let memory = self.matrix.part(0, self.stride * rows);
-            for (row, (column, &j)) in memory.chunks_exact_mut(self.stride).zip(&self.points).enumerate() {
-                let root = self.roots[row];
-                let below = self.points[row..].iter().zip(&self.roots[row..]);
-                for (value, (&i, other)) in column[row..rows].iter_mut().zip(below) {
-                    *value = root * other * self.influence[i - j];
+            let stride = stride(rows);
+            let memory = self.matrix.part(0, stride * rows);
+            let Self { points, runs, own, influence, .. } = self;
+            for (row, (column, &j)) in memory.chunks_exact_mut(stride).zip(&*points).enumerate() {
+                for &(first, length) in runs.iter().filter(|(first, length)| first + length > row) {
+                    let from = first.max(row);
+                    let distance = points[from] - j;
+                    let length = first + length - from;
+                    column[from..from + length].copy_from_slice(&influence[distance..distance + length]);
                 }
-                column[row] += self.compliance * (1.0 - root * root);
+                column[row] += own[row];
             }
-            let matrix = MatMut::from_column_major_slice_with_stride_mut(&mut *memory, rows, rows, self.stride);
-            factorised(matrix, &mut self.scratch)?;
+            self.solver.factorise(memory, stride, rows)?;
             self.factorisation_time += laps.lap();
-            let factor = MatRef::from_column_major_slice_with_stride(memory, rows, rows, self.stride);
-            let right = &mut right[..rows];
-            solve_with(factor, MatMut::from_column_major_slice_mut(&mut *right, rows, 1), &mut self.scratch);
-            finite(right)?;
-            for ((&point, &root), &x) in self.points.iter().zip(&self.roots).zip(&*right) {
-                forces[point] = root * x;
+            self.solver.solve(memory, right, stride, rows, 1)?;
+            for (&point, &force) in self.points.iter().zip(&*right) {
+                forces[point] = force;
             }
         }
         let pressed = self.points.iter().map(|&point| (point, forces[point]));
         displace(self.arch, &mut self.displacement, &self.row, pressed);
         self.add_windows_work(rows);
-        self.counts.factors.factorisations += 1;
+        self.counts.factors.factorisations += u64::from(rows > 0);
         let entries = (rows * rows) as u64;
         let factorisation = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
         self.counts.factorisation += factorisation;
@@ -332,6 +348,11 @@ impl LocalSet {
     /// Time of the factorisations since it was last taken.
     pub fn take_factorisation_time(&mut self) -> Spent {
         std::mem::take(&mut self.factorisation_time)
+    }
+
+    /// u = G0 F of the last search, springs included \[m\].
+    pub fn displacement(&self) -> &[f64] {
+        &self.displacement
     }
 
     /// Number of points of the last linear system.
@@ -379,28 +400,30 @@ impl LocalSlice {
         Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
     }
 
-    /// Its force \[N\] where the others leave the penetration y \[m\]: S(w)/c with w + (G0_ii/c - 1) S(w) = y.
+    /// Its force \[N\] where the others leave the penetration y \[m\]: S(w)/c with w + (G0_ii/c - 1) S(w) = y; `near` as in
+    /// [`StiffnessCurve::displacement_in_series`].
     #[inline(always)]
-    pub fn force(&self, curve: &StiffnessCurve, y: f64) -> f64 {
-        if y > 0.0 { curve.displacement_in_series(y, self.excess) * self.stiffness } else { 0.0 }
+    pub fn force(&self, curve: &StiffnessCurve, y: f64, near: &mut u32) -> f64 {
+        if y > 0.0 { curve.displacement_in_series(y, self.excess, near) * self.stiffness } else { 0.0 }
     }
 }
 
 /// The law of a point by itself.
-#[derive(Clone, Copy)]
 struct SliceAlone<'a> {
     /// G0_ii.
     own: f64,
     slice: LocalSlice,
     y: &'a [f64],
     slices: SlicesUnder<'a>,
+    near: &'a mut [u32],
 }
 
 impl OwnForce for SliceAlone<'_> {
     #[inline(always)]
-    fn force(&self, column: usize, force: f64, displacement: f64) -> f64 {
+    fn force(&mut self, column: usize, force: f64, displacement: f64) -> f64 {
         let y = self.y[column] - (displacement - self.own * force);
-        self.slices.get(column).map_or(0.0, |curve| self.slice.force(curve, y))
+        let Self { slice, near, .. } = self;
+        self.slices.get(column).map_or(0.0, |curve| slice.force(curve, y, &mut near[column]))
     }
 }
 

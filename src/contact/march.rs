@@ -19,7 +19,7 @@ use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::meter::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
-use crate::scene::{Numerics, Tread};
+use crate::scene::Numerics;
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]
@@ -83,6 +83,8 @@ impl MarchTotals {
 /// The state of a rolling contact.
 pub struct March {
     geometry: Geometry,
+    /// See [`Geometry::rises`].
+    rises: Vec<f64>,
     kernel: ContactKernel,
     history: Box<dyn PastForces>,
     search: Search,
@@ -94,8 +96,8 @@ pub struct March {
     weights: [f64; 3],
     /// Mean forces of the step; empty for a rule of one stage.
     mean: Vec<f64>,
-    /// Forces and u_old of the step's stages, one after the other; empty for a rule of one stage.
-    stages: [Vec<f64>; 2],
+    /// Forces and displacements at the step's instants, one after the other.
+    instants: [Vec<f64>; 2],
     time_step: f64,
     totals: MarchTotals,
     clocks: Clocks,
@@ -114,7 +116,6 @@ impl March {
     ) -> Self {
         let columns = geometry.columns;
         let nodes = numerics.time_rule.nodes();
-        let instants = if nodes.len() > 1 { nodes.len() } else { 0 };
         Self {
             history,
             search: Search::new(&kernel, slices, columns, numerics),
@@ -124,12 +125,13 @@ impl March {
             step: 0,
             nodes,
             weights: numerics.time_rule.weights(),
-            mean: vec![0.0; columns * instants.min(1)],
-            stages: [(); 2].map(|()| vec![0.0; columns * instants]),
+            mean: vec![0.0; if nodes.len() > 1 { columns } else { 0 }],
+            instants: [(); 2].map(|()| vec![0.0; columns * nodes.len()]),
             time_step,
             totals: MarchTotals::default(),
             clocks: Clocks::OFF,
             times: StepTimes::default(),
+            rises: geometry.rises(nodes),
             geometry,
             kernel,
         }
@@ -152,45 +154,17 @@ impl March {
 
     /// Forces at the last step's instants, stage after stage, by column of the window \[N\].
     pub fn instant_forces(&self) -> &[f64] {
-        let [forces, _] = &self.stages;
-        if forces.is_empty() { &self.forces } else { forces }
+        &self.instants[0]
+    }
+
+    /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the springs' own.
+    pub fn instant_displacements(&self) -> &[f64] {
+        &self.instants[1]
     }
 
     /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
     pub fn required(&self) -> &[f64] {
         &self.required
-    }
-
-    /// Displacements at the end of the last step by column \[m\], u = G0 F + u_old with the springs' own.
-    pub fn displacements(&self, out: &mut [f64]) {
-        self.displaced(&self.old, &self.forces, out);
-    }
-
-    /// The same at the last step's instants, stage after stage.
-    pub fn instant_displacements(&self, out: &mut [f64]) {
-        let [forces, old] = &self.stages;
-        if forces.is_empty() {
-            return self.displacements(out);
-        }
-        let columns = self.geometry.columns;
-        let stages = forces.chunks_exact(columns).zip(old.chunks_exact(columns));
-        stages.zip(out.chunks_exact_mut(columns)).for_each(|((forces, old), out)| self.displaced(old, forces, out));
-    }
-
-    /// G0 F + u_old with the springs' own.
-    fn displaced(&self, old: &[f64], forces: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(old);
-        let ContactKernel { law, instant, spring } = &self.kernel;
-        for (source, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
-            out[source] += spring * force;
-            if *law == Tread::Uncoupled {
-                out[source] += instant[0] * force;
-                continue;
-            }
-            for (column, value) in out.iter_mut().enumerate() {
-                *value += instant[column.abs_diff(source)] * force;
-            }
-        }
     }
 
     /// Totals so far.
@@ -240,15 +214,16 @@ impl March {
         let columns = self.geometry.columns;
         for (stage, (&node, weight)) in self.nodes.iter().zip(self.weights).enumerate() {
             // Multistep rules solve at the step's end: exactly at l dt.
-            total_force += weight * self.stage(first_element, (self.step as f64 - 1.0) + node, axle, slices)?;
+            let indentation = axle.between((self.step as f64 - 1.0) + node);
+            total_force += weight * self.stage(first_element, stage, indentation, slices)?;
             for (mean, force) in self.mean.iter_mut().zip(&self.forces) {
                 *mean += weight * force;
             }
-            for (of_stages, latest) in self.stages.iter_mut().zip([&self.forces, &self.old]) {
-                if let Some(of_stage) = of_stages.chunks_exact_mut(columns).nth(stage) {
-                    of_stage.copy_from_slice(latest);
-                }
-            }
+            let [forces, displacements] = &mut self.instants;
+            let now = stage * columns..(stage + 1) * columns;
+            forces[now.clone()].copy_from_slice(&self.forces);
+            displacements[now.clone()].copy_from_slice(&self.old);
+            self.search.add_displacement(&self.forces, &mut displacements[now]);
         }
         self.step += 1;
         let forces = self.forces();
@@ -262,15 +237,15 @@ impl March {
         })
     }
 
-    /// Solves for the contact at a time in steps; returns the total force.
+    /// Solves for the contact at an instant of the step; returns the total force.
     fn stage(
         &mut self,
         first_element: i64,
-        steps: f64,
-        axle: &AxleHeight,
+        stage: usize,
+        indentation: f64,
         slices: &SliceQueue,
     ) -> Result<f64, ContactError> {
-        let (step, indentation) = (self.step, axle.between(steps));
+        let step = self.step;
         let mut laps = Laps::begin(self.clocks);
         let history = self.history.displacement(first_element, &mut self.old);
         self.times.history += laps.lap();
@@ -278,11 +253,13 @@ impl March {
         self.totals.history += HistoryWork { transform_time: Spent::default(), ..history };
         self.totals.instants += 1;
         let takes_penetrations = self.search.takes_penetrations();
-        for (column, (required, &old)) in self.required.iter_mut().zip(&self.old).enumerate() {
-            let element = first_element + column as i64;
+        let row = self.geometry.substep(step) * self.nodes.len() + stage;
+        let rises = &self.rises[row * self.required.len()..];
+        for ((element, required), (&old, &rise)) in
+            (first_element..).zip(&mut self.required).zip(self.old.iter().zip(rises))
+        {
             *required = match slices.get(element) {
                 Some(curve) => {
-                    let rise = self.geometry.rise(self.geometry.position_between(element, steps));
                     let penetration = indentation - rise + curve.peak - old;
                     if takes_penetrations { penetration } else { curve.displacement_at(penetration) }
                 }

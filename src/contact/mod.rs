@@ -16,7 +16,7 @@ pub mod error;
 pub mod factors;
 pub mod geometry;
 pub mod history;
-mod ldlt;
+pub mod ldlt;
 pub mod local_compliance;
 pub mod local_set;
 pub mod march;

@@ -3,6 +3,7 @@
 use super::active_set::{ActiveSet, Residuals, SearchCounts};
 use super::error::ContactError;
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
+use super::sweeps::move_on;
 use super::tread::ContactKernel;
 use crate::meter::{Clocks, Spent};
 use crate::numeric::{StateError, StateReader, StateWriter};
@@ -31,6 +32,8 @@ pub enum Search {
         own: f64,
         /// The slice on it.
         slice: LocalSlice,
+        /// Where in its curve every column was looked for last.
+        near: Vec<u32>,
     },
 }
 
@@ -45,7 +48,9 @@ impl Search {
             SliceLaw::Explicit | SliceLaw::Implicit => own,
         };
         match (kernel.law, law) {
-            (Tread::Uncoupled, _) => Self::Alone { own, slice: LocalSlice::new(own, compliance) },
+            (Tread::Uncoupled, _) => {
+                Self::Alone { own, slice: LocalSlice::new(own, compliance), near: vec![0; columns] }
+            }
             (_, SliceLaw::Explicit) => {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
                 Self::Explicit(Box::new(search))
@@ -64,7 +69,7 @@ impl Search {
         match self {
             Self::Explicit(search) => search.advance(by),
             Self::Local(search) => search.advance(by),
-            Self::Alone { .. } => {}
+            Self::Alone { near, .. } => move_on(near, by),
         }
     }
 
@@ -88,15 +93,26 @@ impl Search {
                 Unsolved::Singular => ContactError::SingularMatrix { points: search.points(), step },
                 Unsolved::Unsettled => ContactError::Unsettled { points: search.points(), step },
             }),
-            Self::Alone { own, slice } => {
+            Self::Alone { own, slice, near } => {
                 for (column, (force, required)) in forces.iter_mut().zip(&mut *required).enumerate() {
-                    *force = slices.get(column).map_or(0.0, |curve| slice.force(curve, *required));
+                    let near = &mut near[column];
+                    *force = slices.get(column).map_or(0.0, |curve| slice.force(curve, *required, near));
                     if *force > 0.0 {
                         *required = *own * *force;
                     }
                 }
                 Ok(Residuals::default())
             }
+        }
+    }
+
+    /// Adds to `out` what the forces of the last search displace by themselves, springs included \[m\].
+    pub fn add_displacement(&self, forces: &[f64], out: &mut [f64]) {
+        let add = |(out, by): (&mut f64, f64)| *out += by;
+        match self {
+            Self::Explicit(search) => out.iter_mut().zip(search.displacement().iter().copied()).for_each(add),
+            Self::Local(search) => out.iter_mut().zip(search.displacement().iter().copied()).for_each(add),
+            Self::Alone { own, .. } => out.iter_mut().zip(forces.iter().map(|force| own * force)).for_each(add),
         }
     }
 

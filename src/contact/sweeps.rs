@@ -16,18 +16,18 @@ pub fn displace(arch: Arch, displacement: &mut [f64], row: &[f64], forces: impl 
     add_windows(arch, displacement, row, forces.map(|(point, force)| (last - point, force)));
 }
 
-/// Forces after the window has moved on by a number of elements: what was column i is column i - `by`.
-pub fn move_on(forces: &mut [f64], by: usize) {
-    let columns = forces.len();
+/// Values of columns after the window has moved on by a number of elements: what was column i is column i - `by`.
+pub fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
+    let columns = values.len();
     let by = by.min(columns);
-    forces.copy_within(by.., 0);
-    forces[columns - by..].fill(0.0);
+    values.copy_within(by.., 0);
+    values[columns - by..].fill(T::default());
 }
 
 /// The law of a point by itself.
 pub trait OwnForce {
     /// Its force while all others stay as they are, from its force so far and u = G0 F there.
-    fn force(&self, column: usize, force: f64, displacement: f64) -> f64;
+    fn force(&mut self, column: usize, force: f64, displacement: f64) -> f64;
 }
 
 /// Sweeps of projected Gauss-Seidel.
@@ -50,7 +50,7 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> usize {
-        let Self { sweeps, law, estimate, displacement, row } = self;
+        let Self { sweeps, mut law, estimate, displacement, row } = self;
         let mut changes = 0;
         for _ in 0..sweeps {
             for (column, estimate) in estimate.iter_mut().enumerate() {

@@ -30,35 +30,60 @@ struct Windows<'a, W> {
     windows: W,
 }
 
-/// Vectors of `out` that are kept while all windows pass.
-const KEPT: usize = 4;
-
 impl<W: Iterator<Item = (usize, f64)> + Clone> WithSimd for Windows<'_, W> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { out, row, windows } = self;
-        let whole = out.len() / (KEPT * S::F64_LANES) * (KEPT * S::F64_LANES);
-        let (kept, rest) = out.split_at_mut(whole);
-        for (index, kept) in kept.chunks_exact_mut(KEPT * S::F64_LANES).enumerate() {
-            let (kept, _) = S::as_mut_simd_f64s(kept);
-            let Ok(kept) = <&mut [S::f64s; KEPT]>::try_from(kept) else { continue };
-            let mut sums = *kept;
-            for (from, factor) in windows.clone() {
-                let begin = from + index * KEPT * S::F64_LANES;
-                let (row, _) = S::as_simd_f64s(&row[begin..begin + KEPT * S::F64_LANES]);
-                let factor = simd.splat_f64s(factor);
-                for (sum, &row) in sums.iter_mut().zip(row) {
-                    *sum = simd.mul_add_e_f64s(row, factor, *sum);
-                }
-            }
-            *kept = sums;
-        }
+        add_windows_in(simd, self.out, self.row, self.windows);
+    }
+}
+
+/// As [`add_windows`], where the vectors are chosen already.
+#[inline(always)]
+pub fn add_windows_in<S: Simd>(
+    simd: S,
+    out: &mut [f64],
+    row: &[f64],
+    windows: impl Iterator<Item = (usize, f64)> + Clone,
+) {
+    // Vectors of `out` stay at hand while all windows pass: four of them, then two, then one.
+    let done = add_kept::<S, 4>(simd, out, 0, row, windows.clone());
+    let done = add_kept::<S, 2>(simd, out, done, row, windows.clone());
+    let done = add_kept::<S, 1>(simd, out, done, row, windows.clone());
+    let rest = &mut out[done..];
+    if !rest.is_empty() {
         for (from, factor) in windows {
-            add_row(simd, rest, &row[from + whole..], factor);
+            add_row(simd, rest, &row[from + done..], factor);
         }
     }
+}
+
+/// Does as much of `out` from `done` on as whole groups of vectors cover; returns where it ends.
+#[inline(always)]
+fn add_kept<S: Simd, const KEPT: usize>(
+    simd: S,
+    out: &mut [f64],
+    mut done: usize,
+    row: &[f64],
+    windows: impl Iterator<Item = (usize, f64)> + Clone,
+) -> usize {
+    let length = KEPT * S::F64_LANES;
+    while let Some(kept) = out.get_mut(done..done + length) {
+        let (kept, _) = S::as_mut_simd_f64s(kept);
+        let Ok(kept) = <&mut [S::f64s; KEPT]>::try_from(kept) else { break };
+        let mut sums = *kept;
+        for (from, factor) in windows.clone() {
+            let (row, _) = S::as_simd_f64s(&row[from + done..from + done + length]);
+            let factor = simd.splat_f64s(factor);
+            for (sum, &row) in sums.iter_mut().zip(row) {
+                *sum = simd.mul_add_e_f64s(row, factor, *sum);
+            }
+        }
+        *kept = sums;
+        done += length;
+    }
+    done
 }
 
 #[cfg(test)]

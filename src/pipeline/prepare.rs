@@ -64,27 +64,18 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let field = contact_field(*tread);
     let (at_rest, bedding) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
 
-    let lattice = road_lattice(scene, &plan.decisions).map_err(|error| in_scene(loaded, error))?;
-    let surface = meter
-        .time(Stage::Road, || RoadSurface::open(&scene.road, lattice, road_limits(scene)))
-        .map_err(|error| in_scene(loaded, error))?;
+    // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
+    let radius = tyre.circumference / (2.0 * PI);
+    let chord = Geometry::half_chord(radius, deepest(&scene.rolling.axle, at_rest.indentation));
+    let (surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
+    let lattice = surface.lattice();
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
     // A smooth road has no texture to be resolved, and without a slice law nobody asked for it.
     if lattice.cells() == 1 && !surface.is_smooth() && *slices != Slices::None {
         warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
-    let radius = tyre.circumference / (2.0 * PI);
     let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
-    // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
-    let chord = Geometry::half_chord(radius, deepest(&scene.rolling.axle, at_rest.indentation));
-    let travel = plan.speed * plan.time_step * plan.steps as f64;
-    let start = match (scene.rolling.start, surface.extent()) {
-        (Some(start), _) => start,
-        (None, None) => 0.0,
-        (None, Some((from, _))) => from + (chord / plan.element).ceil() * plan.element,
-    };
-    surface.check_covers(start - chord, start + travel + chord).map_err(|error| in_scene(loaded, error))?;
     let excited = surface.report().highest_frequency(plan.speed);
     let valid_to = excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited));
     if let Some(highest) = excited {
@@ -149,6 +140,27 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         model: model.filter(|_| plan.decisions.vibration.is_some()),
         warnings,
     })
+}
+
+/// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it where
+/// the axle starts.
+///
+/// # Errors
+/// [`RunError`] with the key that is to blame.
+pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadSurface, f64), RunError> {
+    let scene = &loaded.scene;
+    let open = || -> Result<_, RoadError> {
+        let surface = RoadSurface::open(&scene.road, road_lattice(scene, &plan.decisions)?, road_limits(scene))?;
+        let start = match (scene.rolling.start, surface.extent()) {
+            (Some(start), _) => start,
+            (None, None) => 0.0,
+            (None, Some((from, _))) => from + (chord / plan.element).ceil() * plan.element,
+        };
+        let travel = plan.speed * plan.time_step * plan.steps as f64;
+        surface.check_covers(start - chord, start + travel + chord)?;
+        Ok((surface, start))
+    };
+    open().map_err(|error| in_scene(loaded, error))
 }
 
 /// The lattice on which a scene's run sees its road.

@@ -15,7 +15,6 @@ use crate::scene::{TimeRule, Tread};
 /// Takes in the power of every step after the warm-up.
 pub struct PowerRecorder {
     power: ContactPower,
-    displacement: Vec<f64>,
     /// Power \[W\].
     mean: RunningMoments,
     warm_up: u64,
@@ -28,7 +27,6 @@ impl PowerRecorder {
     pub fn new(plan: &Plan, rule: TimeRule, columns: usize) -> Option<Self> {
         (plan.decisions.tread != Tread::Uncoupled).then(|| Self {
             power: ContactPower::new(rule, plan.time_step, columns),
-            displacement: vec![0.0; columns * rule.nodes().len()],
             mean: RunningMoments::default(),
             warm_up: plan.warm_up_steps,
             speed: plan.speed,
@@ -41,9 +39,8 @@ impl PowerRecorder {
         if step + 2 < self.warm_up {
             return;
         }
-        march.instant_displacements(&mut self.displacement);
-        let forces = march.instant_forces();
-        let power = self.power.push(march.geometry().first_element(step), forces, &self.displacement);
+        let (forces, displacements) = (march.instant_forces(), march.instant_displacements());
+        let power = self.power.push(march.geometry().first_element(step), forces, displacements);
         if step >= self.warm_up {
             self.mean.push(power);
         }

@@ -25,13 +25,10 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Size of the cells of a lattice chosen here \[m\]: about so wide and at most so long.
-    pub const CELL: f64 = 0.002;
-
     /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact
     /// width exactly, its rows falling
     /// on the middle of each element and an odd number of them on its length; one column for roads that are level
-    /// across; else cells of about 2 mm.
+    /// across; else cells of about [`Road::cell`].
     ///
     /// # Errors
     /// A grid's file that cannot be read (its header is needed); dx or width not positive.
@@ -47,31 +44,32 @@ impl Lattice {
         for (key, cells) in [("contact.cells_across", cells_across), ("contact.cells_along", cells_along)] {
             positive(key, cells.unwrap_or(1) as f64)?;
         }
+        let (across, along) = (Self::across(contact_width, road.cell()), Self::along(dx, road.cell()));
         let (columns, along) = match road {
             Road::Smooth => (1, 1),
-            Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, Self::usual_along(dx)),
+            Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, along),
             Road::Grid(spec) => {
                 let columns = grid::columns(spec)?;
                 let rows = (dx / spec.dx).round();
                 let fits =
                     same(rows * spec.dx, dx) && rows as i64 % 2 == 1 && same(spec.dy * columns as f64, contact_width);
-                if fits { (columns, rows as usize) } else { (Self::usual_across(contact_width), Self::usual_along(dx)) }
+                if fits { (columns, rows as usize) } else { (across, along) }
             }
-            _ => (Self::usual_across(contact_width), Self::usual_along(dx)),
+            _ => (across, along),
         };
         let columns = cells_across.unwrap_or(columns);
         Ok(Self { dx, along: cells_along.unwrap_or(along), dy: contact_width / columns as f64, columns })
     }
 
-    /// Cells of [`Self::CELL`] across a width \[m\], as nearly as can be.
-    pub fn usual_across(contact_width: f64) -> usize {
-        (contact_width / Self::CELL).round().max(1.0) as usize
+    /// Cells of a size across a width \[m\], as nearly as can be.
+    pub fn across(contact_width: f64, cell: f64) -> usize {
+        (contact_width / cell).round().max(1.0) as usize
     }
 
-    /// Cells of at most [`Self::CELL`] along an element \[m\].
-    pub fn usual_along(dx: f64) -> usize {
+    /// Cells of at most a size along an element \[m\].
+    pub fn along(dx: f64, cell: f64) -> usize {
         // What fits up to rounding in a scene file fits.
-        (dx / Self::CELL - 1e-9).ceil().max(1.0) as usize
+        (dx / cell - 1e-9).ceil().max(1.0) as usize
     }
 
     /// Length of a cell: the spacing of rows \[m\].

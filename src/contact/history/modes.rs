@@ -9,7 +9,8 @@
 //!
 //! By linearity this is the recursion itself: only rounding differs. Elements are material, so nothing moves but the elements that are looked at.
 //!
-//! Cost of an instant: 56 flops and 160/[`INSTANTS`] bytes for a pair of poles, 20 flops and 80/[`INSTANTS`] bytes for a real one, two FFTs of length N, and points x columns x
+//! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops and 48 s/[`INSTANTS`] bytes for a real one
+//! (160 and 80 bytes with bdf2, which keeps two steps), and for each instant two FFTs of length N, and points x columns x
 //! ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
 
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use super::recursion::{ImpulseResponse, Recursion, WithRecursion, coefficients, with_recursion};
+use super::recursion::{Recursion, WithRecursion, coefficients, impulse_response, with_recursion};
 use super::transfer::first_weight;
 use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use super::{HistoryWork, PastForces};
@@ -36,7 +37,7 @@ pub const INSTANTS: usize = 8;
 
 /// Multiply-adds of a pass from which it is worth handing work to a second thread, a hand-over costing some 15 us. Measured at N = 1024, 1.6 million: 17 us an instant on two threads
 /// against 22 on one; N = 512 stays below.
-pub const PARALLEL_FROM: u64 = 1_000_000;
+pub const PARALLEL_FROM: u64 = 800_000;
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {
@@ -149,7 +150,7 @@ struct NextBlock<'a> {
 
 impl WithRecursion for NextBlock<'_> {
     fn with<R: Recursion>(self, recursion: R) {
-        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, clocks, rule, .. } = self.history;
+        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, clocks, .. } = self.history;
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
         let transform = |row: &mut Row| {
             row.ring.fill(0.0);
@@ -163,7 +164,7 @@ impl WithRecursion for NextBlock<'_> {
             for (instant, row) in rows.iter().enumerate() {
                 group.take_forces(instant, &row.spectrum);
             }
-            arch.dispatch(Pass { group, recursion, stages: rule.nodes().len() });
+            arch.dispatch(Pass { group, recursion });
         };
         // One piece of work stays on this thread.
         let least = if *parallel { 1 } else { usize::MAX };
@@ -211,9 +212,9 @@ fn first_influences(
     for (n, weights) in weights.chunks_mut((stages * lags).max(1)).enumerate() {
         let modes = model.modes(n, field)?;
         for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-            let pole = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
+            let (g, w) = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
             for (stage, response) in weights.chunks_mut(lags.max(1)).enumerate() {
-                with_recursion(rule, ImpulseResponse { pole, stages, stage, response });
+                impulse_response(rule, [g, w], stage, response);
             }
         }
     }

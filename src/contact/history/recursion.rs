@@ -13,11 +13,15 @@
 //! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`crate::scene::RungeKutta::bases`]); the last stage is the step's end. The first-order hold
 //! steps as bdf1 with last step's force weighted w + v/g instead of w.
 //!
+//! A step is one linear map of b, whatever its stages: b at its end is R b + sum of W_i F_i, and u_old at the instant of
+//! stage i, as if the step had no forces, Re(A_i b). R, W_i and A_i follow from g and w; that is what a block of steps is
+//! gone through with, [`Recursion`]. What the forces do within their step has the table's own form, [`impulse_response`].
+//!
 //! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same conjugate-symmetric poles, so that a pair is stored once and
 //! u = 2 Re b. An *instant* is a time at which forces are solved for: a step, or a stage of a Runge-Kutta rule.
 
 use num_complex::Complex64;
-use pulp::{Scalar, Simd};
+use pulp::Simd;
 
 use super::transfer::FirstOrderHold;
 use crate::scene::TimeRule;
@@ -51,71 +55,61 @@ pub fn coefficients(rule: TimeRule, pole: Complex64, residue: Complex64, time_st
     }
 }
 
-/// g and w of vectors of poles: real and imaginary parts, or of real poles the one real part.
+/// Stages of a rule at most.
+pub const MOST_STAGES: usize = 3;
+
+/// A number of every lane, complex or, of real poles, the one real part.
+pub type Number<S, const PARTS: usize> = [<S as Simd>::f64s; PARTS];
+
+/// g and w of vectors of poles.
 #[derive(Clone, Copy)]
 pub struct Poles<S: Simd, const PARTS: usize> {
     /// g.
-    pub g: [S::f64s; PARTS],
+    pub g: Number<S, PARTS>,
     /// w.
-    pub w: [S::f64s; PARTS],
+    pub w: Number<S, PARTS>,
 }
 
-/// State of vectors of poles driven by one real force, in as many parts as the poles have.
+/// State of vectors of poles driven by one real force.
 #[derive(Clone, Copy)]
 pub struct State<S: Simd, const PARTS: usize> {
-    /// b at the coming instant without its force.
-    pub ahead: [S::f64s; PARTS],
-    /// b of the step before; for a Runge-Kutta rule b at the step's beginning.
-    pub behind: [S::f64s; PARTS],
-    /// b of a Runge-Kutta rule's first stage: written before it is read within every step.
-    pub first_stage: [S::f64s; PARTS],
+    /// b at the end of the last step.
+    pub end: Number<S, PARTS>,
+    /// b at its beginning, for a rule that [looks back](Recursion::LOOKS_BACK).
+    pub before: Number<S, PARTS>,
 }
 
-impl<S: Simd, const PARTS: usize> State<S, PARTS> {
-    /// The state at the beginning of a step.
-    #[inline(always)]
-    pub fn new(simd: S, ahead: [S::f64s; PARTS], behind: [S::f64s; PARTS]) -> Self {
-        Self { ahead, behind, first_stage: [simd.splat_f64s(0.0); PARTS] }
-    }
-
-    /// Takes in the force of the instant: b is complete.
-    #[inline(always)]
-    fn add(&mut self, simd: S, poles: &Poles<S, PARTS>, force: S::f64s) {
-        for (ahead, &w) in self.ahead.iter_mut().zip(&poles.w) {
-            *ahead = simd.mul_add_e_f64s(w, force, *ahead);
-        }
-    }
-}
-
-/// How a rule goes from one instant to the next.
+/// How a rule goes from one step to the next.
 pub trait Recursion: Copy + Send + Sync {
-    /// Whether an instant's force also drives the next one directly.
-    const FORCE_LASTS: bool = false;
+    /// Instants of a step, [`MOST_STAGES`] at most.
+    const STAGES: usize;
+    /// Whether it needs b of two steps.
+    const LOOKS_BACK: bool = false;
+    /// What a pole does in a step.
+    type Maps<S: Simd, const P: usize>: Copy;
 
-    /// From b complete at an instant, which `state.ahead` holds, to b at the next one without its force; `stage` is the next instant's stage.
-    fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>);
+    /// From g and w.
+    fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> Self::Maps<S, P>;
 
-    /// Takes in the instant's force and goes on to the next instant.
-    #[inline(always)]
-    fn driven<S: Simd, const P: usize>(
-        self,
+    /// Takes in the forces of a step.
+    fn take_in<S: Simd, const P: usize>(
         simd: S,
-        stage: usize,
-        poles: &Poles<S, P>,
-        force: S::f64s,
+        maps: &Self::Maps<S, P>,
+        forces: [S::f64s; MOST_STAGES],
         state: &mut State<S, P>,
-    ) {
-        state.add(simd, poles, force);
-        self.next(simd, stage, poles, state);
-        if Self::FORCE_LASTS {
-            state.add(simd, poles, force);
-        }
-    }
+    );
+
+    /// Goes through a step without forces; gives Re b at its instants.
+    fn foretell<S: Simd, const P: usize>(
+        simd: S,
+        maps: &Self::Maps<S, P>,
+        state: &mut State<S, P>,
+    ) -> [S::f64s; MOST_STAGES];
 }
 
 /// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to inline it.
 #[inline(always)]
-fn times<S: Simd, const PARTS: usize>(simd: S, g: [S::f64s; PARTS], x: [S::f64s; PARTS]) -> [S::f64s; PARTS] {
+fn times<S: Simd, const PARTS: usize>(simd: S, g: Number<S, PARTS>, x: Number<S, PARTS>) -> Number<S, PARTS> {
     let mut product = x;
     for part in &mut product {
         *part = simd.mul_f64s(g[0], *part);
@@ -127,27 +121,18 @@ fn times<S: Simd, const PARTS: usize>(simd: S, g: [S::f64s; PARTS], x: [S::f64s;
     product
 }
 
-/// b_l = g b_(l-1) + w F_l.
-#[derive(Clone, Copy)]
-pub struct OneStep;
-
-impl Recursion for OneStep {
-    #[inline(always)]
-    fn next<S: Simd, const P: usize>(self, simd: S, _: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
-        state.ahead = times(simd, poles.g, state.ahead);
-    }
+/// Re(g x).
+#[inline(always)]
+fn real_part<S: Simd, const PARTS: usize>(simd: S, g: Number<S, PARTS>, x: Number<S, PARTS>) -> S::f64s {
+    let product = simd.mul_f64s(g[0], x[0]);
+    if PARTS == 2 { simd.negate_mul_add_e_f64s(g[PARTS - 1], x[PARTS - 1], product) } else { product }
 }
 
-/// b_l = g b_(l-1) + w (F_l + F_(l-1)).
-#[derive(Clone, Copy)]
-pub struct Trapezoidal;
-
-impl Recursion for Trapezoidal {
-    const FORCE_LASTS: bool = true;
-
-    #[inline(always)]
-    fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
-        OneStep.next(simd, stage, poles, state);
+/// y += factor x.
+#[inline(always)]
+fn add<S: Simd, const PARTS: usize>(simd: S, factor: S::f64s, x: Number<S, PARTS>, y: &mut Number<S, PARTS>) {
+    for (y, &x) in y.iter_mut().zip(&x) {
+        *y = simd.mul_add_e_f64s(factor, x, *y);
     }
 }
 
@@ -156,45 +141,152 @@ impl Recursion for Trapezoidal {
 pub struct Bdf2;
 
 impl Recursion for Bdf2 {
+    const STAGES: usize = 1;
+    const LOOKS_BACK: bool = true;
+    type Maps<S: Simd, const P: usize> = Poles<S, P>;
+
     #[inline(always)]
-    fn next<S: Simd, const P: usize>(self, simd: S, _: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
-        let quarter = simd.splat_f64s(-0.25);
-        let mut y = state.ahead;
-        for (y, &behind) in y.iter_mut().zip(&state.behind) {
-            *y = simd.mul_add_e_f64s(quarter, behind, *y);
-        }
-        state.behind = state.ahead;
-        state.ahead = times(simd, poles.g, y);
+    fn maps<S: Simd, const P: usize>(self, _: S, poles: &Poles<S, P>) -> Poles<S, P> {
+        *poles
+    }
+
+    #[inline(always)]
+    fn take_in<S: Simd, const P: usize>(
+        simd: S,
+        maps: &Poles<S, P>,
+        [force, ..]: [S::f64s; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) {
+        Self::foretell(simd, maps, state);
+        add(simd, force, maps.w, &mut state.end);
+    }
+
+    #[inline(always)]
+    fn foretell<S: Simd, const P: usize>(
+        simd: S,
+        maps: &Poles<S, P>,
+        state: &mut State<S, P>,
+    ) -> [S::f64s; MOST_STAGES] {
+        let mut y = state.end;
+        add(simd, simd.splat_f64s(-0.25), state.before, &mut y);
+        state.before = state.end;
+        state.end = times(simd, maps.g, y);
+        [state.end[0]; MOST_STAGES]
     }
 }
 
-/// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before.
+/// b_l = g b_(l-1) + w (F_l + F_(l-1)). Its state is b at the coming instant without that instant's force.
 #[derive(Clone, Copy)]
-pub struct Stages(pub [[f64; 3]; 3]);
+pub struct Trapezoidal;
 
-impl Recursion for Stages {
+impl Recursion for Trapezoidal {
+    const STAGES: usize = 1;
+    type Maps<S: Simd, const P: usize> = Poles<S, P>;
+
+    /// The state is g b_l + w F_l: it takes in (g + 1) w F.
     #[inline(always)]
-    fn next<S: Simd, const P: usize>(self, simd: S, stage: usize, poles: &Poles<S, P>, state: &mut State<S, P>) {
-        let x = state.ahead;
-        // The last of the base's numbers that counts belongs to the stage just done.
-        let [begin, first, _] = self.0[stage];
-        let latest = simd.splat_f64s(self.0[stage][stage]);
-        let (begin, first) = (simd.splat_f64s(begin), simd.splat_f64s(first));
-        let mut base = x;
-        if stage > 0 {
-            for (part, base) in base.iter_mut().enumerate() {
-                *base = simd.mul_add_e_f64s(begin, state.behind[part], simd.mul_f64s(latest, *base));
-                if stage > 1 {
-                    *base = simd.mul_add_e_f64s(first, state.first_stage[part], *base);
-                }
+    fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> Poles<S, P> {
+        let mut w = poles.w;
+        add(simd, simd.splat_f64s(1.0), times(simd, poles.g, poles.w), &mut w);
+        Poles { g: poles.g, w }
+    }
+
+    #[inline(always)]
+    fn take_in<S: Simd, const P: usize>(
+        simd: S,
+        maps: &Poles<S, P>,
+        [force, ..]: [S::f64s; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) {
+        Self::foretell(simd, maps, state);
+        add(simd, force, maps.w, &mut state.end);
+    }
+
+    #[inline(always)]
+    fn foretell<S: Simd, const P: usize>(
+        simd: S,
+        maps: &Poles<S, P>,
+        state: &mut State<S, P>,
+    ) -> [S::f64s; MOST_STAGES] {
+        let now = state.end[0];
+        state.end = times(simd, maps.g, state.end);
+        [now; MOST_STAGES]
+    }
+}
+
+/// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before; with one stage
+/// b_l = g b_(l-1) + w F_l.
+#[derive(Clone, Copy)]
+pub struct Stages<const COUNT: usize>(pub [[f64; 3]; 3]);
+
+/// R, W and A of a step; the last stage ends it, its A is R.
+#[derive(Clone, Copy)]
+pub struct StepMaps<S: Simd, const PARTS: usize> {
+    whole: Number<S, PARTS>,
+    inputs: [Number<S, PARTS>; MOST_STAGES],
+    outputs: [Number<S, PARTS>; MOST_STAGES],
+}
+
+impl<const COUNT: usize> Recursion for Stages<COUNT> {
+    const STAGES: usize = COUNT;
+    type Maps<S: Simd, const P: usize> = StepMaps<S, P>;
+
+    #[inline(always)]
+    fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> StepMaps<S, P> {
+        let mut outputs = [poles.g; MOST_STAGES];
+        let mut inputs = [poles.w; MOST_STAGES];
+        for stage in 1..COUNT {
+            // g times the base that the step's beginning alone gives.
+            let mut base = [simd.splat_f64s(0.0); P];
+            base[0] = simd.splat_f64s(self.0[stage][0]);
+            let (earlier, later) = outputs.split_at_mut(stage);
+            for (&output, &part) in earlier.iter().zip(&self.0[stage][1..]) {
+                add(simd, simd.splat_f64s(part), output, &mut base);
             }
+            later[0] = times(simd, poles.g, base);
         }
-        match stage {
-            0 => state.behind = x,
-            1 => state.first_stage = x,
-            _ => {}
+        for (force, input) in inputs.iter_mut().enumerate().take(COUNT) {
+            // b of the stages after a unit force at one: w there, g base after it.
+            let mut stages = [poles.w; MOST_STAGES];
+            for stage in force + 1..COUNT {
+                let mut base = [simd.splat_f64s(0.0); P];
+                let (earlier, later) = stages.split_at_mut(stage);
+                for (&b, &part) in earlier.iter().zip(&self.0[stage][1..]).skip(force) {
+                    add(simd, simd.splat_f64s(part), b, &mut base);
+                }
+                later[0] = times(simd, poles.g, base);
+            }
+            *input = stages[COUNT - 1];
         }
-        state.ahead = times(simd, poles.g, base);
+        StepMaps { whole: outputs[COUNT - 1], inputs, outputs }
+    }
+
+    #[inline(always)]
+    fn take_in<S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<S, P>,
+        forces: [S::f64s; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) {
+        state.end = times(simd, maps.whole, state.end);
+        for (&force, &input) in forces.iter().zip(&maps.inputs).take(COUNT) {
+            add(simd, force, input, &mut state.end);
+        }
+    }
+
+    #[inline(always)]
+    fn foretell<S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<S, P>,
+        state: &mut State<S, P>,
+    ) -> [S::f64s; MOST_STAGES] {
+        let mut displaced = [state.end[0]; MOST_STAGES];
+        for (displaced, &output) in displaced.iter_mut().zip(&maps.outputs).take(COUNT - 1) {
+            *displaced = real_part(simd, output, state.end);
+        }
+        state.end = times(simd, maps.whole, state.end);
+        displaced[COUNT - 1] = state.end[0];
+        displaced
     }
 }
 
@@ -207,38 +299,43 @@ pub trait WithRecursion {
 /// Does the work with the recursion of a rule.
 pub fn with_recursion(rule: TimeRule, work: impl WithRecursion) {
     match (rule, rule.runge_kutta()) {
-        (_, Some(method)) => work.with(Stages(method.bases())),
+        (TimeRule::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
+        (_, Some(method)) => work.with(Stages::<2>(method.bases())),
         (TimeRule::Bdf2, _) => work.with(Bdf2),
         (TimeRule::Trapezoidal, _) => work.with(Trapezoidal),
-        _ => work.with(OneStep),
+        _ => work.with(Stages::<1>(Default::default())),
     }
 }
 
-/// Adds to `response[p - 1]` the displacement of a pole, p instants after a unit force at a stage of a step.
-pub struct ImpulseResponse<'a> {
-    /// g and w.
-    pub pole: (Complex64, Complex64),
-    /// Stages of a step.
-    pub stages: usize,
-    /// Stage of the force.
-    pub stage: usize,
-    /// By lag.
-    pub response: &'a mut [f64],
+/// Whether a rule needs b of two steps.
+pub fn looks_back(rule: TimeRule) -> bool {
+    rule == TimeRule::Bdf2
 }
 
-impl WithRecursion for ImpulseResponse<'_> {
-    fn with<R: Recursion>(self, recursion: R) {
-        let (g, w) = self.pole;
-        let poles = Poles::<Scalar, 2> { g: [g.re, g.im], w: [w.re, w.im] };
-        let mut state = State::new(Scalar, [0.0; 2], [0.0; 2]);
-        for (lag, value) in self.response.iter_mut().enumerate() {
-            let next = (self.stage + lag + 1) % self.stages;
-            if lag == 0 {
-                recursion.driven(Scalar, next, &poles, 1.0, &mut state);
-            } else {
-                recursion.next(Scalar, next, &poles, &mut state);
-            }
-            *value += state.ahead[0];
+/// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a stage
+/// of a step: the table's rules, instant by instant.
+pub fn impulse_response(rule: TimeRule, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
+    let stages = rule.nodes().len();
+    let bases = rule.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
+    // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.
+    let mut of_step = [Complex64::ZERO; MOST_STAGES + 1];
+    of_step[stage + 1] = w;
+    let mut now = stage;
+    let mut before = Complex64::ZERO;
+    for (lag, value) in response.iter_mut().enumerate() {
+        let last = of_step[now + 1];
+        now += 1;
+        if now == stages {
+            (now, of_step) = (0, [last, Complex64::ZERO, Complex64::ZERO, Complex64::ZERO]);
         }
+        let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
+        let next = match rule {
+            TimeRule::Bdf2 => g * (last - 0.25 * before),
+            TimeRule::Trapezoidal if lag == 0 => g * last + w,
+            _ => g * base,
+        };
+        before = last;
+        of_step[now + 1] = next;
+        *value += next.re;
     }
 }

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::recursion::{Poles, Recursion, State, coefficients};
+use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back};
 use crate::meter::Work;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
@@ -20,7 +20,8 @@ const TOGETHER: usize = 2;
 struct PoleRows<const PARTS: usize> {
     /// Pole by pole: g, then w, part by part, times [`GROUP`] numbers.
     coefficients: Vec<f64>,
-    /// Pole by pole: b ahead and behind under the real part of the force, then both under its imaginary part, part by part, times [`GROUP`] numbers.
+    /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of the
+    /// force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
     states: Vec<f64>,
 }
 
@@ -28,10 +29,12 @@ impl<const PARTS: usize> PoleRows<PARTS> {
     /// Numbers of a pole that do not change.
     const FIXED: usize = 2 * PARTS;
     /// Numbers of a pole that evolve.
-    const EVOLVING: usize = 4 * PARTS;
+    const fn evolving(looks_back: bool) -> usize {
+        if looks_back { 4 * PARTS } else { 2 * PARTS }
+    }
 
     /// From each wavenumber's g and w, at rest.
-    fn new(wavenumbers: &[Vec<[Complex64; 2]>]) -> Self {
+    fn new(wavenumbers: &[Vec<[Complex64; 2]>], looks_back: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
         let mut coefficients = vec![0.0; poles * Self::FIXED * GROUP];
         for (lane, own) in wavenumbers.iter().enumerate() {
@@ -42,12 +45,13 @@ impl<const PARTS: usize> PoleRows<PARTS> {
                 }
             }
         }
-        Self { coefficients, states: vec![0.0; poles * Self::EVOLVING * GROUP] }
+        Self { coefficients, states: vec![0.0; poles * Self::evolving(looks_back) * GROUP] }
     }
 
-    /// Multiply-adds of a pass over so many instants: two real systems, g at every instant taken in and at every one foretold, w at those taken in.
-    fn multiply_adds(&self, instants: usize) -> usize {
-        self.coefficients.len() / Self::FIXED * 2 * instants * (2 * PARTS * PARTS + PARTS)
+    /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one foretold, W
+    /// and A at their stages.
+    fn multiply_adds(&self, steps: usize, stages: usize) -> usize {
+        self.coefficients.len() / Self::FIXED * 2 * steps * (2 * PARTS * PARTS + PARTS * (2 * stages - 1))
     }
 
     /// Bytes of a pass: coefficients read, states read and written.
@@ -65,6 +69,8 @@ pub struct WavenumberGroup {
     count: usize,
     pairs: PoleRows<2>,
     reals: PoleRows<1>,
+    /// Stages of a step.
+    stages: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
     forces: Vec<f64>,
     /// u_old of the coming block without its own forces, likewise.
@@ -95,8 +101,9 @@ impl WavenumberGroup {
         Some(Self {
             first,
             count,
-            pairs: PoleRows::new(&pairs),
-            reals: PoleRows::new(&reals),
+            pairs: PoleRows::new(&pairs, looks_back(rule)),
+            reals: PoleRows::new(&reals, looks_back(rule)),
+            stages: rule.nodes().len(),
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],
         })
@@ -104,9 +111,10 @@ impl WavenumberGroup {
 
     /// What a pass costs.
     pub fn work(&self) -> Work {
-        let instants = self.forces.len() / (2 * GROUP);
+        let stages = self.stages;
+        let steps = self.forces.len() / (2 * GROUP * stages);
         Work {
-            multiply_adds: (self.pairs.multiply_adds(instants) + self.reals.multiply_adds(instants)) as u64,
+            multiply_adds: (self.pairs.multiply_adds(steps, stages) + self.reals.multiply_adds(steps, stages)) as u64,
             bytes: (self.pairs.bytes() + self.reals.bytes()) as u64,
         }
     }
@@ -144,8 +152,6 @@ pub struct Pass<'a, R> {
     pub group: &'a mut WavenumberGroup,
     /// The rule.
     pub recursion: R,
-    /// Instants of a time step; a block is a whole number of time steps.
-    pub stages: usize,
 }
 
 impl<R: Recursion> WithSimd for Pass<'_, R> {
@@ -153,11 +159,11 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { group, recursion, stages } = self;
+        let Self { group, recursion } = self;
         let (forces, _) = S::as_simd_f64s(&group.forces);
         let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
         displacement.fill(simd.splat_f64s(0.0));
-        let mut block = Block { simd, recursion, stages, forces, displacement };
+        let mut block = Block { simd, recursion, forces, displacement };
         block.pass(&mut group.pairs);
         block.pass(&mut group.reals);
     }
@@ -167,29 +173,25 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
 struct Block<'a, S: Simd, R> {
     simd: S,
     recursion: R,
-    stages: usize,
     forces: &'a [S::f64s],
     displacement: &'a mut [S::f64s],
 }
 
 impl<S: Simd, R: Recursion> Block<'_, S, R> {
-    /// The stage after one.
-    #[inline(always)]
-    fn following(&self, stage: usize) -> usize {
-        if stage + 1 < self.stages { stage + 1 } else { 0 }
-    }
+    /// Vectors of a group.
+    const VECTORS: usize = GROUP / S::F64_LANES;
 
     #[inline(always)]
     fn pass<const PARTS: usize>(&mut self, rows: &mut PoleRows<PARTS>) {
-        let vectors = GROUP / S::F64_LANES;
-        let (fixed, evolving) = (PoleRows::<PARTS>::FIXED * vectors, PoleRows::<PARTS>::EVOLVING * vectors);
+        let fixed = PoleRows::<PARTS>::FIXED * Self::VECTORS;
+        let evolving = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
         let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
         let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
         let together = coefficients.chunks_exact(TOGETHER * fixed);
         for (coefficients, states) in together.zip(states.chunks_exact_mut(TOGETHER * evolving)) {
             let (one, other) = coefficients.split_at(fixed);
             let (one_states, other_states) = states.split_at_mut(evolving);
-            for vector in 0..vectors {
+            for vector in 0..Self::VECTORS {
                 let one = self.take_in::<PARTS>(vector, one, one_states);
                 let other = self.take_in::<PARTS>(vector, other, other_states);
                 self.foretell(vector, one, other);
@@ -204,62 +206,69 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         vector: usize,
         coefficients: &[S::f64s],
         states: &mut [S::f64s],
-    ) -> Driven<S, PARTS> {
-        let simd = self.simd;
-        let vectors = GROUP / S::F64_LANES;
+    ) -> Driven<S, R, PARTS> {
+        let (simd, vectors) = (self.simd, Self::VECTORS);
         let zero = [simd.splat_f64s(0.0); PARTS];
         let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
-        let mut systems = [State::new(simd, zero, zero); 2];
+        let mut systems = [State { end: zero, before: zero }; 2];
+        let of_system = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / 2;
         for part in 0..PARTS {
             poles.g[part] = coefficients[part * vectors + vector];
             poles.w[part] = coefficients[(PARTS + part) * vectors + vector];
             for (which, system) in systems.iter_mut().enumerate() {
-                system.ahead[part] = states[(2 * PARTS * which + part) * vectors + vector];
-                system.behind[part] = states[(2 * PARTS * which + PARTS + part) * vectors + vector];
+                system.end[part] = states[(of_system * which + part) * vectors + vector];
+                if R::LOOKS_BACK {
+                    system.before[part] = states[(of_system * which + PARTS + part) * vectors + vector];
+                }
             }
         }
+        let maps = self.recursion.maps(simd, &poles);
         let [mut re, mut im] = systems;
-        let mut stage = 0;
-        for force in self.forces.chunks_exact(2 * vectors) {
-            stage = self.following(stage);
-            self.recursion.driven(simd, stage, &poles, force[vector], &mut re);
-            self.recursion.driven(simd, stage, &poles, force[vectors + vector], &mut im);
+        for step in self.forces.chunks_exact(2 * vectors * R::STAGES) {
+            let mut forces = [[simd.splat_f64s(0.0); MOST_STAGES]; 2];
+            for stage in 0..R::STAGES {
+                forces[0][stage] = step[2 * vectors * stage + vector];
+                forces[1][stage] = step[2 * vectors * stage + vectors + vector];
+            }
+            R::take_in(simd, &maps, forces[0], &mut re);
+            R::take_in(simd, &maps, forces[1], &mut im);
         }
         for (which, system) in [&re, &im].into_iter().enumerate() {
             for part in 0..PARTS {
-                states[(2 * PARTS * which + part) * vectors + vector] = system.ahead[part];
-                states[(2 * PARTS * which + PARTS + part) * vectors + vector] = system.behind[part];
+                states[(of_system * which + part) * vectors + vector] = system.end[part];
+                if R::LOOKS_BACK {
+                    states[(of_system * which + PARTS + part) * vectors + vector] = system.before[part];
+                }
             }
         }
-        Driven { poles, re, im }
+        Driven { maps, re, im }
     }
 
     /// Two poles add what they displace in the coming block.
     #[inline(always)]
-    fn foretell<const PARTS: usize>(&mut self, vector: usize, mut one: Driven<S, PARTS>, mut other: Driven<S, PARTS>) {
-        let simd = self.simd;
-        let vectors = GROUP / S::F64_LANES;
-        let mut stage = 0;
-        for instant in 0..self.displacement.len() / (2 * vectors) {
-            if instant > 0 {
-                stage = self.following(stage);
-                for driven in [&mut one, &mut other] {
-                    self.recursion.next(simd, stage, &driven.poles, &mut driven.re);
-                    self.recursion.next(simd, stage, &driven.poles, &mut driven.im);
+    fn foretell<const PARTS: usize>(
+        &mut self,
+        vector: usize,
+        mut one: Driven<S, R, PARTS>,
+        mut other: Driven<S, R, PARTS>,
+    ) {
+        let (simd, vectors) = (self.simd, Self::VECTORS);
+        for step in self.displacement.chunks_exact_mut(2 * vectors * R::STAGES) {
+            let first = [R::foretell(simd, &one.maps, &mut one.re), R::foretell(simd, &one.maps, &mut one.im)];
+            let second = [R::foretell(simd, &other.maps, &mut other.re), R::foretell(simd, &other.maps, &mut other.im)];
+            for stage in 0..R::STAGES {
+                for system in 0..2 {
+                    let out = &mut step[(2 * stage + system) * vectors + vector];
+                    *out = simd.add_f64s(*out, simd.add_f64s(first[system][stage], second[system][stage]));
                 }
             }
-            let re = simd.add_f64s(one.re.ahead[0], other.re.ahead[0]);
-            let im = simd.add_f64s(one.im.ahead[0], other.im.ahead[0]);
-            let out = &mut self.displacement[2 * vectors * instant..2 * vectors * (instant + 1)];
-            out[vector] = simd.add_f64s(out[vector], re);
-            out[vectors + vector] = simd.add_f64s(out[vectors + vector], im);
         }
     }
 }
 
 /// A pole and its two real systems, all forces so far taken in.
-struct Driven<S: Simd, const PARTS: usize> {
-    poles: Poles<S, PARTS>,
+struct Driven<S: Simd, R: Recursion, const PARTS: usize> {
+    maps: R::Maps<S, PARTS>,
     re: State<S, PARTS>,
     im: State<S, PARTS>,
 }

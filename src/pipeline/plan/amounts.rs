@@ -28,8 +28,8 @@ const COARSE: usize = 384;
 const COARSE_TOLERANCE: f64 = 1e-3;
 /// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
 const PEAKS: f64 = 1e-3;
-/// Multiply-adds of the recursion for a pole (conjugates counted) and stage, without padding.
-const PER_POLE: f64 = 9.3;
+/// Multiply-adds of the recursion for a pole (conjugates counted), without padding: for each stage, and for each step.
+const PER_POLE: [f64; 2] = [4.0, 5.3];
 /// Wavenumbers of a group, to whose multiple they are padded.
 const GROUP: f64 = 8.0;
 /// Windows of multiply-adds of the search for a point in contact, on smooth and on rough roads: guess, solution, displacement; on rough roads with factorisations.
@@ -223,7 +223,7 @@ impl Amounts {
         let stages = numerics.time_rule.nodes().len() as f64;
         let (wavenumbers, steps) = (wavenumbers(scene), plan.steps as f64);
         let padded = (wavenumbers / GROUP).ceil() * GROUP / wavenumbers;
-        let pass = PER_POLE * padded * self.poles;
+        let pass = (PER_POLE[0] + PER_POLE[1] / stages) * padded * self.poles;
         let instant = pass + 0.5 * (INSTANTS as f64 - 1.0) * points * columns;
         let transform = transform_multiply_adds(numerics.elements);
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
@@ -385,8 +385,8 @@ fn wavenumbers(scene: &Scene) -> f64 {
 fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     let width = scene.tyre.contact_width;
     let Decisions { cells_across, cells_along, .. } = plan.decisions;
-    let columns = cells_across.unwrap_or_else(|| Lattice::usual_across(width));
-    let along = cells_along.unwrap_or_else(|| Lattice::usual_along(plan.element));
+    let columns = cells_across.unwrap_or_else(|| Lattice::across(width, scene.road.cell()));
+    let along = cells_along.unwrap_or_else(|| Lattice::along(plan.element, scene.road.cell()));
     Lattice { dx: plan.element, along, dy: width / columns as f64, columns }
 }
 

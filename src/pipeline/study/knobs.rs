@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::settings::Settings;
 use crate::pipeline::compare::least_rate;
 use crate::pipeline::local_compliance::{DOUBTS, formula_for};
+use crate::road::Lattice;
 use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 
 /// What turning a knob changes.
@@ -41,9 +42,9 @@ const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
 const FINEST_POLES: f64 = 1e-6;
-/// Sizes of a cell across and along \[m\], and the reference's.
-const CELLS: [f64; 4] = [8e-3, 4e-3, 2e-3, 1.33e-3];
-const FINEST_CELL: f64 = 1e-3;
+/// Sizes of a cell across and along, and the reference's, relative to [`Road::cell`](crate::scene::Road::cell).
+const CELLS: [f64; 4] = [4.0, 2.0, 1.0, 0.5];
+const FINEST_CELL: f64 = 0.25;
 /// Tolerances of the slices' curves \[m\].
 const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
 /// For the direct history: tolerances of the sums with the reference's, lateral terms, memories \[s\].
@@ -70,7 +71,8 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         TimeRule::Sdirk2 | TimeRule::Sdirk3 => own.time_rule,
         TimeRule::Bdf1 | TimeRule::Bdf2 | TimeRule::Trapezoidal | TimeRule::FirstOrderHold => TimeRule::Bdf2,
     };
-    let cells = |_| (scene.tyre.contact_width / FINEST_CELL).round().max(1.0) as usize;
+    let cell = FINEST_CELL * scene.road.cell_for(scene.rolling.speed() / highest);
+    let cells = |_| Lattice::across(scene.tyre.contact_width, cell);
     Settings {
         elements,
         substeps,
@@ -81,7 +83,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         lateral_terms: None,
         wavenumber_aliases: None,
         cells_across: own.cells_across.map(cells),
-        cell_length: FINEST_CELL,
+        cell_length: cell,
         slice_tolerance: 0.0,
         ..own
     }
@@ -151,10 +153,11 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
     let cells = match reference.cells_across {
         Some(points) if varies && points > 1 => Ok(CELLS
-            .map(|cell| {
-                let points = (scene.tyre.contact_width / cell).round().max(1.0) as usize;
+            .map(|share| {
+                let cell = share * scene.road.cell();
+                let points = Lattice::across(scene.tyre.contact_width, cell);
                 let settings = Settings { cells_across: Some(points), cell_length: cell, ..reference.clone() };
-                (format!("{:.1} mm", 1e3 * cell), settings)
+                (format!("{:.2} mm", 1e3 * cell), settings)
             })
             .into()),
         None if varies => Err("the measured road has cells of its own".to_owned()),

@@ -19,6 +19,7 @@ const COARSEST_POLES: f64 = 1e-2;
 pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
     let own = Settings::of(scene);
     let need = Need { highest, row: Some(row) };
+    let wavelength = scene.rolling.speed() / highest;
     let (length, speed) = (scene.tyre.circumference, scene.rolling.speed());
     let Resolution { elements, substeps } = Resolution::new(need, length, speed, row.time_rule, None, None);
     Settings {
@@ -29,8 +30,8 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
         pole_tolerance: row.pole_tolerance,
         lateral_terms: None,
         wavenumber_aliases: None,
-        cells_across: own.cells_across.map(|_| row.cells(scene.tyre.contact_width)),
-        cell_length: row.cell,
+        cells_across: own.cells_across.map(|_| row.cells(&scene.road, wavelength, scene.tyre.contact_width)),
+        cell_length: row.cell_of(&scene.road, wavelength),
         slice_tolerance: row.slice_tolerance,
         ..own
     }

@@ -50,7 +50,7 @@ impl Settings {
     /// Those of a scene.
     pub fn of(scene: &Scene) -> Self {
         let Scene { numerics, contact, .. } = scene;
-        let across = Lattice::usual_across(scene.tyre.contact_width);
+        let across = Lattice::across(scene.tyre.contact_width, scene.road.cell());
         let made = matches!(scene.road, crate::scene::Road::Made(_) | crate::scene::Road::Profile(_));
         Self {
             elements: numerics.elements,
@@ -66,7 +66,7 @@ impl Settings {
             cells_across: contact.cells_across.or_else(|| (scene.road.varies_across() && made).then_some(across)),
             cell_length: contact
                 .cells_along
-                .map_or(Lattice::CELL, |cells| scene.tyre.circumference / (numerics.elements * cells) as f64),
+                .map_or(scene.road.cell(), |cells| scene.tyre.circumference / (numerics.elements * cells) as f64),
             slice_tolerance: contact.slice_tolerance,
             tread: contact.tread,
             slices: contact.slices,
@@ -85,7 +85,7 @@ impl Settings {
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (self.lateral_terms, self.wavenumber_aliases);
         (contact.cells_across, contact.slice_tolerance) = (self.cells_across, self.slice_tolerance);
         let element = tyre.circumference / self.elements as f64;
-        contact.cells_along = Some((element / self.cell_length - 1e-9).ceil().max(1.0) as usize);
+        contact.cells_along = Some(Lattice::along(element, self.cell_length));
         (contact.slices, contact.slice_coupling) = (self.slices, self.slice_coupling);
         contact.local_compliance = self.local_compliance.filter(|_| self.slice_coupling == SliceCoupling::Local);
         if contact.tread != self.tread {

@@ -66,10 +66,19 @@ pub fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepEr
         move |source| SweepError::Scene { name, source }
     };
     let text = base.scene.to_toml().map_err(failed("as given"))?;
-    let scene: Table = text.parse().map_err(|error: toml::de::Error| SweepError::Road {
+    let mut scene: Table = text.parse().map_err(|error: toml::de::Error| SweepError::Road {
         path: base.path.clone(),
         message: error.message().to_owned(),
     })?;
+    // What followed from `fmax` and `preset` at the scene's own speed follows anew at each of the others.
+    for choice in base.choices().iter().filter(|choice| !["numerics.preset", "numerics.accuracy"].contains(&choice.key))
+    {
+        if let Some((table, key)) = choice.key.split_once('.')
+            && let Some(Value::Table(table)) = scene.get_mut(table)
+        {
+            table.remove(key);
+        }
+    }
     let roads: Vec<Option<(String, Table)>> = if axes.roads.is_empty() {
         vec![None]
     } else {
@@ -198,6 +207,24 @@ mod tests {
         let same = variants(&base(), &Axes { speeds: vec![80.0, 80.0], ..Axes::default() }).unwrap();
         assert_eq!((same[0].name.as_str(), same[1].name.as_str()), ("80kmh", "80kmh+"));
         assert_eq!(same[0].loaded.scene.tyre, base().scene.tyre);
+    }
+
+    #[test]
+    fn a_preset_chooses_anew_at_every_speed() {
+        let (head, _) = DEFAULT.split_once("[numerics]").unwrap();
+        let at = |speed: &str| {
+            let text = format!("{head}[numerics]\npreset = \"draft\"\nfmax = 1000.0\n");
+            assert!(text.contains("speed_kmh = 80.0"));
+            Scene::from_str(&text.replace("speed_kmh = 80.0", &format!("speed_kmh = {speed}")), "draft").unwrap()
+        };
+        let made = variants(&at("80.0"), &Axes { speeds: vec![50.0, 80.0, 110.0], ..Axes::default() }).unwrap();
+        for (variant, speed) in made.iter().zip(["50.0", "80.0", "110.0"]) {
+            let (found, alone) = (&variant.loaded, at(speed));
+            assert_eq!(found.scene.numerics, alone.scene.numerics, "{speed}");
+            assert_eq!(found.scene.contact, alone.scene.contact, "{speed}");
+            assert_eq!(found.choices(), alone.choices(), "{speed}");
+        }
+        assert_ne!(made[0].loaded.scene.numerics.elements, made[2].loaded.scene.numerics.elements);
     }
 
     #[test]

@@ -26,8 +26,6 @@ pub struct VibrationRecorder {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
     power: ContactPower,
-    /// At the instants of a step, stage after stage \[m\].
-    displacement: Vec<f64>,
     model: RationalModel,
     scale: f64,
     spring: f64,
@@ -114,7 +112,6 @@ impl VibrationRecorder {
             wanted: vibration,
             accumulator: VibrationAccumulator::new(layout),
             power: ContactPower::new(layout.rule, plan.time_step, layout.columns),
-            displacement: vec![0.0; layout.width()],
             model,
             scale,
             spring,
@@ -173,9 +170,8 @@ impl VibrationRecorder {
         }
         let completes = step >= self.warm_up && self.accumulator.completes_next();
         let work = || {
-            march.instant_displacements(&mut self.displacement);
-            let forces = march.instant_forces();
-            let power = self.power.push(march.geometry().first_element(step), forces, &self.displacement);
+            let (forces, displacements) = (march.instant_forces(), march.instant_displacements());
+            let power = self.power.push(march.geometry().first_element(step), forces, displacements);
             step >= self.warm_up && self.accumulator.push(forces, power)
         };
         // A segment's end is long and rare: no step stands for it, and it stands for no other.

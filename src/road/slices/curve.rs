@@ -33,6 +33,9 @@ pub struct Piece {
     pub to: f64,
 }
 
+/// Least distance of breakpoints \[m\].
+const CLOSEST: f64 = 1e-12;
+
 impl StiffnessCurve {
     /// A flat slice: S(y) = y.
     pub fn flat(peak: f64) -> Self {
@@ -42,16 +45,18 @@ impl StiffnessCurve {
     /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws
     /// come.
     ///
-    /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; equal y_k become one breakpoint and those at
-    /// y_k = 0 only set the initial slope. The slope past the last one is set to 1 exactly: the weights' sum differs
+    /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; y_k that are equal, up to a picometre, become one
+    /// breakpoint, for a slope between them would be rounding; those at y_k = 0 only set the initial slope. The slope past the last one is set to 1 exactly: the weights' sum differs
     /// from it by rounding only.
     pub fn from_events(peak: f64, events: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let mut last = 0.0;
         let breakpoints = events
             .clone()
             .filter(|&(y, _)| {
-                let new = y > last;
-                last = y;
+                let new = y > last + CLOSEST;
+                if new {
+                    last = y;
+                }
                 new
             })
             .count();
@@ -59,7 +64,7 @@ impl StiffnessCurve {
         let mut displacement = Vec::with_capacity(breakpoints);
         let (mut y, mut s, mut slope) = (0.0, 0.0, 0.0);
         for (event, weight) in events {
-            if event > y {
+            if event > y + CLOSEST {
                 s += slope * (event - y);
                 y = event;
                 penetration.push(y);
@@ -79,22 +84,19 @@ impl StiffnessCurve {
         s0 + slope * (y - y0)
     }
 
-    /// S(w) \[m\] at the penetration w > 0 for which w + `excess` S(w) = y \[m\]: the slice in series with a spring whose compliance is `excess` times its own; `excess` > -1. 0 for y <= 0.
-    pub fn displacement_in_series(&self, y: f64, excess: f64) -> f64 {
+    /// S(w) \[m\] at the penetration w > 0 for which w + `excess` S(w) = y \[m\]: the slice in series with a spring whose
+    /// compliance is `excess` times its own; `excess` > -1. 0 for y <= 0.
+    ///
+    /// `near` is a guess of the piece that holds w, and its number afterwards.
+    pub fn displacement_in_series(&self, y: f64, excess: f64, near: &mut u32) -> f64 {
         if y <= 0.0 {
             return 0.0;
         }
         // The left side grows with w, because no slope is above 1.
-        let (mut below, mut above) = (0, self.penetration.len());
-        while below < above {
-            let middle = (below + above) / 2;
-            if self.penetration[middle] + excess * self.displacement[middle] <= y {
-                below = middle + 1;
-            } else {
-                above = middle;
-            }
-        }
-        let (s0, y0, slope) = self.segment(below);
+        let passed = |k: usize| self.penetration[k] + excess * self.displacement[k] <= y;
+        let above = self.walk(*near as usize, passed);
+        *near = above as u32;
+        let (s0, y0, slope) = self.segment(above);
         s0 + slope * ((y - y0 - excess * s0) / (1.0 + excess * slope))
     }
 
@@ -124,6 +126,23 @@ impl StiffnessCurve {
     /// Number of the linear piece that holds `y`: the number of breakpoints at or below it.
     pub fn segment_index(&self, y: f64) -> usize {
         self.penetration.partition_point(|&breakpoint| breakpoint <= y)
+    }
+
+    /// The same, looked for from a piece near which it is likely: a few comparisons that a processor foretells.
+    pub fn segment_index_near(&self, y: f64, near: usize) -> usize {
+        self.walk(near, |k| self.penetration[k] <= y)
+    }
+
+    /// Number of breakpoints passed, from a guess; those passed come first.
+    fn walk(&self, guess: usize, passed: impl Fn(usize) -> bool) -> usize {
+        let mut above = guess.min(self.penetration.len());
+        while above < self.penetration.len() && passed(above) {
+            above += 1;
+        }
+        while above > 0 && !passed(above - 1) {
+            above -= 1;
+        }
+        above
     }
 
     /// Start value, start and slope of the piece before breakpoint `above`.

@@ -14,10 +14,10 @@ pub struct Contact {
     /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub local_compliance: Option<f64>,
-    /// Cells across the contact width; default: about 2 mm each (a grid that fits exactly keeps its own).
+    /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits exactly keeps its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_across: Option<usize>,
-    /// Cells along an element; default: at most 2 mm each (a grid that fits exactly keeps its own).
+    /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly keeps its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_along: Option<usize>,
     /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it exact.

@@ -1,13 +1,13 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
 //! A stated error is the largest difference of a third octave of the contact force, 100 Hz to fmax, from the limit for small
-//! time steps, elements and cells, with the axle at the same height. The rows were set from made dense asphalt at 80 km/h, with
-//! a margin. An ignored test holds them against other roads and speeds (tests/presets.rs), and
-//! `tyrewave study SCENE --check-presets` does so on any scene.
+//! time steps, elements and cells, with the axle at the same height. The rows were set from made dense asphalt at 80 km/h and
+//! hold on other roads at other speeds (README's table; an ignored test, tests/presets.rs). `tyrewave study SCENE
+//! --check-presets` measures them on any scene.
 
 use serde::{Deserialize, Serialize};
 
-use super::TimeRule;
+use super::{Road, TimeRule};
 
 /// A named row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -36,7 +36,7 @@ pub struct FrontRow {
     pub steps_per_period: f64,
     /// Tolerance of the poles.
     pub pole_tolerance: f64,
-    /// Widest and longest cell of the road \[m\].
+    /// Widest and longest cell of a made road of the default's wavelengths, where V/fmax is 22 mm at least \[m\].
     pub cell: f64,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
@@ -116,9 +116,14 @@ impl FrontRow {
         Self::ALL.iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
     }
 
+    /// Widest and longest cell of a road for a texture wavelength V/fmax \[m\].
+    pub fn cell_of(&self, road: &Road, wavelength: f64) -> f64 {
+        self.cell * (road.cell_for(wavelength) / Road::CELL)
+    }
+
     /// Cells on a length \[m\].
-    pub fn cells(&self, length: f64) -> usize {
-        (length / self.cell - 1e-9).ceil().max(1.0) as usize
+    pub fn cells(&self, road: &Road, wavelength: f64, length: f64) -> usize {
+        (length / self.cell_of(road, wavelength) - 1e-9).ceil().max(1.0) as usize
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.

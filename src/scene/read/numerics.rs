@@ -67,13 +67,15 @@ impl Given {
             let wanted = format!("{}, the highest frequency that numerics.{key} is meant for", Bounds::positive("Hz"));
             return table.complain("numerics.fmax", Problem::Missing { wanted });
         };
-        let mut choices = row.map_or(Vec::new(), |row| self.take_row(row, preset.is_some(), scene));
+        let mut choices = row.map_or(Vec::new(), |row| self.take_row(row, highest, preset.is_some(), scene));
         choices.extend(self.resolution(Need { highest, row }, scene, table)?);
         if let Some(row) = row.filter(|_| scene.contact.cells_along.is_none() && !matches!(scene.road, Road::Smooth)) {
-            let cells = row.cells(scene.tyre.circumference / scene.numerics.elements as f64);
+            let wavelength = scene.rolling.speed() / highest;
+            let element = scene.tyre.circumference / scene.numerics.elements as f64;
+            let cells = row.cells(&scene.road, wavelength, element);
+            let cell = row.cell_of(&scene.road, wavelength);
             scene.contact.cells_along = Some(cells);
-            let reason =
-                format!("preset \"{}\": cells of at most {} mm along", row.preset.name(), short(1e3 * row.cell));
+            let reason = format!("preset \"{}\": cells of at most {} mm along", row.preset.name(), millimetres(cell));
             choices.push(Choice { key: "contact.cells_along", value: cells.to_string(), reason });
         }
         // A wish beside keys that are all given has chosen nothing.
@@ -84,7 +86,7 @@ impl Given {
     }
 
     /// What a row of the table says beside elements and steps.
-    fn take_row(&self, row: &FrontRow, named: bool, scene: &mut Scene) -> Vec<Choice> {
+    fn take_row(&self, row: &FrontRow, highest: f64, named: bool, scene: &mut Scene) -> Vec<Choice> {
         let (name, error) = (row.preset.name(), row.error);
         let why = format!("preset \"{name}\"");
         let worth = format!(
@@ -124,9 +126,11 @@ impl Given {
             choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
         }
         if contact.cells_across.is_none() && scene.effects.texture != Switch::Off && scene.road.varies_across() {
-            let points = row.cells(tyre.contact_width).max(2);
+            let wavelength = scene.rolling.speed() / highest;
+            let points = row.cells(&scene.road, wavelength, tyre.contact_width).max(2);
             contact.cells_across = Some(points);
-            let reason = format!("{why}: cells of at most {} mm across", short(1e3 * row.cell));
+            let cell = row.cell_of(&scene.road, wavelength);
+            let reason = format!("{why}: cells of at most {} mm across", millimetres(cell));
             choose("contact.cells_across", points.to_string(), reason);
         }
         choices
@@ -185,6 +189,11 @@ impl Given {
         }
         Some(choices)
     }
+}
+
+/// A length in mm, to a hundredth.
+fn millimetres(length: f64) -> String {
+    short((1e5 * length).round() / 100.0)
 }
 
 /// An even number of elements.

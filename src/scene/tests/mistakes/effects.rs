@@ -120,7 +120,10 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
             assert!(loaded.choices()[0].reason.contains(&format!("within {error} dB")));
             assert!(loaded.choices().iter().all(|choice| !choice.reason.is_empty()));
             let found = &loaded.scene;
-            assert_eq!(found.contact.cells_across, Some(row.cells(found.tyre.contact_width)));
+            assert_eq!(
+                found.contact.cells_across,
+                Some(row.cells(&found.road, found.rolling.speed() / found.numerics.fmax.unwrap(), found.tyre.contact_width))
+            );
             assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
             // The effective settings read back as they are; all of them are given then.
             let again = Scene::from_str(&found.to_toml().unwrap(), "x").unwrap();

@@ -1,5 +1,7 @@
-//! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; the history by poles, instant by instant and in blocks, with the direct sum beside it; the search for the
-//! points in contact with many factors kept, with one, and by projected Gauss-Seidel sweeps; a solution with a factor found, beside a neighbour's, and with one made anew. Each with its error.
+//! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; the history by poles,
+//! instant by instant and in blocks, with the direct sum beside it; the search for the points in contact with many
+//! factors kept, with one, and by projected Gauss-Seidel sweeps; a solution with a factor found, beside a neighbour's,
+//! and with one made anew. Each with its error.
 //!
 //! `cargo bench --bench contact`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -77,7 +79,8 @@ fn history(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Weights of the convolution that the recursion is, from its answer to a unit force on one element: the direct sum over them differs from it by rounding only.
+/// Weights of the convolution that the recursion is, from its answer to a unit force on one element: the direct sum
+/// over them differs from it by rounding only.
 fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
     let elements = model.elements;
     let mut history =
@@ -99,8 +102,9 @@ fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: us
     Weights { values, lags, at_rest, evaluations: 0, omitted: 0.0 }
 }
 
-/// The history by poles, its instants taken one by one or in blocks, and by the direct sum over the default memory; the number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240
-/// instants, so that whole blocks are timed.
+/// The history by poles, its instants taken one by one or in blocks, and by the direct sum over the default memory; the
+/// number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240 instants, so that whole
+/// blocks are timed.
 fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].
@@ -275,7 +279,8 @@ fn solve(criterion: &mut Criterion) {
     let influence = instant_influence();
     let mut group = criterion.benchmark_group("solve");
     for points in [16_usize, 32, 64, 128] {
-        // Points in a row; the same with one of them exchanged, twice; every second point, which differs by too many for the factor of a row to serve.
+        // Points in a row; the same with one of them exchanged, twice; every second point, which differs by too many
+        // for the factor of a row to serve.
         let in_a_row: Vec<usize> = (0..points).collect();
         let exchanged = |without: usize| -> Vec<usize> { (0..=points).filter(|j| *j != without).collect() };
         let (first, second) = (exchanged(1), exchanged(2));

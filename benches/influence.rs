@@ -1,4 +1,5 @@
-//! Influence functions: compliance in lanes against scalar, fitted against brute force, both sides in one run, each with a physical checksum.
+//! Influence functions: compliance in lanes against scalar, fitted against brute force, both sides in one run, each
+//! with a physical checksum.
 
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -96,8 +97,9 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
 
 /// Lags for each element: 1.4 s of memory at 80 km/h.
 ///
-/// Truncating the memory is an error of brute force as the fit's is one of the model. It is measured here, relative to the largest |H_n| like the fit's; what is kept is still less
-/// exact than the model, so that the comparison favours brute force.
+/// Truncating the memory is an error of brute force as the fit's is one of the model. It is measured here, relative to
+/// the largest |H_n| like the fit's; what is kept is still less exact than the model, so that the comparison favours
+/// brute force.
 const LAGS_PER_ELEMENT: usize = 16;
 
 /// The number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`.

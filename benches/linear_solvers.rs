@@ -1,7 +1,7 @@
 //! The linear systems of the search: G0 of the points in contact, 16 to 512 of them, solved by LU, by Cholesky and by
-//! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by columns and the one in blocks that
-//! it takes for many points, by Levinson's recursion where the points are neighbours, and with one point more than a kept
-//! factor has, each with its residual.
+//! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by columns and the one in blocks
+//! that it takes for many points, by Levinson's recursion where the points are neighbours, and with one point more than
+//! a kept factor has, each with its residual.
 //!
 //! `cargo bench --bench linear_solvers`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]

@@ -1,5 +1,6 @@
-//! Cost of roads: made texture drawn in chunks, alone and with the curves of its slices, beside one transform of the whole area; a measured profile resampled once and spread across, beside the same heights resampled column by column. The number of elements round the
-//! tyre doubles.
+//! Cost of roads: made texture drawn in chunks, alone and with the curves of its slices, beside one transform of the
+//! whole area; a measured profile resampled once and spread across, beside the same heights resampled column by column.
+//! The number of elements round the tyre doubles.
 //!
 //! `cargo bench --bench road`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -31,7 +32,8 @@ fn mean_square(heights: &[f64]) -> f64 {
     heights.iter().map(|z| z * z).sum::<f64>() / heights.len() as f64
 }
 
-/// The textbook way to a texture of the same spectrum: the whole area at once, random lines along and across, transformed. One metre across, the run's columns kept.
+/// The textbook way to a texture of the same spectrum: the whole area at once, random lines along and across,
+/// transformed. One metre across, the run's columns kept.
 fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) -> Vec<f64> {
     let (along, across) = (transform_length(rows), (1.024 / lattice.dy).round() as usize);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -70,7 +72,8 @@ fn made(criterion: &mut Criterion) {
         let mut heights = vec![0.0; rows * lattice.columns];
         let mut road = RoadSurface::open(&spec, lattice, Limits::default()).expect("a road");
         road.heights(0, rows, &mut heights).expect("an endless road");
-        // Two draws of one spectrum: they are as high as each other but for the chance of 10 m, 35 of the longest waves.
+        // Two draws of one spectrum: they are as high as each other but for the chance of 10 m, 35 of the longest
+        // waves.
         let ratio = 10.0 * (mean_square(&heights) / mean_square(&at_once(&spectrum, lattice, rows, 1))).log10();
         println!("N = {elements}: the two draws differ by {ratio:.2} dB");
         assert!(ratio.abs() < 1.0, "{ratio} dB");

@@ -1,5 +1,7 @@
-//! Stages of a run each beside the plain way, in doubling sizes: transforms between wavenumbers and elements; time steps by poles and by direct sums; vibration streamed segment by segment and from the whole record; the
-//! velocity for unit force; the averaged spectrum taken sample by sample and one transform of the record; arrays written row by row and at once. Both sides are compared before they are timed.
+//! Stages of a run each beside the plain way, in doubling sizes: transforms between wavenumbers and elements; time
+//! steps by poles and by direct sums; vibration streamed segment by segment and from the whole record; the velocity for
+//! unit force; the averaged spectrum taken sample by sample and one transform of the record; arrays written row by row
+//! and at once. Both sides are compared before they are timed.
 //!
 //! `cargo bench --bench stages`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -117,8 +119,9 @@ impl Rolling {
     }
 }
 
-/// Whole time steps but for the road: history, penetration, search. What the direct sums cost depends on their memory; it is rolled through, so that nothing is forgotten while the ways are compared and all of it is
-/// there when they are timed.
+/// Whole time steps but for the road: history, penetration, search. What the direct sums cost depends on their memory;
+/// it is rolled through, so that nothing is forgotten while the ways are compared and all of it is there when they are
+/// timed.
 fn march(criterion: &mut Criterion) {
     const STEPS: u64 = 16;
     let memory = if is_test() { 0.05 } else { 0.3 };
@@ -176,7 +179,8 @@ fn layout(elements: usize, revolutions: usize) -> SegmentLayout {
     }
 }
 
-/// Forces of waves with whole periods in a segment, two at least: their means, plain and weighted with the squared window, are zero, and nothing is taken off as the mean pattern.
+/// Forces of waves with whole periods in a segment, two at least: their means, plain and weighted with the squared
+/// window, are zero, and nothing is taken off as the mean pattern.
 fn patch_forces(layout: &SegmentLayout, steps: usize) -> Vec<f64> {
     const WAVES: usize = 8;
     let mut random = ChaCha8Rng::seed_from_u64(9);
@@ -203,7 +207,8 @@ fn streamed_powers(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
     accumulator.finish().expect("a whole segment").powers
 }
 
-/// The same from the whole record: each step's forces transformed over the ring, then each wavenumber's segments over time.
+/// The same from the whole record: each step's forces transformed over the ring, then each wavenumber's segments over
+/// time.
 fn powers_at_once(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
     let (elements, length, steps) = (layout.elements, layout.length(), forces.len() / layout.columns);
     let mut planner = FftPlanner::<f64>::new();

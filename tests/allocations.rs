@@ -27,7 +27,8 @@ const COUNTED: u64 = 600;
 /// Steps before.
 const BEFORE: u64 = 100;
 
-/// Rolls over rough slices made beforehand; returns allocations and reallocations of the counted steps, and the factorisations and cache hits among them.
+/// Rolls over rough slices made beforehand; returns allocations and reallocations of the counted steps, and the
+/// factorisations and cache hits among them.
 fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize, outputs: &str) -> (usize, u64, u64) {
     let (tread, coupling) = tread.split_once(' ').unwrap_or((tread, "explicit"));
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.0\nduration = 0.4\naxle = { indentation = 0.014, ramp = 0.01 }";

@@ -45,8 +45,9 @@ fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>)
 
 #[test]
 fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
-    // The tyre by itself: its force at a height that is led, and what a small step of the height adds. From these alone the mass's motion is integrated by another scheme (Newmark, the
-    // mean acceleration, implicit in today's force) and compared.
+    // The tyre by itself: its force at a height that is led, and what a small step of the height adds. From these alone
+    // the mass's motion is integrated by another scheme (Newmark, the mean acceleration, implicit in today's force) and
+    // compared.
     let (mass, indentation) = (35.0, 0.012);
     for (rule, damping, stiffness) in [("bdf2", 0.0, 0.0), ("bdf2", 1500.0, 5e4), ("bdf1", 0.0, 0.0)] {
         let numerics = format!("history = \"modal\"\ntime_rule = \"{rule}\"");
@@ -234,7 +235,8 @@ fn a_wheel_on_cobbles_leaves_the_road_and_lands() {
 
 #[test]
 fn a_swing_decays_alike_by_rules_of_one_stage_and_of_two() {
-    // Let go where the resting tyre carries the load; the rolling one is stiffer. A force that acted half a step off would change what is left by 15 % with one step per element.
+    // Let go where the resting tyre carries the load; the rolling one is stiffer. A force that acted half a step off
+    // would change what is left by 15 % with one step per element.
     let of = |rule: &str, substeps: usize| {
         let numerics = format!("history = \"modal\"\ntime_rule = \"{rule}\"\nsubsteps = {substeps}");
         let axle = "{ load = 3000.0, mass = 35.0, tolerance = 0.5 }";

@@ -135,7 +135,8 @@ fn hard_case_2_finite_and_passive_on_the_hard_grid() {
 
 #[test]
 fn grazing_incidence_and_the_switch_between_ways_leave_no_step() {
-    // Lossless layer: exponents pass through zero where the wavenumber meets a wave's own. C_zz must be smooth across it and across the thresholds.
+    // Lossless layer: exponents pass through zero where the wavenumber meets a wave's own. C_zz must be smooth across
+    // it and across the thresholds.
     let tyre = Tyre {
         layers: vec![layer(0.02, [0.0; 2], material(Law::Elastic, 5e8, 0.3, 1300.0, 0.0))],
         ..default_tyre(0.3)

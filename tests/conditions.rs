@@ -1,5 +1,6 @@
-//! The three conditions of the contact problem, derived again from what a run has written, by the longest way there is: weights from a plain
-//! double sum over wavenumbers and lateral terms, the history element by element round the tyre, slices cell by cell.
+//! The three conditions of the contact problem, derived again from what a run has written, by the longest way there is:
+//! weights from a plain double sum over wavenumbers and lateral terms, the history element by element round the tyre,
+//! slices cell by cell.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;

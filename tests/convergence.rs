@@ -1,6 +1,8 @@
-//! The force on a rough road has a limit for small time steps and elements, and the way there is of second order: what the local contact law is for.
+//! The force on a rough road has a limit for small time steps and elements, and the way there is of second order: what
+//! the local contact law is for.
 //!
-//! Forces are compared as spectra over the same stretch of time, below 1 kHz: a Hann window, exact Fourier sums at common frequencies.
+//! Forces are compared as spectra over the same stretch of time, below 1 kHz: a Hann window, exact Fourier sums at
+//! common frequencies.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;

@@ -1,4 +1,5 @@
-//! An effect that is off costs nothing: work counters and allocations of a run are those of the scene that does not name it.
+//! An effect that is off costs nothing: work counters and allocations of a run are those of the scene that does not
+//! name it.
 //!
 //! One test only in this file: whatever else ran beside it would be counted, too.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]

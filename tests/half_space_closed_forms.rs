@@ -50,7 +50,8 @@ fn a_sphere_converges_to_hertz() {
     println!("load error {by_penetration:?}\npenetration error {by_load:?}\npressure error {pressures:?}");
     println!("orders {:?} {:?} {:?}", orders(&by_penetration), orders(&by_load), orders(&pressures));
     assert!(by_penetration[4] < 2e-4 && by_load[4] < 1e-4 && pressures[4] < 2e-3);
-    // The edge of contact is resolved to a cell: order 1 to 2 depending on how it falls on the grid, on average well above 1.
+    // The edge of contact is resolved to a cell: order 1 to 2 depending on how it falls on the grid, on average well
+    // above 1.
     for errors in [&by_penetration, &by_load, &pressures] {
         assert!((errors[0] / errors[4]).log2() / 4.0 > 1.2, "{:?}", orders(errors));
     }
@@ -102,10 +103,10 @@ fn a_strip_punch_has_the_closed_forms_pressure() {
     assert!(errors[3] < 2e-3 && (errors[0] / errors[3]).log2() / 3.0 > 0.9, "{errors:?}");
 }
 
-/// Westergaard (J. Appl. Mech. 6 (1939) 49-53; Johnson 1985, section 13.2): a wavy surface of amplitude D and wavelength l
-/// under the mean pressure m touches over the width 2a of each wave, m = M sin^2(pi a/l), M = pi E* D/l, and fully from
-/// m = M on. His surface is endless. Here 31 waves on a strip: under the middle one the mean pressure varies by some
-/// 1/31^2 only, so that its own mean pressure and width must satisfy his formula, up to full contact.
+/// Westergaard (J. Appl. Mech. 6 (1939) 49-53; Johnson 1985, section 13.2): a wavy surface of amplitude D and
+/// wavelength l under the mean pressure m touches over the width 2a of each wave, m = M sin^2(pi a/l), M = pi E* D/l,
+/// and fully from m = M on. His surface is endless. Here 31 waves on a strip: under the middle one the mean pressure
+/// varies by some 1/31^2 only, so that its own mean pressure and width must satisfy his formula, up to full contact.
 #[test]
 fn the_middle_of_many_waves_follows_westergaard_to_full_contact() {
     let (waves, per_wave) = (31usize, 48usize);

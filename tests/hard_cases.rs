@@ -1,5 +1,5 @@
-//! The hard cases of the model, each with a bound; the numbers are those of its list. Cases 1 and 2 (compliance) have their own file, 4 (smooth
-//! road) and 9 (threads) too.
+//! The hard cases of the model, each with a bound; the numbers are those of its list. Cases 1 and 2 (compliance) have
+//! their own file, 4 (smooth road) and 9 (threads) too.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
@@ -19,8 +19,8 @@ const SPEED: f64 = 80.0 / 3.6;
 const SMOOTH: &str = "kind = \"smooth\"";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
 
-/// Largest tail of the weights of wavenumber n on a full circle, relative to their peak: the last quarter of a circle of K points holds the negative
-/// lags, weighted with rho^K at most.
+/// Largest tail of the weights of wavenumber n on a full circle, relative to their peak: the last quarter of a circle
+/// of K points holds the negative lags, weighted with rho^K at most.
 fn precursor(law: Law, n: usize, rule: TimeRule) -> f64 {
     let elements = 128;
     let mut loaded: LoadedScene = scene(&scene_text(elements, SMOOTH, INDENTED, "", ""));
@@ -33,8 +33,8 @@ fn precursor(law: Law, n: usize, rule: TimeRule) -> f64 {
     }
     let time_step = CIRCUMFERENCE / elements as f64 / SPEED;
     let sum = InfluenceSum::new(&loaded.scene.tyre, &loaded.scene.numerics, 4.0 / time_step);
-    // With rho^K = 1e-4 the weights wrapped round from behind shrink by 1e-4; those at negative lags, if there are any, do not. The
-    // foundation's creep (corner at 1 Hz) decays within the 5.6 s of the circle.
+    // With rho^K = 1e-4 the weights wrapped round from behind shrink by 1e-4; those at negative lags, if there are any,
+    // do not. The foundation's creep (corner at 1 Hz) decays within the 5.6 s of the circle.
     let points = 8192;
     let radius = 1e-4_f64.powf(1.0 / points as f64);
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(points);
@@ -128,7 +128,8 @@ fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
     let found = points(&results);
     assert!(found[found.len() / 2..].iter().all(|&points| points == 1), "{found:?}");
 
-    // A cup of the tyre's own radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it hardly moves.
+    // A cup of the tyre's own radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it
+    // hardly moves.
     let n = 64;
     let (element, radius) = (CIRCUMFERENCE / n as f64, CIRCUMFERENCE / (2.0 * PI));
     let cup = |row: usize| {
@@ -177,7 +178,8 @@ fn hard_case_5_step_gap_and_spike() {
     let force = |results: &Results| results.array("total_force.npy");
     let level = smooth.array("total_force.npy");
     let arrival = ((place as f64 * element - 1.0) / element) as usize;
-    // Long before the obstacle the road is the same, and so are the forces to the last bit; the window's size may differ, the sums do not.
+    // Long before the obstacle the road is the same, and so are the forces to the last bit; the window's size may
+    // differ, the sums do not.
     for results in [&step_up, &step_down, &gap, &spike] {
         let force = force(results);
         assert!(
@@ -233,7 +235,8 @@ fn at_speed(speed: f64, time: f64, road: &str) -> Result<Results, RunError> {
 
 #[test]
 fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
-    // The slowest belt wave of the default tyre: the resonances of n = 4, 5, 6 give 71.9, 67.3, 65 m/s; about 220 km/h is critical.
+    // The slowest belt wave of the default tyre: the resonances of n = 4, 5, 6 give 71.9, 67.3, 65 m/s; about 220 km/h
+    // is critical.
     for (speed, time) in [(1.0, 8.0), (30.0, 0.6), (185.0, 0.3), (250.0, 0.3)] {
         for road in [SMOOTH, "kind = \"made\"\nseed = 8"] {
             let results = at_speed(speed, time, road).unwrap();
@@ -247,8 +250,9 @@ fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
 
 #[test]
 fn hard_case_6_unbounded_motion_above_the_critical_speed_is_named() {
-    // Far above it the force on the travelling contact feeds the waves: the motion grows, at much the same rate for every time rule and
-    // resolution. While it is small the conditions hold; what it becomes is no result and must not look like one.
+    // Far above it the force on the travelling contact feeds the waves: the motion grows, at much the same rate for
+    // every time rule and resolution. While it is small the conditions hold; what it becomes is no result and must not
+    // look like one.
     let short = at_speed(400.0, 0.05, SMOOTH).unwrap();
     short.assert_sound("400 km/h, the first 0.05 s");
     let ended = at_speed(400.0, 0.5, SMOOTH).err().unwrap();

@@ -62,8 +62,9 @@ fn poles_give_the_forces_of_the_convolution_for_every_rule_and_with_substeps() {
         let direct = of(History::Direct, 1e-6);
         let error = difference(&of(History::Modal, 1e-6), &direct);
         println!("{rule:?}, {substeps} substeps: {error:.1e} of the peak");
-        // The trapezoidal symbol is unbounded and its force rings at the sampling frequency without decay: it reads H beyond the fitted band, and
-        // small changes of the model stay. Measured 3e-4; the backward differences 7e-7 to 1.4e-6.
+        // The trapezoidal symbol is unbounded and its force rings at the sampling frequency without decay: it reads H
+        // beyond the fitted band, and small changes of the model stay. Measured 3e-4; the backward differences 7e-7 to
+        // 1.4e-6.
         let bound = if rule == TimeRule::Trapezoidal { 1e-3 } else { 1e-5 };
         assert!(error < bound, "{rule:?}: {error:e}");
     }

@@ -59,7 +59,8 @@ fn exact(tyre: &Tyre, options: &FitOptions) -> InfluenceSum {
     InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top)
 }
 
-/// Largest error on points that no fit has seen, relative to |H_n(s)| or to `floor` times the largest over the band, over all n.
+/// Largest error on points that no fit has seen, relative to |H_n(s)| or to `floor` times the largest over the band,
+/// over all n.
 fn fresh_error(model: &RationalModel, sum: &InfluenceSum, points: &[Complex64], floor: f64) -> f64 {
     let at: Vec<_> = points.iter().map(|&s| sum.at(s)).collect();
     let mut worst = 0.0_f64;
@@ -100,7 +101,8 @@ fn error_on_fresh_points_of_the_axis_the_real_axis_and_between_is_what_was_asked
     // Between fresh rungs the error may be a little larger than on them.
     let error = fresh_error(&model, &sum, &points, 3e-3);
     assert!(error < 2e-6, "{error:.1e}");
-    // The contour of a second-order rule whose |s| reaches the top: there the maximum principle bounds the error by the largest |H_n| alone.
+    // The contour of a second-order rule whose |s| reaches the top: there the maximum principle bounds the error by the
+    // largest |H_n| alone.
     let contour: Vec<_> = (0..60)
         .map(|k| symbol(TimeRule::Bdf2, Complex64::from_polar(0.999, -PI * k as f64 / 59.0)) * (options.top / 4.0))
         .collect();
@@ -159,7 +161,8 @@ fn a_tighter_tolerance_takes_more_poles_and_reaches_it() {
 
 #[test]
 fn a_tight_tolerance_is_reached_over_the_whole_band() {
-    // Every sixteenth wavenumber of 1024 elements round the default tyre. Poles beyond the band are what a tight fit hangs on: the top of the real axis is fitted, not only checked.
+    // Every sixteenth wavenumber of 1024 elements round the default tyre. Poles beyond the band are what a tight fit
+    // hangs on: the top of the real axis is fitted, not only checked.
     let tyre = Tyre { circumference: 1.95 / 16.0, ..tyre() };
     let options = options(&tyre, 64, 1e-7, 20e3);
     let model = fit(&tyre, &options).unwrap();
@@ -273,8 +276,9 @@ fn a_fit_that_is_stopped_says_so_before_it_begins_and_on_its_way() {
 
 #[test]
 fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
-    // The wavenumbers of 4096 elements round the default tyre, 16 of them: at the highest ones the tread is a half-space at rest, and poles to spare used to run away
-    // beyond the band until they overflowed, or until 150 of them were in use.
+    // The wavenumbers of 4096 elements round the default tyre, 16 of them: at the highest ones the tread is a
+    // half-space at rest, and poles to spare used to run away beyond the band until they overflowed, or until 150 of
+    // them were in use.
     let tyre = Tyre { circumference: 1.95 / 256.0, ..tyre() };
     let options = options(&tyre, 16, 1e-5, 20e3);
     let model = fit(&tyre, &options).unwrap();

@@ -1,4 +1,5 @@
-//! The stage profile: its numbers agree with each other, its files with their formats, and it changes no bit of a result.
+//! The stage profile: its numbers agree with each other, its files with their formats, and it changes no bit of a
+//! result.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
@@ -85,7 +86,8 @@ fn check_trace(text: &str, cost: &Value) {
     assert_eq!(trace["otherData"]["spans_without_room"], 0);
     let events: Vec<&Value> =
         trace["traceEvents"].as_array().unwrap().iter().filter(|event| event["ph"] == "X").collect();
-    // Within a row an event either lies within an earlier one or begins after its end; times are written to the nanosecond.
+    // Within a row an event either lies within an earlier one or begins after its end; times are written to the
+    // nanosecond.
     const ROUNDING: f64 = 2e-3;
     for row in [1, 2] {
         let mut open: Vec<f64> = Vec::new();
@@ -169,8 +171,9 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Equal runs do the same steps, one piece after the other. Each is watched in every way in turn, in changing order, so that neither the place of a run in memory nor the order says
-/// anything. A smooth road: its steps are the shortest, and equal.
+/// Equal runs do the same steps, one piece after the other. Each is watched in every way in turn, in changing order, so
+/// that neither the place of a run in memory nor the order says anything. A smooth road: its steps are the shortest,
+/// and equal.
 #[test]
 #[ignore = "measures time: for a release build on a quiet machine"]
 fn overhead() {

@@ -324,7 +324,8 @@ fn a_changed_road_file_is_refused_and_a_running_run_is_left_alone() {
 
 #[test]
 fn a_full_disk_keeps_the_last_checkpoint_and_the_run_goes_on_where_there_is_room() {
-    // A disk with room for half the arrays in a mount namespace of its own: some seconds of rolling, then no room; then the folder is moved to where there is some.
+    // A disk with room for half the arrays in a mount namespace of its own: some seconds of rolling, then no room; then
+    // the folder is moved to where there is some.
     let folder = folder_with(&scene_of("modal", &road("mirror"), 30.0, 0.004), 30.0);
     let place = folder.path();
     for name in ["disk", "probe"] {

@@ -1,4 +1,5 @@
-//! The two couplings of the slice law: the paper's equation 4, and each slice's own spring in series with the coupled tread.
+//! The two couplings of the slice law: the paper's equation 4, and each slice's own spring in series with the coupled
+//! tread.
 //!
 //! `cargo test --release --test slice_coupling -- --ignored --nocapture`
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]

@@ -23,8 +23,8 @@ fn last_profile(results: &Results) -> Vec<f64> {
     last[from..=to].to_vec()
 }
 
-/// Fails if a profile has a hole or chatters: a saw-tooth of the elements turns the sign of the second difference at every
-/// point, a smooth profile with steep ends only a few times.
+/// Fails if a profile has a hole or chatters: a saw-tooth of the elements turns the sign of the second difference at
+/// every point, a smooth profile with steep ends only a few times.
 fn assert_smooth(profile: &[f64]) {
     assert!(profile.iter().all(|&force| force > 0.0), "a hole: {profile:?}");
     let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b));
@@ -65,7 +65,8 @@ fn the_default_tyre_settles_at_full_length() {
     assert_smooth(&profile);
 }
 
-/// Contact length to a fraction of an element: a profile ends like a square root, so its square is extended to zero linearly.
+/// Contact length to a fraction of an element: a profile ends like a square root, so its square is extended to zero
+/// linearly.
 fn contact_length(profile: &[f64], element: f64) -> f64 {
     let end = |first: f64, second: f64| first * first / (second * second - first * first).max(first * first);
     let last = profile.len() - 1;

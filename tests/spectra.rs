@@ -18,7 +18,8 @@ fn bands(results: &Results) -> Vec<[f64; 3]> {
     reader.records().map(|record| row(record.unwrap())).collect()
 }
 
-/// Mean square of a record between two frequencies: one plain transform of the whole record, as it is, without any window.
+/// Mean square of a record between two frequencies: one plain transform of the whole record, as it is, without any
+/// window.
 fn mean_square_between(signal: &[f64], time_step: f64, from: f64, to: f64) -> f64 {
     let count = signal.len();
     let mean = signal.iter().sum::<f64>() / count as f64;

@@ -290,10 +290,12 @@ fn every_rule_has_its_order_for_a_smooth_force_on_the_tyre() {
         for n in 0..=last {
             let modes = model.modes(n, Field::Surface).unwrap();
             for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-                // Integral of exp(lambda (t - tau)) (tau/T)^6 exp(-tau/T), by parts: -sum_k (6!/k!) x^k e^-x/kappa^(7-k) + 6!/kappa^7 e^(lambda t).
+                // Integral of exp(lambda (t - tau)) (tau/T)^6 exp(-tau/T), by parts: -sum_k (6!/k!) x^k
+                // e^-x/kappa^(7-k) + 6!/kappa^7 e^(lambda t).
                 let kappa = 1.0 + pole * scale;
                 let x = t / scale;
-                // 6!/kappa^7 times what the exponential series of kappa x has beyond its first seven terms: summed as such where little is left of the difference.
+                // 6!/kappa^7 times what the exponential series of kappa x has beyond its first seven terms: summed as
+                // such where little is left of the difference.
                 let z = kappa * x;
                 let (mut term, mut head, mut tail) = (Complex64::ONE, Complex64::ZERO, Complex64::ZERO);
                 for k in 0..40 {
@@ -354,7 +356,8 @@ fn hard_cases_6_speeds_and_steps_with_the_runge_kutta_rules_and_modes() {
             assert!(force.iter().all(|force| force.is_finite()), "{rule} {speed}");
             assert_eq!(results.report.summary.contact.aborted_searches, 0);
             assert!(results.report.summary.contact.penetration <= 1e-9);
-            // sdirk3 has a negative weight: its mean force of a step may be negative for an element, the others' may not.
+            // sdirk3 has a negative weight: its mean force of a step may be negative for an element, the others' may
+            // not.
             if rule != "sdirk3" {
                 results.assert_sound(&format!("{rule}, {speed} km/h, N = {elements}, q = {substeps}"));
             }

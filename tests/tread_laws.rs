@@ -1,6 +1,8 @@
-//! The paper's figure 6: the tread laws at equal static contact stiffness on a rough road at 80 km/h, as levels of the contact force.
+//! The paper's figure 6: the tread laws at equal static contact stiffness on a rough road at 80 km/h, as levels of the
+//! contact force.
 //!
-//! `cargo test --release --test tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the default tread is drawn there.
+//! `cargo test --release --test tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the
+//! default tread is drawn there.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 mod common;
@@ -20,7 +22,8 @@ const LAWS: [(&str, &str); 3] = [
     ("uncoupled", "tread = \"uncoupled\"\nequal_stiffness = true"),
 ];
 
-/// The default scene's history is by poles; those of the carcass reach 5e-3 only (wavenumber 128), far below the laws' differences.
+/// The default scene's history is by poles; those of the carcass reach 5e-3 only (wavenumber 128), far below the laws'
+/// differences.
 fn history(law: &str) -> &'static str {
     if law == "bedding" { "history = \"modal\"\npole_tolerance = 1e-2" } else { "history = \"modal\"" }
 }
@@ -74,8 +77,9 @@ fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
         levels(&results)
     };
     let levels: Vec<_> = LAWS.iter().map(|(law, contact)| of(law, contact)).collect();
-    // Below, the tyre moves as a whole and the bedding is as stiff as the elastic tread; above, only the tread between carcass and stones moves.
-    // What the uncoupled law leaves out belongs to the time step, and is next to nothing at this one.
+    // Below, the tyre moves as a whole and the bedding is as stiff as the elastic tread; above, only the tread between
+    // carcass and stones moves. What the uncoupled law leaves out belongs to the time step, and is next to nothing at
+    // this one.
     let uncoupled = differences(&levels, 2);
     println!("{} less elastic: {uncoupled:.2?} dB", LAWS[2].0);
     assert!(uncoupled.iter().all(|difference| difference.abs() < 0.5), "{uncoupled:?}");

@@ -64,14 +64,16 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn levels_are_those_of_elements_followed_in_the_time_domain() {
-    // What is left is the window, which blurs forces here and velocities there, and falls with the square of its length: measured 0.18 dB at 0.5 s, in the band of the first resonance.
+    // What is left is the window, which blurs forces here and velocities there, and falls with the square of its
+    // length: measured 0.18 dB at 0.5 s, in the band of the first resonance.
     for (segment, bound) in [(0.5, 0.25), (2.0, 0.05)] {
         let largest = largest_difference(segment);
         assert!(largest < bound, "segments of {segment} s: {largest} dB");
     }
 }
 
-/// Largest difference of the third octaves from 40 Hz to 1 kHz from those of elements followed in the time domain \[dB\].
+/// Largest difference of the third octaves from 40 Hz to 1 kHz from those of elements followed in the time domain
+/// \[dB\].
 fn largest_difference(segment: f64) -> f64 {
     // Eight seconds, 5837 samples a second; the recursion of the run once more over its forces.
     let (elements, substeps) = (128, 4);
@@ -113,7 +115,8 @@ fn largest_difference(segment: f64) -> f64 {
             (warm_up..rows).map(|l| (1.5 * track[l] - 2.0 * track[l - 1] + 0.5 * track[l - 2]) / step).collect()
         })
         .collect();
-    // The pattern that stands over the road, seen by each element at its place: lines whose leakage would hide the rest.
+    // The pattern that stands over the road, seen by each element at its place: lines whose leakage would hide the
+    // rest.
     let places = elements * substeps;
     let place = |element: usize, l: usize| (element * substeps + places - l % places) % places;
     let mut pattern = vec![[0.0; 2]; places];
@@ -353,7 +356,8 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         first_position: geometry.position(first, 0),
         circumference: common::CIRCUMFERENCE,
     };
-    // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the forces' shares leave of each other, and blurred forces leave more.
+    // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the
+    // forces' shares leave of each other, and blurred forces leave more.
     let places = [columns - 4, 2];
     let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };
     let mut accumulator = VibrationAccumulator::new(layout);

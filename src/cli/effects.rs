@@ -6,7 +6,7 @@ use clap::Args;
 use csv::Writer;
 
 use super::options::positive;
-use super::{CliError, Context, print, side_folder};
+use super::{CliError, Context, side_folder};
 use crate::meter::Meter;
 use crate::pipeline::compare;
 use crate::pipeline::plan::bytes;
@@ -72,10 +72,7 @@ impl EffectsArguments {
         }
         let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&loaded.title(), loaded.settings()?, cost))?;
-        if context.options.quiet {
-            return Ok(());
-        }
-        print(&format!("{text}\nresults in {}\n", place.display()))
+        context.answer(&format!("{text}\n"), &place)
     }
 }
 
@@ -233,7 +230,8 @@ fn table(comparison: &Comparison, path: &Path) -> Result<String, ResultsError> {
 /// Changes beyond this are cut: next to a change of thirty decibels nobody sees one of three.
 const LARGEST_DRAWN: f64 = 12.0;
 
-/// The changes of the levels as SVG, of the effects that change any; `None` where there are none, or runs too short for a spectrum.
+/// The changes of the levels as SVG, of the effects that change any; `None` where there are none, or runs too short for
+/// a spectrum.
 fn plot(comparison: &Comparison, way: Way, title: &str) -> Result<Option<String>, PlotError> {
     let runs = changing(comparison, way);
     let points = |found, reference| -> Vec<(f64, f64)> {

@@ -97,7 +97,8 @@ impl IndentArguments {
     /// Solves: the answer, the contact and its number of columns.
     ///
     /// # Errors
-    /// [`CliError::Heights`] for what is wrong with the file or the options, [`CliError::HalfSpace`] for what the solver refuses.
+    /// [`CliError::Heights`] for what is wrong with the file or the options, [`CliError::HalfSpace`] for what the
+    /// solver refuses.
     pub fn answer(&self) -> Result<(IndentAnswer, Indentation, usize), CliError> {
         let (dx, dy) = (positive("--dx", self.dx)?, positive("--dy", self.dy)?);
         let modulus = positive("--modulus", self.modulus)?;

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 
 use super::influence_cost::CostReport;
-use super::{CliError, Context, print, side_folder};
+use super::{CliError, Context, side_folder};
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::Progress;
 use crate::pipeline::past::{fetch, fit_options, refused};
@@ -53,7 +53,8 @@ pub struct InfluenceArguments {
     /// Folder for the pictures and influence.json; default: results/NAME-influence, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Fit anew with 512 to 8192 elements, with 2 to 9 layers, and on one thread beside all of them, and report what each takes (minutes; on an idle machine).
+    /// Fit anew with 512 to 8192 elements, with 2 to 9 layers, and on one thread beside all of them, and report what
+    /// each takes (minutes; on an idle machine).
     #[arg(long)]
     pub cost: bool,
 }
@@ -120,14 +121,11 @@ impl InfluenceArguments {
         drop(progress);
         let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&report.title, loaded.settings()?, cost))?;
-        if context.options.quiet {
-            return Ok(());
-        }
         let worst = |value: &dyn Fn(usize) -> f64| (0..statistics.len()).map(value).fold(0.0, f64::max);
         let origin = if fetched.warm { "from the cache" } else { "fitted" };
-        print(&format!(
+        let text = format!(
             "{} poles for {} wavenumbers, {origin} in {fit_seconds:.2} s, {} compliance evaluations\n\
-             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n{}{}results in {}\n",
+             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n{}{}",
             report.model.order(),
             statistics.len(),
             report.model.evaluations(),
@@ -137,8 +135,8 @@ impl InfluenceArguments {
             report.model.tolerance,
             table(&checks),
             cost_report.map_or(String::new(), |report| format!("\n{}", report.table())),
-            place.display()
-        ))
+        );
+        context.answer(&text, &place)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The command line: one file per command.
 //!
-//! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command executed on them, and
-//! turns its error into a message on standard error and an exit code.
+//! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command
+//! executed on them, and turns its error into a message on standard error and an exit code.
 
 pub mod cache;
 mod calibrate;
@@ -61,8 +61,8 @@ Examples:
 
 /// The sound of a tyre rolling on a rough road.
 ///
-/// A scene (a TOML file) says what rolls on what and how fast. tyrewave computes the tyre's response, brings the road to the contact, and
-/// finds the contact forces in the time domain, step by step.
+/// A scene (a TOML file) says what rolls on what and how fast. tyrewave computes the tyre's response, brings the road
+/// to the contact, and finds the contact forces in the time domain, step by step.
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
 pub struct CommandLine {
@@ -148,6 +148,12 @@ impl Context {
         TerminalProgress::new(self.options.quiet)
     }
 
+    /// Prints what a command was asked for, and where its results are; quietly without the latter.
+    fn answer(&self, text: &str, place: &Path) -> Result<(), CliError> {
+        let place = if self.options.quiet { String::new() } else { format!("results in {}\n", place.display()) };
+        print(&format!("{text}{place}"))
+    }
+
     /// A bar over so many equal pieces of work.
     pub fn bar(&self, title: &str, pieces: u64) -> ProgressBar {
         progress::pieces(self.options.quiet, title, pieces)
@@ -177,7 +183,8 @@ impl Command {
     }
 }
 
-/// The program: what `main` returns. The command is carried out on threads of its own pool; `allocations` says what the program's allocator has counted, if it counts.
+/// The program: what `main` returns. The command is carried out on threads of its own pool; `allocations` says what the
+/// program's allocator has counted, if it counts.
 pub fn start(allocations: Option<AllocationProbe>) -> ExitCode {
     let line = CommandLine::parse();
     let colour = line.options.color.allows_colour();

@@ -68,7 +68,8 @@ pub struct RecordArguments {
 /// Arguments of `tyrewave profile compare`.
 #[derive(Clone, Debug, Args)]
 pub struct CompareArguments {
-    /// A record (.json) or a program to hold against; default: the record of this processor's instructions in profiles/record.
+    /// A record (.json) or a program to hold against; default: the record of this processor's instructions in
+    /// profiles/record.
     pub first: Option<PathBuf>,
     /// A record (.json) or a program to judge; default: this program.
     pub second: Option<PathBuf>,

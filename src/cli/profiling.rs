@@ -17,7 +17,8 @@ pub struct ProfileOptions {
     /// Print what every stage took, with rates and work counters, at the end; the numbers are also in summary.json.
     #[arg(long)]
     pub profile: bool,
-    /// Also write when what happened, as Chrome trace events (for ui.perfetto.dev or chrome://tracing); outside of the results folder.
+    /// Also write when what happened, as Chrome trace events (for ui.perfetto.dev or chrome://tracing); outside of the
+    /// results folder.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Also write folded stacks in microseconds, for flame graphs; outside of the results folder.

@@ -6,7 +6,7 @@ use clap::Args;
 use ndarray::ArrayView2;
 use serde_json::json;
 
-use super::{CliError, Context, print, side_folder};
+use super::{CliError, Context, side_folder};
 use crate::meter::{Meter, Stage};
 use crate::pipeline::plan::Decisions;
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
@@ -31,7 +31,8 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RoadArguments {
-    /// The scene; its road, contact width and speed count. Or a road file (.dat, .csv, .crg), seen by the default scene.
+    /// The scene; its road, contact width and speed count. Or a road file (.dat, .csv, .crg), seen by the default
+    /// scene.
     pub scene: PathBuf,
     /// Folder for the picture; default: results/NAME-road, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
@@ -69,10 +70,7 @@ impl RoadArguments {
         folder.write_text("road.json", &format!("{:#}\n", json!(description)))?;
         let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&title, loaded.settings()?, cost))?;
-        if context.options.quiet {
-            return Ok(());
-        }
-        print(&format!("{}results in {}\n", description_text(&description), place.display()))
+        context.answer(&description_text(&description), &place)
     }
 }
 

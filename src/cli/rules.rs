@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::options::positive;
-use super::{CliError, Context, print, side_folder};
+use super::{CliError, Context, side_folder};
 use crate::meter::{Meter, Stage};
 use crate::pipeline::Plan;
 use crate::pipeline::progress::Progress;
@@ -101,8 +101,7 @@ impl RulesArguments {
         let settings = json!({ "scene": loaded.settings()?, "work": self.work, "substeps": self.substeps, "finest": self.finest, "highest": self.highest, "duration": self.duration });
         let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&title, settings, cost))?;
-        text.push_str(&format!("results in {}\n", place.display()));
-        if context.options.quiet { Ok(()) } else { print(&text) }
+        context.answer(&text, &place)
     }
 }
 

@@ -64,10 +64,7 @@ impl RunArguments {
 
 /// Says how a run went, and what it cost if `profile` says anything.
 pub(super) fn print_report(report: &RunReport, context: &Context, profile: &str) -> Result<(), CliError> {
-    if context.options.quiet {
-        return Ok(());
-    }
-    let mut text = report_text(report);
+    let mut text = if context.options.quiet { String::new() } else { report_text(report) };
     if !profile.is_empty() {
         text.push('\n');
         text.push_str(profile);

@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{CliError, Context, calibrate, print, side_folder};
+use super::{CliError, Context, calibrate, side_folder};
 use crate::meter::{Counter, Meter, Stage};
 use crate::pipeline::plan::Decisions;
 use crate::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
@@ -130,12 +130,9 @@ impl SlicesArguments {
         folder.write_text("slices.json", &format!("{answer:#}\n"))?;
         let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&title, loaded.settings()?, cost))?;
-        if context.options.quiet {
-            return Ok(());
-        }
         let calibrated = if self.calibrate { calibrate::text(calibration.as_ref()) } else { String::new() };
         let spread = table(&spread, curves[0].len(), errors);
-        print(&format!("{spread}{calibrated}results in {}\n", place.display()))
+        context.answer(&format!("{spread}{calibrated}"), &place)
     }
 
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::options::positive;
 use super::study_report::{csv, json, picture, text, verdict_table};
-use super::{CliError, Context, print, side_folder};
+use super::{CliError, Context, side_folder};
 use crate::meter::Meter;
 use crate::pipeline::study::presets::{Verdict, verdicts};
 use crate::pipeline::study::{StudyOptions, Sweep, study};
@@ -43,7 +43,8 @@ pub struct StudyArguments {
     /// Combinations of settings that are rolled.
     #[arg(long, value_name = "N", default_value_t = StudyOptions::RUNS as u16)]
     pub runs: u16,
-    /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not keep its stated error, or is not on the front.
+    /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not
+    /// keep its stated error, or is not on the front.
     #[arg(long)]
     pub check_presets: bool,
     /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
@@ -92,9 +93,7 @@ impl StudyArguments {
         folder.write_text("study.svg", &picture(&found, &loaded.title())?)?;
         let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun(&loaded.title(), loaded.settings()?, cost))?;
-        if !context.options.quiet {
-            print(&format!("{text}\nresults in {}\n", place.display()))?;
-        }
+        context.answer(&format!("{text}\n"), &place)?;
         let fails = |verdict: &&Verdict| !(verdict.keeps_its_error() && verdict.is_on_the_front());
         let failed: Vec<String> =
             verdicts.iter().filter(fails).map(|verdict| verdict.preset.name().to_owned()).collect();

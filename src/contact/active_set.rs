@@ -3,12 +3,14 @@
 //! Find F with F >= 0, G0 F >= d and F.(G0 F - d) = 0. G0 is symmetric positive definite, so there is exactly one F.
 //!
 //! Block principal pivoting (Judice & Pires 1994, *Computers & Operations Research* 21, 587):
-//! 1. guess the set of points in contact: the previous step's forces, moved with the road, brought near today's by two sweeps of
-//!    projected Gauss-Seidel; where they are positive there is contact;
-//! 2. solve G0 F = d on the set (cached factors); points with F < 0 leave, points with G0 F < d join: the exchange of the paper;
+//! 1. guess the set of points in contact: the previous step's forces, moved with the road, brought near today's by two
+//!    sweeps of projected Gauss-Seidel; where they are positive there is contact;
+//! 2. solve G0 F = d on the set (cached factors); points with F < 0 leave, points with G0 F < d join: the exchange of
+//!    the paper;
 //! 3. while the number of such points falls, or for ten rounds in which it does not, exchange all of them at once;
-//! 4. otherwise exchange only the last of them (least-index pivoting, Murty 1974), until the number is below the lowest so far. For a positive definite
-//!    matrix this must happen within finitely many exchanges, so the whole search always ends. Uses are counted.
+//! 4. otherwise exchange only the last of them (least-index pivoting, Murty 1974), until the number is below the lowest
+//!    so far. For a positive definite matrix this must happen within finitely many exchanges, so the whole search
+//!    always ends. Uses are counted.
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
@@ -22,7 +24,8 @@ use crate::numeric::{StateError, StateReader, StateWriter};
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 pub(super) const PATIENCE: u32 = 10;
 
-/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of the patch.
+/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of
+/// the patch.
 pub(super) const SWEEPS: usize = 2;
 
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
@@ -100,8 +103,8 @@ pub struct ActiveSet {
 }
 
 impl ActiveSet {
-    /// A search over `columns` points; `influence[j]` is G0 of points j apart, springs included in `influence[0]`. `tolerance` is how far d may exceed G0 F off the set,
-    /// relative to the largest d.
+    /// A search over `columns` points; `influence[j]` is G0 of points j apart, springs included in `influence[0]`.
+    /// `tolerance` is how far d may exceed G0 F off the set, relative to the largest d.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
         Self {
             row: mirrored(&influence, columns),
@@ -140,7 +143,8 @@ impl ActiveSet {
         }
     }
 
-    /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the residuals.
+    /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the
+    /// residuals.
     pub fn search(&mut self, d: &[f64], forces: &mut [f64]) -> Result<Residuals, Singular> {
         let largest = d.iter().fold(0.0_f64, |a, &b| a.max(b));
         let tolerance = self.tolerance * largest;
@@ -291,7 +295,8 @@ mod tests {
 
     use super::*;
 
-    /// The oracle: projected Gauss-Seidel to rounding (Cryer 1971): slow, simple, convergent for positive definite matrices.
+    /// The oracle: projected Gauss-Seidel to rounding (Cryer 1971): slow, simple, convergent for positive definite
+    /// matrices.
     fn projected_gauss_seidel(influence: &[f64], d: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0_f64; d.len()];
         for _ in 0..200_000 {
@@ -359,7 +364,8 @@ mod tests {
 
     #[test]
     fn ties_and_nearly_identical_neighbours_end_without_cycling() {
-        // Hard case: a nearly singular G0 (smooth kernel on a fine grid) with exactly equal and nearly equal requirements.
+        // Hard case: a nearly singular G0 (smooth kernel on a fine grid) with exactly equal and nearly equal
+        // requirements.
         let influence: Vec<f64> =
             (0..40).map(|j| 1.0 / (1.0 + (j as f64 / 12.0).powi(2)) + if j == 0 { 1e-9 } else { 0.0 }).collect();
         let mut search = ActiveSet::new(influence, 40, 1e-12, 16);
@@ -374,7 +380,8 @@ mod tests {
 
     #[test]
     fn the_fallback_alone_finds_the_solution_too() {
-        // Without patience every exchange that does not reduce the number of broken points is followed by least-index ones.
+        // Without patience every exchange that does not reduce the number of broken points is followed by least-index
+        // ones.
         let influence = decaying(10, 6.0);
         let d: Vec<f64> = (0..10).map(|i| if i % 2 == 0 { 1.0 } else { -0.9 }).collect();
         let exact = projected_gauss_seidel(&influence, &d);

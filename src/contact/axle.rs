@@ -1,7 +1,8 @@
 //! Axle height: fixed, or found so that the mean force is the load.
 //!
-//! The static solution (s -> 0, smooth road) gives the start value; the height rises to it along a ramp. With a load, the height is then corrected three times within the
-//! warm-up by (load - mean force)/stiffness and stays fixed afterwards: what is left is reported as found, not hidden. An axle that has a mass moves on: [`super::moving_axle`].
+//! The static solution (s -> 0, smooth road) gives the start value; the height rises to it along a ramp. With a load,
+//! the height is then corrected three times within the warm-up by (load - mean force)/stiffness and stays fixed
+//! afterwards: what is left is reported as found, not hidden. An axle that has a mass moves on: [`super::moving_axle`].
 
 use super::active_set::ActiveSet;
 use super::error::ContactError;
@@ -43,7 +44,8 @@ pub fn deepest(axle: &Axle, at_rest: f64) -> f64 {
     }
 }
 
-/// Half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\] above its plane.
+/// Half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\] above its
+/// plane.
 pub fn window_reach(axle: &Axle, at_rest: f64, highest: f64, radius: f64, element: f64) -> f64 {
     1.05 * Geometry::half_chord(radius, deepest(axle, at_rest) + highest) + 2.0 * element
 }
@@ -117,7 +119,8 @@ impl StaticTyre<'_> {
     }
 }
 
-/// The parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on its logarithm, for a row that softens as the parameter grows.
+/// The parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on its
+/// logarithm, for a row that softens as the parameter grows.
 ///
 /// # Errors
 /// [`ContactError::NoEqualStiffness`] if no parameter between the limits has that force.

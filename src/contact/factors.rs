@@ -1,16 +1,19 @@
 //! A bounded cache of LU factors of the influence matrix of the points in contact.
 //!
-//! G0 is symmetric and positive definite, so its LU factors need no exchange of rows and are L and D L^T: half of the work and half of the table of a general LU. Measured
-//! (bench `linear_solvers`) against LU with row exchanges: 1.5 to 2 times faster for 30 to 500 points, with residuals not above.
+//! G0 is symmetric and positive definite, so its LU factors need no exchange of rows and are L and D L^T: half of the
+//! work and half of the table of a general LU. Measured (bench `linear_solvers`) against LU with row exchanges: 1.5 to
+//! 2 times faster for 30 to 500 points, with residuals not above.
 //!
-//! G0 depends on the distance of two elements only, so sets that are shifts of one another share a factor: the key is the pattern of the set
-//! counted from its first point. A full cache drops by the clock rule: the next factor, in the order of insertion, that has not been used since the hand last
-//! passed.
+//! G0 depends on the distance of two elements only, so sets that are shifts of one another share a factor: the key is
+//! the pattern of the set counted from its first point. A full cache drops by the clock rule: the next factor, in the
+//! order of insertion, that has not been used since the hand last passed.
 //!
-//! A set that is not found and differs by few points from the one solved last with a factor of its own is solved beside it (`neighbour_set`).
+//! A set that is not found and differs by few points from the one solved last with a factor of its own is solved beside
+//! it (`neighbour_set`).
 //!
-//! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed alignments, so a factor found and the same one
-//! made again solve to the same bits; which of the ways serves a set changes its forces by rounding.
+//! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed
+//! alignments, so a factor found and the same one made again solve to the same bits; which of the ways serves a set
+//! changes its forces by rounding.
 
 pub use super::ldlt::Singular;
 use super::ldlt::{Aligned, LINE, Ldlt};
@@ -88,7 +91,8 @@ pub struct FactorCache {
 }
 
 impl FactorCache {
-    /// A cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of sets of at most `points` points.
+    /// A cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of sets of at
+    /// most `points` points.
     pub fn new(capacity: usize, points: usize) -> Self {
         let sizes = Sizes::new(capacity, points);
         let Sizes { points, stride, slots } = sizes;
@@ -118,8 +122,8 @@ impl FactorCache {
         self.counts
     }
 
-    /// Solves G f = d on a set of points given by increasing column numbers; `influence[j]` couples columns j apart. `values` holds d on
-    /// entry and f on return, in the order of `points`.
+    /// Solves G f = d on a set of points given by increasing column numbers; `influence[j]` couples columns j apart.
+    /// `values` holds d on entry and f on return, in the order of `points`.
     pub fn solve(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         let Some(&first) = points.first() else { return Ok(()) };
         self.pattern.fill(0);
@@ -246,7 +250,8 @@ impl FactorCache {
         done
     }
 
-    /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes again.
+    /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes
+    /// again.
     pub fn save(&self, state: &mut StateWriter) {
         let FactorCounts { factorisations, hits, misses, neighbours, evictions } = self.counts;
         state.counts(&[factorisations, hits, misses, neighbours, evictions]);
@@ -261,7 +266,8 @@ impl FactorCache {
         }
     }
 
-    /// Goes on from the state of an equal cache for the same influence: the same sets, factors and counts. Cost: one factorisation for each set held.
+    /// Goes on from the state of an equal cache for the same influence: the same sets, factors and counts. Cost: one
+    /// factorisation for each set held.
     ///
     /// # Errors
     /// [`StateError`].

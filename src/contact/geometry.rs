@@ -1,7 +1,7 @@
 //! Where the tyre's elements stand over the road.
 //!
-//! Element e meets the road slice at road coordinate e dx, always. The axle stands over `start` + V t; at step l that is `start` + l dx/q. The window
-//! is a run of elements round the axle that holds every point that can touch.
+//! Element e meets the road slice at road coordinate e dx, always. The axle stands over `start` + V t; at step l that
+//! is `start` + l dx/q. The window is a run of elements round the axle that holds every point that can touch.
 
 use std::f64::consts::PI;
 
@@ -69,7 +69,8 @@ impl Geometry {
         e as f64 * self.element - (self.start + steps * self.element / self.substeps as f64)
     }
 
-    /// Height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without cancellation \[m\].
+    /// Height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without cancellation
+    /// \[m\].
     pub fn rise(&self, x: f64) -> f64 {
         let ratio = x / self.radius;
         let square = ratio * ratio;
@@ -79,8 +80,8 @@ impl Geometry {
         x * ratio / (1.0 + (1.0 - square).sqrt())
     }
 
-    /// [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return with every
-    /// element rolled: (substep x nodes + node) x columns + column.
+    /// [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return with
+    /// every element rolled: (substep x nodes + node) x columns + column.
     pub fn rises(&self, nodes: &[f64]) -> Vec<f64> {
         let instants = (0..self.substeps as i64).flat_map(|substep| nodes.iter().map(move |node| (substep, node)));
         let of_instant = |(substep, node): (i64, &f64)| {

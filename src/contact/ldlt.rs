@@ -1,7 +1,8 @@
 //! L D L^T of small symmetric matrices in memory that is taken once.
 //!
-//! Few points are factorised column by column, sums of earlier columns kept in vectors; many by faer's blocks. Measured (bench `linear_solvers`) the former takes a third to a fifth of
-//! the time of the latter at 32 points and as long at some two hundred, with residuals alike. Both leave L below the diagonal and D on it.
+//! Few points are factorised column by column, sums of earlier columns kept in vectors; many by faer's blocks. Measured
+//! (bench `linear_solvers`) the former takes a third to a fifth of the time of the latter at 32 points and as long at
+//! some two hundred, with residuals alike. Both leave L below the diagonal and D on it.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;

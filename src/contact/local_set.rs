@@ -1,28 +1,36 @@
 //! Forces where each slice yields by a compliance of its own, in series with the coupled tread: the local law.
 //!
-//! A slice that takes up the force f is pressed into the tread by p_i(f) = S_i^-1(c f) - c f more than the element as a whole yields. The compliance c belongs to the tread under the stones:
-//! for the local law it is kappa/(dx b), the same whatever the time step; for the paper's implicit coupling it is G0_ii, which falls with the time step and takes the texture's yielding with it.
+//! A slice that takes up the force f is pressed into the tread by p_i(f) = S_i^-1(c f) - c f more than the element as a
+//! whole yields. The compliance c belongs to the tread under the stones: for the local law it is kappa/(dx b), the same
+//! whatever the time step; for the paper's implicit coupling it is G0_ii, which falls with the time step and takes the
+//! texture's yielding with it.
 //!
 //! ```text
 //! G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it;    with v = y - G0 F + c F:    c F = S(v).
 //! ```
 //!
-//! 1. Guess v by two sweeps of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point by itself has w + (G0_ii/c - 1) S(w) = y_i - sum over j != i of G0_ij F_j,
-//!    monotone and piecewise linear in w, and F_i = S(w)/c.
-//! 2. On the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58, 353) is the linear system, on the points with s_i > 0,
+//! 1. Guess v by two sweeps of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point by
+//!    itself has w + (G0_ii/c - 1) S(w) = y_i - sum over j != i of G0_ij F_j, monotone and piecewise linear in w, and
+//!    F_i = S(w)/c.
+//! 2. On the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58,
+//!    353) is the linear system, on the points with s_i > 0,
 //!    ```text
 //!    (G0_ij + c (1/s_i - 1) delta_ij) F_j = y_i + o_i/s_i,
 //!    ```
-//!    symmetric and positive definite; that a soft slice makes a large diagonal is harmless, because L D L^T does not depend on
-//!    how rows and columns are scaled. A piece with s_i = 0 carries nothing.
-//! 3. Points whose v has left their piece take the one that holds it, all at once, while their number falls or for ten rounds in which it does not.
+//!    symmetric and positive definite; that a soft slice makes a large diagonal is harmless, because L D L^T does not
+//!    depend on how rows and columns are scaled. A piece with s_i = 0 carries nothing.
+//! 3. Points whose v has left their piece take the one that holds it, all at once, while their number falls or for ten
+//!    rounds in which it does not.
 //! 4. Otherwise 4, 8, 16, ... sweeps of step 1 go before every Newton step; their uses are counted.
 //!
-//! There is exactly one F for any c > 0: p_i grows with f because the slope of S_i is at most 1, and G0 is positive definite, so the conditions are those of the minimum of the strictly convex
-//! 1/2 F.G0 F - y.F + sum of the integrals of p_i. The sweeps converge to it from anywhere (Luo & Tseng 1992, *SIAM J. Control Optim.* 30, 408), and next to it, where every piece at hand
-//! holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is the paper's equation 4.
+//! There is exactly one F for any c > 0: p_i grows with f because the slope of S_i is at most 1, and G0 is positive
+//! definite, so the conditions are those of the minimum of the strictly convex 1/2 F.G0 F - y.F + sum of the integrals
+//! of p_i. The sweeps converge to it from anywhere (Luo & Tseng 1992, *SIAM J. Control Optim.* 30, 408), and next to
+//! it, where every piece at hand holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is
+//! the paper's equation 4.
 //!
-//! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution (m^2) and m x columns.
+//! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
+//! (m^2) and m x columns.
 
 use pulp::Arch;
 
@@ -76,8 +84,8 @@ impl<'a> SlicesUnder<'a> {
     }
 }
 
-/// From one column of a matrix of so many rows to the next: whole cache lines, an odd number of them, so that a row does
-/// not fall on few places of the nearest memory.
+/// From one column of a matrix of so many rows to the next: whole cache lines, an odd number of them, so that a row
+/// does not fall on few places of the nearest memory.
 fn stride(rows: usize) -> usize {
     (rows.div_ceil(LINE) | 1) * LINE
 }
@@ -130,7 +138,8 @@ pub struct LocalSet {
 }
 
 impl LocalSet {
-    /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\] of their own.
+    /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\]
+    /// of their own.
     pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         let stride = stride(columns);
         Self {
@@ -162,8 +171,9 @@ impl LocalSet {
         move_on(&mut self.near, by);
     }
 
-    /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what they make of them:
-    /// d_i = y_i - p_i(F_i), the displacement that equation 4 would have to require for the same forces.
+    /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what
+    /// they make of them: d_i = y_i - p_i(F_i), the displacement that equation 4 would have to require for the same
+    /// forces.
     ///
     /// # Errors
     /// [`Unsolved`].
@@ -251,7 +261,8 @@ impl LocalSet {
         }
     }
 
-    /// Gives every point whose v has left its piece by more than the tolerance the one that holds it; returns their number.
+    /// Gives every point whose v has left its piece by more than the tolerance the one that holds it; returns their
+    /// number.
     fn exchange(&mut self, slices: SlicesUnder<'_>, y: &[f64], tolerance: f64, forces: &mut [f64]) -> usize {
         let mut wrong = 0;
         for (column, &y) in y.iter().enumerate() {
@@ -400,8 +411,8 @@ impl LocalSlice {
         Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
     }
 
-    /// Its force \[N\] where the others leave the penetration y \[m\]: S(w)/c with w + (G0_ii/c - 1) S(w) = y; `near` as in
-    /// [`StiffnessCurve::displacement_in_series`].
+    /// Its force \[N\] where the others leave the penetration y \[m\]: S(w)/c with w + (G0_ii/c - 1) S(w) = y; `near`
+    /// as in [`StiffnessCurve::displacement_in_series`].
     #[inline(always)]
     pub fn force(&self, curve: &StiffnessCurve, y: f64, near: &mut u32) -> f64 {
         if y > 0.0 { curve.displacement_in_series(y, self.excess, near) * self.stiffness } else { 0.0 }

@@ -1,11 +1,15 @@
 //! One time step after the other.
 //!
-//! Step l solves at t = l dt; a Runge-Kutta rule at its stages t = (l - 1 + c_i) dt, one after the other. Its force of the step
-//! is sum_i b_i F_i, the mean from (l - 1) dt to l dt, which is what moves the tyre: a single stage's force has the stage order 1 only (measured on a smooth road, N = 512, 80 km/h:
-//! the mean force is 2767.3 N by sum_i b_i F_i and 2504 N by the last stage of `sdirk2`, 2767.7 N converged). Everything is at rest at t = -dt; the axle waits until t = 0. At each time:
+//! Step l solves at t = l dt; a Runge-Kutta rule at its stages t = (l - 1 + c_i) dt, one after the other. Its force of
+//! the step is sum_i b_i F_i, the mean from (l - 1) dt to l dt, which is what moves the tyre: a single stage's force
+//! has the stage order 1 only (measured on a smooth road, N = 512, 80 km/h: the mean force is 2767.3 N by sum_i b_i F_i
+//! and 2504 N by the last stage of `sdirk2`, 2767.7 N converged). Everything is at rest at t = -dt; the axle waits
+//! until t = 0. At each time:
 //! 1. u_old of every element of the window from the history;
-//! 2. penetration y_i = indentation - rise(x_i) + peak_i - u_old_i and required displacement d_i = S_i(y_i), or the gap y_i itself where y_i <= 0;
-//! 3. forces: the active set (elastic, bedding), or each point by itself (uncoupled); where slices yield by themselves the search takes y_i itself and d_i follows from the forces;
+//! 2. penetration y_i = indentation - rise(x_i) + peak_i - u_old_i and required displacement d_i = S_i(y_i), or the gap
+//!    y_i itself where y_i <= 0;
+//! 3. forces: the active set (elastic, bedding), or each point by itself (uncoupled); where slices yield by themselves
+//!    the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
 use super::active_set::{Residuals, SearchCounts};
@@ -157,7 +161,8 @@ impl March {
         &self.instants[0]
     }
 
-    /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the springs' own.
+    /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the
+    /// springs' own.
     pub fn instant_displacements(&self) -> &[f64] {
         &self.instants[1]
     }

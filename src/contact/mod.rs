@@ -2,8 +2,10 @@
 //!
 //! - [`geometry`]: where tyre elements stand over the road, step by step;
 //! - [`tread`]: influence functions brought to the contact: first weights G0 and kernels of the history;
-//! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference path);
-//! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by [`pattern_index`];
+//! - [`history`]: displacement left over from past forces, by direct convolution in the contact frame (the reference
+//!   path);
+//! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by
+//!   [`pattern_index`];
 //! - [`local_set`]: the same with slices that yield by themselves; [`search`] chooses;
 //! - [`local_compliance`]: how much the tread yields to the texture, by formula;
 //! - [`march`]: one time step after the other;

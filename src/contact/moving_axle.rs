@@ -1,24 +1,30 @@
-//! An axle with a mass on a spring and a damper: its height z, the indentation of the rigid tyre, follows from the force in the contact and feeds back into it,
+//! An axle with a mass on a spring and a damper: its height z, the indentation of the rigid tyre, follows from the
+//! force in the contact and feeds back into it,
 //!
 //! ```text
 //! m z'' = load - F - k (z - z_rest) - c z'.
 //! ```
 //!
-//! The axle is led along the ramp of the load control to its static height and set free there, at rest. The rest of the spring is what the load control corrects over the warm-up, so that
-//! the mean force is the load; its stiffness is that of tyre and spring in series, K k/(K + k). Without a spring there is nothing to correct: the mean force of a mass that stays where it is
-//! is its load.
+//! The axle is led along the ramp of the load control to its static height and set free there, at rest. The rest of the
+//! spring is what the load control corrects over the warm-up, so that the mean force is the load; its stiffness is that
+//! of tyre and spring in series, K k/(K + k). Without a spring there is nothing to correct: the mean force of a mass
+//! that stays where it is is its load.
 //!
-//! Scheme: leapfrog (Hairer, Lubich & Wanner 2003, *Acta Numerica* 12, 399) with the damper at the mean of the velocities on both sides,
+//! Scheme: leapfrog (Hairer, Lubich & Wanner 2003, *Acta Numerica* 12, 399) with the damper at the mean of the
+//! velocities on both sides,
 //!
 //! ```text
 //! (v_(l+1/2) - v_(l-1/2))/dt = (load - F_l - k (z_l - z_rest) - c (v_(l+1/2) + v_(l-1/2))/2)/m,    z_(l+1) = z_l + dt v_(l+1/2):
 //! ```
 //!
-//! second order, no damping of its own, one force a step, which is that of the step: z_l stands at the time at which it acts. A multistep rule's acts at the step's end, the mean force of a
-//! Runge-Kutta rule in its middle; between these times z goes on with the velocity there, v + dt/2 times the last acceleration, and jumps by no more than dt^2/4 of a change of acceleration.
+//! second order, no damping of its own, one force a step, which is that of the step: z_l stands at the time at which it
+//! acts. A multistep rule's acts at the step's end, the mean force of a Runge-Kutta rule in its middle; between these
+//! times z goes on with the velocity there, v + dt/2 times the last acceleration, and jumps by no more than dt^2/4 of a
+//! change of acceleration.
 //!
-//! It is stable for w dt < 2, w^2 = (K0 + k)/m with the stiffness K0 of the contact within a step. That is the stiffness G0 gives, up to seven times as much for the fastest motions that a time rule knows;
-//! [`SprungMass::rate`] above [`LARGEST_RATE`] is to be refused.
+//! It is stable for w dt < 2, w^2 = (K0 + k)/m with the stiffness K0 of the contact within a step. That is the
+//! stiffness G0 gives, up to seven times as much for the fastest motions that a time rule knows; [`SprungMass::rate`]
+//! above [`LARGEST_RATE`] is to be refused.
 
 use super::axle::LoadControl;
 use crate::numeric::{StateError, StateReader, StateWriter};
@@ -156,7 +162,8 @@ mod tests {
         MovingAxle::new(sprung, LoadControl::new(LOAD, start, warm_up), time_step, lead)
     }
 
-    /// Heights over the load's at the times of the forces, on a linear spring; the force is the mean over the step where it acts in its middle.
+    /// Heights over the load's at the times of the forces, on a linear spring; the force is the mean over the step
+    /// where it acts in its middle.
     fn swing(mut axle: MovingAxle, steps: u64) -> Vec<f64> {
         let mut heights = Vec::new();
         for step in 0..steps {

@@ -1,15 +1,17 @@
 //! A set of points solved with the factor of another one that differs from it by few points.
 //!
-//! With S0 the set whose factor is kept, A the points that have come and R those that have gone, F_0 = G_00^-1 (d_0 + E_R lambda - G_0A F_A), where lambda holds the points R at
-//! no force: as if they were pulled off. F_R = 0 and the points A give a symmetric system for lambda and F_A,
+//! With S0 the set whose factor is kept, A the points that have come and R those that have gone, F_0 = G_00^-1 (d_0 +
+//! E_R lambda - G_0A F_A), where lambda holds the points R at no force: as if they were pulled off. F_R = 0 and the
+//! points A give a symmetric system for lambda and F_A,
 //!
 //! ```text
 //! [  Z_RR    -Z_RA                  ] [lambda]   [        -Z_d,R        ]
 //! [ -Z_RA^T  -(G_AA - G_A0 Z_A)     ] [ F_A  ] = [ -(d_A - G_A0 Z_d)    ],   Z = G_00^-1 [d_0, E_R, G_0A],
 //! ```
 //!
-//! with a positive definite block and a negative definite one, so that it, too, has factors without exchanges (Vanderbei 1995, *SIAM J. Optim.* 5, 100). Entries of d_0 and G_0A at
-//! points that have gone are free: lambda makes up for them; they are zero.
+//! with a positive definite block and a negative definite one, so that it, too, has factors without exchanges
+//! (Vanderbei 1995, *SIAM J. Optim.* 5, 100). Entries of d_0 and G_0A at points that have gone are free: lambda makes
+//! up for them; they are zero.
 //!
 //! Cost: one solution with the kept factor for every point that differs and one more, instead of a factorisation.
 
@@ -19,7 +21,8 @@ use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Most points by which a set may differ.
 pub const MOST_DIFFERENT: usize = 16;
-/// Points of a set for each one that may differ: from there on a factorisation is not dearer. Measured, bench `linear_solvers`.
+/// Points of a set for each one that may differ: from there on a factorisation is not dearer. Measured, bench
+/// `linear_solvers`.
 const POINTS_TO_A_DIFFERENCE: usize = 8;
 
 /// The set whose factor is kept, and how another one differs from it. Nothing allocates after [`Self::new`].
@@ -60,7 +63,8 @@ impl NeighbourSet {
         self.kept.iter_mut().for_each(|point| *point -= by as i64);
     }
 
-    /// The slot of a factor that serves for the points, if they differ little enough from its set: then A and R are known.
+    /// The slot of a factor that serves for the points, if they differ little enough from its set: then A and R are
+    /// known.
     pub fn serves(&mut self, points: &[usize]) -> Option<usize> {
         let slot = self.slot?;
         let most = (points.len() / POINTS_TO_A_DIFFERENCE).min(MOST_DIFFERENT);
@@ -140,7 +144,8 @@ impl NeighbourSet {
         }
     }
 
-    /// The system for lambda and F_A, its lower triangle column by column in `matrix` and its right side in `right`, from Z.
+    /// The system for lambda and F_A, its lower triangle column by column in `matrix` and its right side in `right`,
+    /// from Z.
     pub fn system(
         &self,
         points: &[usize],
@@ -151,7 +156,8 @@ impl NeighbourSet {
         right: &mut [f64],
     ) {
         let (size, gone) = (self.different(), self.gone.len());
-        // Row `different` of what Z in column `column` says: at a point that has gone its value, at one that has come what it displaces there.
+        // Row `different` of what Z in column `column` says: at a point that has gone its value, at one that has come
+        // what it displaces there.
         let row = |different: usize, column: usize| -> f64 {
             let z = &z[column * stride..(column + 1) * stride];
             match self.gone.get(different) {

@@ -40,7 +40,8 @@ impl PatternIndex {
         let mask = self.places.len() - 1;
         let mut gap = self.place(self.pattern(slot));
         self.places[gap] = 0;
-        // Whatever was pushed past the gap by a collision moves back, so that a search may stop at the first empty place.
+        // Whatever was pushed past the gap by a collision moves back, so that a search may stop at the first empty
+        // place.
         let mut next = (gap + 1) & mask;
         while let Some(other) = self.places[next].checked_sub(1) {
             let home = hash(self.pattern(other as usize)) & mask;

@@ -38,7 +38,8 @@ pub enum Search {
 }
 
 impl Search {
-    /// The search that tread and slice law ask for. Points by themselves have no neighbours: the paper's two couplings are one for them.
+    /// The search that tread and slice law ask for. Points by themselves have no neighbours: the paper's two couplings
+    /// are one for them.
     pub fn new(kernel: &ContactKernel, law: SliceLaw, columns: usize, numerics: &Numerics) -> Self {
         let mut influence = kernel.instant[..columns].to_vec();
         influence[0] += kernel.spring;

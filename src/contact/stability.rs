@@ -1,14 +1,17 @@
 //! Is the inverse of a discretised tyre stable?
 //!
-//! Contact prescribes displacements and asks for forces: F(zeta) = u(zeta)/w(zeta) for every wavenumber. A zero of w inside the unit disk is a
-//! force that grows by 1/|zeta| a step while no element moves: the contact chatters for ever, however small the step.
+//! Contact prescribes displacements and asks for forces: F(zeta) = u(zeta)/w(zeta) for every wavenumber. A zero of w
+//! inside the unit disk is a force that grows by 1/|zeta| a step while no element moves: the contact chatters for ever,
+//! however small the step.
 //!
-//! w is analytic in the disk (the tyre's poles are stable), so the number of zeros inside |zeta| = r is the number of turns of w round zero along that circle
-//! (argument principle), for two radii: refused and marginal. The circle is followed in steps that turn w by less than 0.8 rad.
+//! w is analytic in the disk (the tyre's poles are stable), so the number of zeros inside |zeta| = r is the number of
+//! turns of w round zero along that circle (argument principle), for two radii: refused and marginal. The circle is
+//! followed in steps that turn w by less than 0.8 rad.
 //!
-//! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There delta(zeta) w_n(zeta), with the same delta for all
-//! wavenumbers, is positive real, which a compression to the elements of the patch keeps: the patch alone is stable, too. Runge-Kutta rules mix
-//! their stages and have this proof for the whole circumference only; the patch rests on the smooth-road tests.
+//! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There
+//! delta(zeta) w_n(zeta), with the same delta for all wavenumbers, is positive real, which a compression to the
+//! elements of the patch keeps: the patch alone is stable, too. Runge-Kutta rules mix their stages and have this proof
+//! for the whole circumference only; the patch rests on the smooth-road tests.
 
 use std::f64::consts::PI;
 
@@ -22,8 +25,8 @@ use crate::tyre::rational::RationalModel;
 
 /// A force that grows by more than a tenth a step is refused: 1/1.1.
 pub const UNSTABLE: f64 = 0.909;
-/// A force that grows by less than one in a thousand a step is below what the fitted poles can tell; between the two lies the trapezoidal rule, whose symbol reads the
-/// model far beyond its band.
+/// A force that grows by less than one in a thousand a step is below what the fitted poles can tell; between the two
+/// lies the trapezoidal rule, whose symbol reads the model far beyond its band.
 pub const MARGINAL: f64 = 0.999;
 /// Largest turn of w between two points of the circle \[rad\].
 const TURN: f64 = 0.8;
@@ -50,14 +53,16 @@ pub struct Stability {
     pub unstable: Option<UnstableZero>,
     /// The zero with the smallest |zeta| between [`UNSTABLE`] and [`MARGINAL`], if there is none deeper.
     pub marginal: Option<UnstableZero>,
-    /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: what is left of the response at half the sampling frequency.
+    /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: what is left of the response at half the
+    /// sampling frequency.
     pub at_half_sampling: f64,
     /// Smallest and largest first weight, times N: the eigenvalues of G0 \[m/N\].
     pub eigenvalues: (f64, f64),
 }
 
 impl Stability {
-    /// Looks at every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model does not hold the field.
+    /// Looks at every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model
+    /// does not hold the field.
     pub fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
         let spring = spring / model.elements as f64;
         let found: Option<Vec<_>> = (0..=model.largest_wavenumber())
@@ -125,7 +130,8 @@ fn smallest_zero(w: &Transfer<'_>, radius: f64) -> Option<Complex64> {
 
 /// Zeros inside a radius r: half turns of w along the circle's upper half, from the real w(r) to the real w(-r).
 ///
-/// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error, its argument says nothing.
+/// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
+/// its argument says nothing.
 fn half_turns(w: &Transfer<'_>, radius: f64) -> Option<i64> {
     // Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
     let angles = (0..=320).map(|k| match k {

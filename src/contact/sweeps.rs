@@ -1,4 +1,5 @@
-//! Displacements by forces, and sweeps of projected Gauss-Seidel over the points: what every search for the forces begins with.
+//! Displacements by forces, and sweeps of projected Gauss-Seidel over the points: what every search for the forces
+//! begins with.
 
 use pulp::{Arch, Simd, WithSimd};
 

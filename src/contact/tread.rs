@@ -1,13 +1,17 @@
 //! From influence functions to what the contact needs: the first weight G0, and the kernels of the history.
 //!
-//! w_(p)(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p) exp(2 pi i n j/N): displacement of the element j further on, p steps after a unit force.
+//! w_(p)(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p) exp(2 pi i n j/N): displacement of the element j further on, p
+//! steps after a unit force.
 //!
 //! Tread laws:
 //! - `elastic`: influence functions of the tread surface;
-//! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0, scaled for an equal static stiffness if that is wanted). G0 falls with the time step, and what is left out with it: the limit is `elastic`
-//!   (tests/convergence.rs), so that differences from it are differences of the time step;
-//! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element in series. Without its shear stiffness the tread leaves the carcass softer than
-//!   the whole tyre is (default tyre, 12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: [`equal_bedding`] scales the influence functions, too.
+//! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0, scaled for an
+//!   equal static stiffness if that is wanted). G0 falls with the time step, and what is left out with it: the limit is
+//!   `elastic` (tests/convergence.rs), so that differences from it are differences of the time step;
+//! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element
+//!   in series. Without its shear stiffness the tread leaves the carcass softer than the whole tyre is (default tyre,
+//!   12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: [`equal_bedding`] scales
+//!   the influence functions, too.
 
 use super::axle::{StaticContact, matched};
 use super::error::ContactError;
@@ -42,8 +46,9 @@ impl ContactKernel {
 }
 
 impl ContactKernel {
-    /// What has to be added to G0_ii \[m/N\] for points that do not feel each other within a step to have the static force `wanted` at its indentation, from the
-    /// static influence: at rest all steps but the last are history, so the influence is the static one less G0, and G0_ii and the addition on its diagonal.
+    /// What has to be added to G0_ii \[m/N\] for points that do not feel each other within a step to have the static
+    /// force `wanted` at its indentation, from the static influence: at rest all steps but the last are history, so the
+    /// influence is the static one less G0, and G0_ii and the addition on its diagonal.
     ///
     /// # Errors
     /// As [`matched`].
@@ -72,8 +77,9 @@ pub struct EqualBedding {
     pub spring: f64,
 }
 
-/// The bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone, scale carcass_0 + spring = surface_0, and that of the smooth contact, the force
-/// `wanted` at its indentation. `carcass` and `surface` are static influence rows.
+/// The bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone, scale
+/// carcass_0 + spring = surface_0, and that of the smooth contact, the force `wanted` at its indentation. `carcass` and
+/// `surface` are static influence rows.
 ///
 /// # Errors
 /// As [`matched`].
@@ -102,7 +108,8 @@ pub struct LagKernel {
 }
 
 impl LagKernel {
-    /// Transforms the weights of all wavenumbers to the elements a window of `columns` can see of itself, `substeps` steps per element.
+    /// Transforms the weights of all wavenumbers to the elements a window of `columns` can see of itself, `substeps`
+    /// steps per element.
     pub fn new(weights: &Weights, elements: usize, columns: usize, substeps: usize) -> Self {
         let mut ring = Ring::new(elements);
         let row = padded(columns) + columns + 1;

@@ -6,7 +6,8 @@
 //! 1. Guess the set (given, or every cell with r > 0), solve G_AA p = r_A.
 //! 2. Exchange every cell that violates its condition (p < 0 in the set, u < r outside): block principal pivoting.
 //! 3. If the number of violations has not fallen for ten exchanges, exchange only the violating cell of highest index
-//!    until it falls: Murty's rule, finite for positive definite G (Judice and Pires, Comput. Oper. Res. 21 (1994) 587-596).
+//!    until it falls: Murty's rule, finite for positive definite G (Judice and Pires, Comput. Oper. Res. 21 (1994)
+//!    587-596).
 //!
 //! Cost: m^3/6 multiply-adds per solve of m cells.
 

@@ -1,4 +1,5 @@
-//! Constrained conjugate gradients for rough contact, preconditioned by the inverse of the influence in wavenumber space.
+//! Constrained conjugate gradients for rough contact, preconditioned by the inverse of the influence in wavenumber
+//! space.
 //!
 //! After Polonsky and Keer (Wear 231 (1999) 206-219), with a preconditioner as Zhao, Vollebregt and Oosterlee
 //! (Comput. Mech. 55 (2015)) have it, on a free boundary. Pressures are p/E*.
@@ -9,13 +10,14 @@
 //! 3. Residual r = -g on A; preconditioned residual z = (W r) on A, W ~ |k|/2 the inverse of the influence's lattice
 //!    spectrum on the *unpadded* periodic grid: its kernel falls like distance^-3, so neither wrap-around nor single
 //!    precision harms, and it costs an eighth of a product with G.
-//! 4. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)) (Polak-Ribiere: forgets by itself when A or
-//!    the rounding of W changes). With a given load z and t are kept at sum 0 by subtracting a multiple of W 1 on A.
+//! 4. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)) (Polak-Ribiere: forgets by itself when
+//!    A or the rounding of W changes). With a given load z and t are kept at sum 0 by subtracting a multiple of W 1 on
+//!    A.
 //! 5. p += alpha t, alpha = r.t/(t.G t). Negative pressures are cut to 0 (and the sum restored), G p then formed anew;
 //!    otherwise G p += alpha G t.
 //!
-//! Cost of an iteration: one product with G (two if pressures were cut), one with W, a dozen passes over the grid. Sums are
-//! taken row by row and then over the rows in order: the same bits for any number of threads.
+//! Cost of an iteration: one product with G (two if pressures were cut), one with W, a dozen passes over the grid. Sums
+//! are taken row by row and then over the rows in order: the same bits for any number of threads.
 
 use std::f64::consts::PI;
 

@@ -7,12 +7,12 @@
 //!
 //! 1. For cells not in contact keep a_i = 1 - G_iA G_AA^-1 1 and b_i = d_i - G_iA G_AA^-1 d_A: the gap is b_i - y a_i,
 //!    so cell i touches at y_i = b_i/a_i. At first a = 1, b = d.
-//! 2. The next cell k is the one of least y_k. Its column of the Schur complement, s_i = G_ik - sum_j L_ij L_kj over the
-//!    cells in contact, for the cells not yet in contact, is one left-looking Cholesky column.
+//! 2. The next cell k is the one of least y_k. Its column of the Schur complement, s_i = G_ik - sum_j L_ij L_kj over
+//!    the cells in contact, for the cells not yet in contact, is one left-looking Cholesky column.
 //! 3. a_i -= s_i a_k/s_k and b_i -= s_i b_k/s_k; the force grows by w_k max(0, y - y_k) with w_k = a_k^2/s_k.
 //!
-//! So F(y) = sum_k w_k max(0, y - y_k) exactly, w_k > 0, sum w_k = 1^T G^-1 1. Step 2 costs n^3/6 multiply-adds for
-//! the whole curve, one factorisation; the rest is O(n^2). The lower triangle is packed by columns and rows change place
+//! So F(y) = sum_k w_k max(0, y - y_k) exactly, w_k > 0, sum w_k = 1^T G^-1 1. Step 2 costs n^3/6 multiply-adds for the
+//! whole curve, one factorisation; the rest is O(n^2). The lower triangle is packed by columns and rows change place
 //! with their pivots, so that the inner loop runs over contiguous cells with sums kept in registers.
 
 use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
@@ -229,7 +229,8 @@ impl WithSimd for SchurColumn<'_> {
 }
 
 impl SchurColumn<'_> {
-    /// The rows from `i` on that fill `R` registers; lanes past the last row hold what follows in memory and are not used.
+    /// The rows from `i` on that fill `R` registers; lanes past the last row hold what follows in memory and are not
+    /// used.
     #[inline(always)]
     fn rows<S: Simd, const R: usize>(&mut self, simd: S, i: usize) {
         let width = R * S::F64_LANES;

@@ -1,13 +1,14 @@
 //! Frictionless contact of a rigid rough body with an elastic half-space: a whole height map, free boundary.
 //!
 //! Find p >= 0 on the cells, u = G p (Love's displacements), so that the gap g = u - (z - z_plane) >= 0 and p g = 0;
-//! z_plane is the body's height that the undeformed surface reaches, penetration = z_max - z_plane. Given are either the
-//! penetration or the load. The minimum of a strictly convex function over a convex set: the solution exists and is unique.
+//! z_plane is the body's height that the undeformed surface reaches, penetration = z_max - z_plane. Given are either
+//! the penetration or the load. The minimum of a strictly convex function over a convex set: the solution exists and is
+//! unique.
 //!
-//! 1. Nested grids: the heights are averaged over 2 x 2 cells down to some tens of cells; each level is solved to a coarse
-//!    tolerance and its pressure starts the next finer one.
-//! 2. Box: p >= 0 makes u > 0, so a cell with z <= z_plane never touches. Only the bounding box of the others is solved;
-//!    with a given load it is guessed from the coarser level and checked, and widened if need be, afterwards.
+//! 1. Nested grids: the heights are averaged over 2 x 2 cells down to some tens of cells; each level is solved to a
+//!    coarse tolerance and its pressure starts the next finer one.
+//! 2. Box: p >= 0 makes u > 0, so a cell with z <= z_plane never touches. Only the bounding box of the others is
+//!    solved; with a given load it is guessed from the coarser level and checked, and widened if need be, afterwards.
 //! 3. On each level: constrained preconditioned conjugate gradients (module `gradients`).
 
 use super::HalfSpaceError;
@@ -82,8 +83,8 @@ pub struct Indentation {
 ///
 /// # Errors
 /// [`HalfSpaceError::Shape`] unless there are nx ny > 0 heights; [`HalfSpaceError::NotPositive`] for a cell, modulus,
-/// tolerance, load or penetration that is not a positive number; [`HalfSpaceError::Hole`] for a height that is not finite;
-/// [`HalfSpaceError::NotConverged`] after too many iterations.
+/// tolerance, load or penetration that is not a positive number; [`HalfSpaceError::Hole`] for a height that is not
+/// finite; [`HalfSpaceError::NotConverged`] after too many iterations.
 pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -> Result<Indentation, HalfSpaceError> {
     check(
         map,

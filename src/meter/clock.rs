@@ -10,7 +10,8 @@ use super::process::thread_cpu_time;
 pub struct Clocks {
     /// Wall time.
     pub wall: bool,
-    /// Processor time of the calling thread, beside wall time: over microseconds that of others is not known, see [`super::process::cpu_time`].
+    /// Processor time of the calling thread, beside wall time: over microseconds that of others is not known, see
+    /// [`super::process::cpu_time`].
     pub cpu: bool,
 }
 
@@ -48,7 +49,8 @@ impl SubAssign for Spent {
 }
 
 impl Spent {
-    /// The whole of which a part was timed, `factor` times as long, with the processor time that it had at the rate of the watched part.
+    /// The whole of which a part was timed, `factor` times as long, with the processor time that it had at the rate of
+    /// the watched part.
     pub fn extrapolated(self, factor: f64) -> Self {
         let wall = if factor > 1.0 { self.wall.mul_f64(factor) } else { self.wall };
         if self.watched.is_zero() {
@@ -58,7 +60,8 @@ impl Spent {
         Self { wall, watched: wall, cpu }
     }
 
-    /// Processor time over all of it \[s\], at the rate of the part over which it was measured; `None` where it was not.
+    /// Processor time over all of it \[s\], at the rate of the part over which it was measured; `None` where it was
+    /// not.
     pub fn cpu_seconds(self) -> Option<f64> {
         let watched = self.watched.as_secs_f64();
         (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)

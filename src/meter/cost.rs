@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use super::clock::Spent;
 
-/// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches make of it.
+/// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches
+/// make of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Multiply-adds, two flops each.
@@ -76,14 +77,17 @@ pub struct StageCost {
     pub cpu: Duration,
     /// Part of `watched` over which it is that of all threads.
     pub watched_all: Duration,
-    /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the steps.
+    /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the
+    /// steps.
     pub allocations: Option<Allocations>,
-    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and where nobody looked.
+    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and where
+    /// nobody looked.
     pub peak_memory: Option<u64>,
 }
 
 impl StageCost {
-    /// Processor time over the whole stage \[s\], at the rate of the part over which it was measured: of all threads outside of the steps, of the run's own thread within them.
+    /// Processor time over the whole stage \[s\], at the rate of the part over which it was measured: of all threads
+    /// outside of the steps, of the run's own thread within them.
     pub fn cpu_seconds(&self) -> Option<f64> {
         self.spent().cpu_seconds()
     }
@@ -93,7 +97,8 @@ impl StageCost {
         Spent { wall: self.wall, watched: self.watched, cpu: self.cpu }
     }
 
-    /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0. `None` for stages within the steps, too short for it.
+    /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0. `None`
+    /// for stages within the steps, too short for it.
     pub fn idle_share(&self, threads: usize) -> Option<f64> {
         let wall = self.wall.as_secs_f64();
         let all = self.watched_all == self.watched && wall > 0.0;

@@ -9,7 +9,8 @@ pub fn processor() -> Option<String> {
     Some(name.trim_start_matches([' ', '\t', ':']).trim().to_owned())
 }
 
-/// Instructions that vectors are computed with on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused multiply-add), or the architecture's name.
+/// Instructions that vectors are computed with on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused
+/// multiply-add), or the architecture's name.
 pub fn instruction_set() -> &'static str {
     // One type for each family, named alike on every architecture that has it.
     let arch = format!("{:?}", Arch::new());

@@ -1,18 +1,23 @@
 //! What a run costs: time and calls per stage, exact work counters.
 //!
-//! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of threads; times are neither.
+//! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of
+//! threads; times are neither.
 //!
 //! How closely is a [`Watch`]:
 //!
-//! - by default every stage outside of the time steps is timed, and of the steps one block of [`BLOCK`] in [`BLOCKS`]: what the others took is taken to be like it. The rare long work
-//!   within the steps (road made there, segments of the vibration completed, checkpoints) is timed whenever it comes;
-//! - [closely](Timing::Closely), every second block of steps is timed. Outside of the steps a stage also has its processor time, the memory it asked for (where the program's allocator counts), and the peak of the resident memory
-//!   at its end; within them processor time, a system call, is read in one step of [`WATCHED_EVERY`], if it is timed, and stands for the others. There it is that of the run's own thread; that
-//!   of all threads, and with it their idle share, is known for all steps together;
+//! - by default every stage outside of the time steps is timed, and of the steps one block of [`BLOCK`] in [`BLOCKS`]:
+//!   what the others took is taken to be like it. The rare long work within the steps (road made there, segments of the
+//!   vibration completed, checkpoints) is timed whenever it comes;
+//! - [closely](Timing::Closely), every second block of steps is timed. Outside of the steps a stage also has its
+//!   processor time, the memory it asked for (where the program's allocator counts), and the peak of the resident
+//!   memory at its end; within them processor time, a system call, is read in one step of [`WATCHED_EVERY`], if it is
+//!   timed, and stands for the others. There it is that of the run's own thread; that of all threads, and with it their
+//!   idle share, is known for all steps together;
 //! - for a trace, [every](Timing::Every) step is timed, and what happened when is noted, see [`trace`].
 //!
-//! A clock read takes 23 ns; a step at N = 512 that is timed has about six. Measured on the default scene with a smooth road, where a step is shortest (test `overhead` of
-//! `tests/profile.rs`, one thread of a two-core AMD EPYC), against steps without any clock read:
+//! A clock read takes 23 ns; a step at N = 512 that is timed has about six. Measured on the default scene with a smooth
+//! road, where a step is shortest (test `overhead` of `tests/profile.rs`, one thread of a two-core AMD EPYC), against
+//! steps without any clock read:
 //!
 //! | N | a step | sampled | closely | every |
 //! |---|---|---|---|---|
@@ -43,7 +48,8 @@ pub use trace::Trace;
 pub const BLOCK: u64 = 64;
 /// Blocks of which one is timed.
 pub const BLOCKS: u64 = 16;
-/// Steps of which one has its processor time read, if it is timed at all; prime, so that every step of the history's blocks has its turn.
+/// Steps of which one has its processor time read, if it is timed at all; prime, so that every step of the history's
+/// blocks has its turn.
 pub const WATCHED_EVERY: u64 = 251;
 
 /// How closely stages are timed.
@@ -167,7 +173,8 @@ impl Meter {
         self.close_shared(open, &[(stage, 1.0)]);
     }
 
-    /// As [`Self::close`], for stages that went on together, or in turns too short to be timed, each with its share of the time. Memory is the last one's.
+    /// As [`Self::close`], for stages that went on together, or in turns too short to be timed, each with its share of
+    /// the time. Memory is the last one's.
     pub fn close_shared(&mut self, open: Open, shares: &[(Stage, f64)]) {
         let ended = Instant::now();
         let elapsed = ended - open.began;

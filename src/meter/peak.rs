@@ -20,7 +20,8 @@ const TRIALS: usize = 8;
 pub struct MachinePeak {
     /// Independent fused multiply-adds with the vectors that the program runs with \[flop/s\].
     pub flop_per_second: f64,
-    /// Bytes read and written by copying 16 MB to other 16 MB: memory, or the cache that all cores share where that is large \[B/s\].
+    /// Bytes read and written by copying 16 MB to other 16 MB: memory, or the cache that all cores share where that is
+    /// large \[B/s\].
     pub bytes_per_second: f64,
 }
 

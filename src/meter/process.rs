@@ -12,15 +12,18 @@ pub fn resident_memory() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// Processor time that all threads of the process have taken so far; `None` where the system does not tell. A system call: half a microsecond.
+/// Processor time that all threads of the process have taken so far; `None` where the system does not tell. A system
+/// call: half a microsecond.
 ///
-/// For milliseconds and more. Linux counts what another thread has done in lumps of milliseconds (measured on 6.18: over 5 us two busy threads seem to take 1.0 or 4.5 times the wall time,
-/// depending on how often is asked; 2.0 over a second).
+/// For milliseconds and more. Linux counts what another thread has done in lumps of milliseconds (measured on 6.18:
+/// over 5 us two busy threads seem to take 1.0 or 4.5 times the wall time, depending on how often is asked; 2.0 over a
+/// second).
 pub fn cpu_time() -> Option<Duration> {
     clocks::read(clocks::PROCESS)
 }
 
-/// Processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does not tell. A system call: half a microsecond.
+/// Processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does not tell. A
+/// system call: half a microsecond.
 pub fn thread_cpu_time() -> Option<Duration> {
     clocks::read(clocks::THREAD)
 }

@@ -1,8 +1,10 @@
 //! When what happened in a run.
 //!
 //! 1. Two rows: the run's own thread, and what is made behind it.
-//! 2. Outside of the steps every stage is a span of its own. Steps are bundled into blocks: within a block's span the time of each stage is one span, laid end to end from the block's begin.
-//! 3. Spans nest: run, phase, (block of steps,) stage. All room is taken when the steps begin; what finds none later is not noted, and counted.
+//! 2. Outside of the steps every stage is a span of its own. Steps are bundled into blocks: within a block's span the
+//!    time of each stage is one span, laid end to end from the block's begin.
+//! 3. Spans nest: run, phase, (block of steps,) stage. All room is taken when the steps begin; what finds none later is
+//!    not noted, and counted.
 //!
 //! Beside the spans stands the time of every stage by phase: exact, however many spans there was room for.
 
@@ -67,7 +69,8 @@ pub struct Trace {
     phases: [Duration; Phase::ALL.len()],
     /// Time of every stage in every phase, on the run's own thread.
     staged: [[Duration; Stage::ALL.len()]; Phase::ALL.len()],
-    /// Of the steps: where the last block ended, in time and steps, what the stages had taken until then, steps to a block.
+    /// Of the steps: where the last block ended, in time and steps, what the stages had taken until then, steps to a
+    /// block.
     block_began: Instant,
     block_first: u64,
     block_staged: [Duration; Stage::ALL.len()],

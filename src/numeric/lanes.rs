@@ -1,8 +1,9 @@
 //! Several complex numbers in lockstep: [`ComplexField`] in structure-of-arrays form over `pulp`'s vectors.
 //!
-//! As many lanes as the processor's vectors hold doubles (8 with AVX-512, 4 with AVX2). exp, sin and cos are written out, range reduction after Cody & Waite, polynomials of
-//! fdlibm, because a library call would end the vectorisation; errors stay below 2 units in the last place for |Im| < 1e5.
-//! Explicit vector operations, because plain loops over eight lanes were measured not to vectorise in a function of this size.
+//! As many lanes as the processor's vectors hold doubles (8 with AVX-512, 4 with AVX2). exp, sin and cos are written
+//! out, range reduction after Cody & Waite, polynomials of fdlibm, because a library call would end the vectorisation;
+//! errors stay below 2 units in the last place for |Im| < 1e5. Explicit vector operations, because plain loops over
+//! eight lanes were measured not to vectorise in a function of this size.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

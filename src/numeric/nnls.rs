@@ -6,8 +6,9 @@
 //!    feasible point towards the solution until the first component reaches zero, and take that one out again.
 //! 4. Repeat until no gradient component exceeds the tolerance.
 //!
-//! C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, chapter 23. The objective falls strictly from one passive
-//! set to the next, so no set recurs and the search ends. Cost: O(m n^2) per exchange; meant for n up to some hundred.
+//! C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems*, chapter 23. The objective falls strictly from one
+//! passive set to the next, so no set recurs and the search ends. Cost: O(m n^2) per exchange; meant for n up to some
+//! hundred.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;

@@ -1,7 +1,7 @@
 //! Mean and variance of a stream, without keeping it and without cancellation.
 //!
-//! Welford's recurrence (1962, *Technometrics* 4, 419) on the differences from the first value: a signal that hardly moves on a large mean keeps its
-//! variance to rounding of the movement, not of the mean.
+//! Welford's recurrence (1962, *Technometrics* 4, 419) on the differences from the first value: a signal that hardly
+//! moves on a large mean keeps its variance to rounding of the movement, not of the mean.
 
 use super::state::{StateError, StateReader, StateWriter};
 
@@ -80,7 +80,8 @@ mod tests {
 
     #[test]
     fn a_tiny_movement_on_a_large_mean_keeps_its_variance() {
-        // 1e-9 on 4000: sums of squares would lose all of it, two passes give it to 1e-4 (the rounding of the values themselves).
+        // 1e-9 on 4000: sums of squares would lose all of it, two passes give it to 1e-4 (the rounding of the values
+        // themselves).
         let signal: Vec<f64> = (0..10_000).map(|n| 4000.0 + 1e-9 * (0.1 * f64::from(n)).sin()).collect();
         let mut moments = RunningMoments::default();
         signal.iter().for_each(|&value| moments.push(value));

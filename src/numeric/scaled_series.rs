@@ -1,8 +1,8 @@
 //! Entire functions of a squared argument and their divided differences, by power series.
 //!
-//! cosh sqrt(z) = sum z^j/(2j)! and sinh sqrt(z)/sqrt(z) = sum z^j/(2j+1)! have no branch points, and their first divided
-//! differences f\[a, b\] = (f(a) - f(b))/(a - b) = sum h_(j-1)(a, b)/(2j)!, with the complete homogeneous polynomials
-//! h_j(a, b) = a h_(j-1) + b^j, need no subtraction: they stay exact when a and b coincide.
+//! cosh sqrt(z) = sum z^j/(2j)! and sinh sqrt(z)/sqrt(z) = sum z^j/(2j+1)! have no branch points, and their first
+//! divided differences f\[a, b\] = (f(a) - f(b))/(a - b) = sum h_(j-1)(a, b)/(2j)!, with the complete homogeneous
+//! polynomials h_j(a, b) = a h_(j-1) + b^j, need no subtraction: they stay exact when a and b coincide.
 
 use super::ComplexField;
 

@@ -1,4 +1,5 @@
-//! The state of what evolves, as bytes: little-endian 64-bit fields, lists with their length in front. Bits are kept: what is read is what was written.
+//! The state of what evolves, as bytes: little-endian 64-bit fields, lists with their length in front. Bits are kept:
+//! what is read is what was written.
 
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! Band-limited resampling: a Kaiser-windowed sinc, tabulated.
 //!
-//! 1. The kernel is h(t) = 2 c sinc(2 pi c t) K(t/T), t in samples of the coarser lattice, c its cut-off in cycles per sample
-//!    (the middle of the transition), K the Kaiser window of half-width T.
+//! 1. The kernel is h(t) = 2 c sinc(2 pi c t) K(t/T), t in samples of the coarser lattice, c its cut-off in cycles per
+//!    sample (the middle of the transition), K the Kaiser window of half-width T.
 //! 2. Kaiser's formulas give window and width from the attenuation A and the transition width D (cycles per sample):
 //!    beta = 0.1102 (A - 8.7), 2 T = (A - 7.95) / (14.36 D).
 //! 3. The kernel is tabulated once; values between are interpolated linearly (error below 2e-7 of the peak).
@@ -19,7 +19,8 @@ pub struct WindowedSinc {
 const PER_UNIT: f64 = 2048.0;
 
 impl WindowedSinc {
-    /// A kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by `attenuation` dB.
+    /// A kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by
+    /// `attenuation` dB.
     pub fn new(pass: f64, stop: f64, attenuation: f64) -> Self {
         let half_width = ((attenuation - 7.95) / (14.36 * (stop - pass)) / 2.0).ceil().max(1.0);
         let beta = 0.1102 * (attenuation - 8.7);
@@ -75,7 +76,8 @@ impl WindowedSinc {
     }
 }
 
-/// Modified Bessel function I0 by its power series, all terms positive: full accuracy for the arguments of a window (0..20).
+/// Modified Bessel function I0 by its power series, all terms positive: full accuracy for the arguments of a window
+/// (0..20).
 fn bessel_i0(x: f64) -> f64 {
     let quarter = 0.25 * x * x;
     let mut term = 1.0;

@@ -1,4 +1,5 @@
-//! Sums of windows of a row: what forces on elements do to their neighbours, influence being a function of the distance only.
+//! Sums of windows of a row: what forces on elements do to their neighbours, influence being a function of the distance
+//! only.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -19,7 +20,8 @@ pub fn add_row<S: Simd>(simd: S, out: &mut [f64], row: &[f64], factor: f64) {
 
 /// out_i += sum over the windows (from, factor), in their order, of factor row_(from + i).
 ///
-/// Every window lies within the row. Cost: one fused multiply-add for each window and entry of `out`. The result does not depend on the width of the vectors.
+/// Every window lies within the row. Cost: one fused multiply-add for each window and entry of `out`. The result does
+/// not depend on the width of the vectors.
 pub fn add_windows(arch: Arch, out: &mut [f64], row: &[f64], windows: impl Iterator<Item = (usize, f64)> + Clone) {
     arch.dispatch(Windows { out, row, windows });
 }

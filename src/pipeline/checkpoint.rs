@@ -1,7 +1,8 @@
 //! All that an unfinished run is: who it belongs to, and the state that its next steps depend on.
 //!
-//! A checkpoint is used only by the version that wrote it, with the scene and the road file that it was written for, and where the tyre's influence functions come out
-//! with the same bits: then the run goes on as if it had never stopped.
+//! A checkpoint is used only by the version that wrote it, with the scene and the road file that it was written for,
+//! and where the tyre's influence functions come out with the same bits: then the run goes on as if it had never
+//! stopped.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -209,14 +210,16 @@ pub struct Checkpoints {
     identity: Identity,
     interval: Option<Duration>,
     last: Instant,
-    /// When this process began with the run, what processor time it had taken by then, and the run's wall and processor time before that.
+    /// When this process began with the run, what processor time it had taken by then, and the run's wall and processor
+    /// time before that.
     begin: Instant,
     begin_cpu: Option<Duration>,
     earlier: [Duration; 2],
 }
 
 impl Checkpoints {
-    /// Every `interval` seconds of wall time, not at all for 0; the run began at `begin`, by when the process had taken so much processor time, and had taken `earlier` (wall, processor) before.
+    /// Every `interval` seconds of wall time, not at all for 0; the run began at `begin`, by when the process had taken
+    /// so much processor time, and had taken `earlier` (wall, processor) before.
     pub fn new(
         identity: Identity,
         interval: f64,

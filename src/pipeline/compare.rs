@@ -1,7 +1,8 @@
 //! How far two runs over the same road are apart: levels, force histories, means.
 //!
-//! Runs differ in their time steps. Both forces are brought to common instants by the same low-pass kernel, flat up to the upper edge of the highest band and 80 dB down from 1.25
-//! times that on; levels and differences are those of what is left.
+//! Runs differ in their time steps. Both forces are brought to common instants by the same low-pass kernel, flat up to
+//! the upper edge of the highest band and 80 dB down from 1.25 times that on; levels and differences are those of what
+//! is left.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -134,7 +135,8 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     if error > 0.0 { (error / variation).sqrt() } else { 0.0 }
 }
 
-/// A force whose sample l belongs to the time (l - lag) dt, low-passed, at instants `spacing` apart \[s\]: as many as have all of the kernel within a stretch of time.
+/// A force whose sample l belongs to the time (l - lag) dt, low-passed, at instants `spacing` apart \[s\]: as many as
+/// have all of the kernel within a stretch of time.
 fn resampled(force: &[f64], time_step: f64, lag: f64, spacing: f64, within: Range<f64>) -> Vec<f64> {
     let kernel = WindowedSinc::new(PASS, STOP, ATTENUATION);
     // Two instants more than the kernel: a record ends up to a step and a half before its stretch does.
@@ -194,7 +196,8 @@ mod tests {
     fn differences_are_those_of_tones() {
         let (louder, reference) = (common(1.3e-4, 0.0, 20.0), common(1e-4, 0.0, 10.0));
         let found = louder.difference(&reference);
-        // One tone doubled: 6.02 dB in its band; 10^2/2 of (10^2 + 5^2)/2. Bands that hold no tone hold what leaks into them.
+        // One tone doubled: 6.02 dB in its band; 10^2/2 of (10^2 + 5^2)/2. Bands that hold no tone hold what leaks into
+        // them.
         let level = |of: &Common, frequency: f64| {
             of.levels.iter().find(|band| (band.band.nominal_frequency() - frequency).abs() < 1e-9).unwrap().level
         };

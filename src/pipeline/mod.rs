@@ -2,10 +2,12 @@
 //!
 //! 1. [`plan`]: effects, sizes, work and memory of a scene, decided and checked before anything is allocated;
 //! 2. [`prepare`]: tyre -> road -> contact, ready to take the first step;
-//! 3. [`mod@run`]: step by step, in memory; [`to_folder`]: with arrays, spectra, plots and summary in a folder; [`checkpoint`] lets it go on where it was stopped;
+//! 3. [`mod@run`]: step by step, in memory; [`to_folder`]: with arrays, spectra, plots and summary in a folder;
+//!    [`checkpoint`] lets it go on where it was stopped;
 //! 4. [`sweep`]: the same at many speeds, loads and roads.
 //!
-//! [`vibration`] follows the tyre's motion from the forces of a run that wants it. [`rules`] does the first two for several time rules and compares them.
+//! [`vibration`] follows the tyre's motion from the forces of a run that wants it. [`rules`] does the first two for
+//! several time rules and compares them.
 
 pub mod checkpoint;
 pub mod compare;

@@ -49,7 +49,8 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
     }
 }
 
-/// What a fit's end means for a run: the user's wish, or a complaint about the scene's tolerance, with what would be `right`.
+/// What a fit's end means for a run: the user's wish, or a complaint about the scene's tolerance, with what would be
+/// `right`.
 pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
     match error {
         FitError::Stopped => RunError::Interrupted { kept: None },
@@ -106,7 +107,8 @@ pub fn planned_model(
     Ok(fetched.model)
 }
 
-/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many multiply-adds have.
+/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
+/// multiply-adds have.
 pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
     let further = plan.decisions.tyre.layers.len().saturating_sub(1) as u64;
     let flop = evaluations * (flops::FIRST_LAYER + further * flops::FURTHER_LAYER);
@@ -123,7 +125,8 @@ fn ringing(rule: TimeRule, time_step: f64) -> String {
     )
 }
 
-/// What the points in contact feel of each other at once, and of the past; and the model that both were made from, if there is one.
+/// What the points in contact feel of each other at once, and of the past; and the model that both were made from, if
+/// there is one.
 pub type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 
 impl Past<'_> {

@@ -115,7 +115,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     }
     let slice_law = match (plan.decisions.slice_coupling, kappa) {
         (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * tyre.contact_width)),
-        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be kept.
+        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be
+        // kept.
         (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
         (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
     };
@@ -142,8 +143,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     })
 }
 
-/// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it where
-/// the axle starts.
+/// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it
+/// where the axle starts.
 ///
 /// # Errors
 /// [`RunError`] with the key that is to blame.
@@ -192,7 +193,8 @@ pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, Slic
     .with_lines(lattice.along)
 }
 
-/// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other laws.
+/// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other
+/// laws.
 fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, EqualBedding), RunError> {
     let circumference = scene.tyre.circumference;
     let row = sum.static_row(Field::Surface);

@@ -2,7 +2,8 @@
 
 use crate::meter::Stage;
 
-/// Watches a run. All calls come from the thread that runs it, in order; they must be cheap, [`Progress::step`] comes every time step.
+/// Watches a run. All calls come from the thread that runs it, in order; they must be cheap, [`Progress::step`] comes
+/// every time step.
 pub trait Progress {
     /// A stage of the preparation begins.
     fn stage(&mut self, stage: Stage);

@@ -1,4 +1,5 @@
-//! What is kept of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with the number of steps.
+//! What is kept of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with
+//! the number of steps.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -270,7 +271,8 @@ impl Record {
         Ok(())
     }
 
-    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a step takes off is put back.
+    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a
+    /// step takes off is put back.
     pub fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;

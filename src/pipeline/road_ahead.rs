@@ -17,9 +17,11 @@ pub(super) const CHUNK_ROWS: i64 = 512;
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
 
-/// Slices as the tyre reaches them. Memory does not grow with the way rolled; the curves of a road that repeats are made once.
+/// Slices as the tyre reaches them. Memory does not grow with the way rolled; the curves of a road that repeats are
+/// made once.
 ///
-/// What is counted, kept and saved are the chunks that the tyre has reached, not those that lie ready behind: the same for any number of threads.
+/// What is counted, kept and saved are the chunks that the tyre has reached, not those that lie ready behind: the same
+/// for any number of threads.
 pub struct RoadAhead {
     maker: RoadMaker,
     queue: SliceQueue,
@@ -45,7 +47,8 @@ pub struct Missing {
 }
 
 impl RoadAhead {
-    /// Nothing made yet; `queue` says where it will begin. `elements`: first and last one of a road that ends; `reached`: the one after the last that the run will reach.
+    /// Nothing made yet; `queue` says where it will begin. `elements`: first and last one of a road that ends;
+    /// `reached`: the one after the last that the run will reach.
     pub fn new(
         surface: RoadSurface,
         builder: SliceBuilder,
@@ -60,7 +63,8 @@ impl RoadAhead {
         Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
     }
 
-    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. Given a scope to work in, chunks are made in it ahead of their need; else each when it is needed.
+    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. Given a scope to work
+    /// in, chunks are made in it ahead of their need; else each when it is needed.
     ///
     /// # Errors
     /// Of the road and of its slices.
@@ -140,7 +144,8 @@ impl RoadAhead {
         Ok(Missing { first, end })
     }
 
-    /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not counted: they have been before.
+    /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not
+    /// counted: they have been before.
     ///
     /// # Errors
     /// Of the road and of its slices.

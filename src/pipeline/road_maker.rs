@@ -1,7 +1,8 @@
-//! Makes chunks of road: where they are needed, or behind the march, on a thread that it leaves free, some chunks ahead of it.
+//! Makes chunks of road: where they are needed, or behind the march, on a thread that it leaves free, some chunks ahead
+//! of it.
 //!
-//! One chunk is in the making at a time, each from the same rows whoever makes it: same bits, same errors. A chunk's error waits with the chunk until that is taken. What is made
-//! ahead is bounded, and so is its memory.
+//! One chunk is in the making at a time, each from the same rows whoever makes it: same bits, same errors. A chunk's
+//! error waits with the chunk until that is taken. What is made ahead is bounded, and so is its memory.
 
 use std::collections::VecDeque;
 use std::mem::replace;
@@ -17,7 +18,8 @@ use crate::meter::{Meter, Stage};
 use crate::road::slices::{SliceBuilder, StiffnessCurve};
 use crate::road::{RoadError, RoadSurface};
 
-/// Most chunks that lie ready. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march lives on what is ready while one is drawn.
+/// Most chunks that lie ready. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march
+/// lives on what is ready while one is drawn.
 const MOST_READY: usize = 8;
 /// How long the march sleeps, when there is nothing that it could help with, before it looks again.
 const SLEEP: Duration = Duration::from_micros(100);
@@ -89,7 +91,8 @@ impl RoadMaker {
         }
     }
 
-    /// The curves of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and now, if there is none.
+    /// The curves of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and
+    /// now, if there is none.
     ///
     /// # Errors
     /// Of the road and of its slices.
@@ -112,7 +115,8 @@ impl RoadMaker {
     }
 }
 
-/// Waits for what is made behind. The thread helps meanwhile, with the chunk or what else there is: it may be the only one that is free.
+/// Waits for what is made behind. The thread helps meanwhile, with the chunk or what else there is: it may be the only
+/// one that is free.
 fn wait<T>(made: &Receiver<T>) -> T {
     loop {
         let helped = rayon::yield_now() == Some(Yield::Executed);

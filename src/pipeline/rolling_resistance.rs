@@ -1,9 +1,9 @@
 //! Rolling resistance of a run: the mean power that the contact forces put into the tyre, over speed and mean force.
 //!
 //! The tyre dissipates what is put in, so this is the resistance by hysteresis of tread, belt and foundation, to the
-//! smooth road and to the texture alike. It asks for no vibration: the displacements of the window, at every instant one
-//! product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those of the tyre
-//! under the forces, and there is none.
+//! smooth road and to the texture alike. It asks for no vibration: the displacements of the window, at every instant
+//! one product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those of the
+//! tyre under the forces, and there is none.
 
 use super::plan::Plan;
 use crate::contact::march::March;
@@ -96,14 +96,16 @@ mod tests {
     fn on_a_smooth_road_it_is_the_moment_of_the_forces() {
         for (rule, lag) in [("bdf2", 0.0), ("sdirk2", 0.5)] {
             let (found, expected, load) = smooth(rule, lag);
-            // Elements that have just come down were above the plane two steps before; there are some 20 steps of contact.
+            // Elements that have just come down were above the plane two steps before; there are some 20 steps of
+            // contact.
             assert!((found.power / expected - 1.0).abs() < 0.15, "{rule}: {} W for {expected} W", found.power);
             assert!((found.force * load / found.power - 1.0).abs() < 1e-12);
             assert!((0.001..0.1).contains(&found.coefficient), "{}", found.coefficient);
         }
     }
 
-    /// Rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\], and the speed; forces belong to a time `lag` steps before the end.
+    /// Rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\], and the
+    /// speed; forces belong to a time `lag` steps before the end.
     fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
         let rule = format!("time_rule = \"{rule}\"");
         let loaded = scene(&[("kind = \"made\"\nseed = 1", "kind = \"smooth\""), ("time_rule = \"sdirk2\"", &rule)]);

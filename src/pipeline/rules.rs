@@ -66,14 +66,16 @@ pub struct WorkPoint {
 pub struct WorkPrecision {
     /// Runs, by rule and substeps.
     pub points: Vec<WorkPoint>,
-    /// How far the two references (`sdirk2` and `bdf2` at `finest` substeps) are apart: what an error below this says nothing about.
+    /// How far the two references (`sdirk2` and `bdf2` at `finest` substeps) are apart: what an error below this says
+    /// nothing about.
     pub doubt: f64,
     /// Time compared \[s\].
     pub time: f64,
 }
 
-/// Rolls the scene at a fixed height with each rule and number of substeps and compares the forces up to `highest` \[Hz\] with those at `finest` substeps,
-/// over `duration` \[s\]. The history is modal throughout. `stop` is looked at in a run, and while a tyre is fitted.
+/// Rolls the scene at a fixed height with each rule and number of substeps and compares the forces up to `highest`
+/// \[Hz\] with those at `finest` substeps, over `duration` \[s\]. The history is modal throughout. `stop` is looked at
+/// in a run, and while a tyre is fitted.
 ///
 /// # Errors
 /// Of a run.

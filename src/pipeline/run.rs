@@ -121,7 +121,8 @@ impl Run {
         if self.next_step() >= self.steps { Ok(None) } else { self.step_beside(None).map(Some) }
     }
 
-    /// Contact forces of the last step by column of the window, the first one that of element [`StepResult::first_element`] \[N\].
+    /// Contact forces of the last step by column of the window, the first one that of element
+    /// [`StepResult::first_element`] \[N\].
     pub fn forces(&self) -> &[f64] {
         self.prepared.march.forces()
     }

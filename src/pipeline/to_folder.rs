@@ -83,7 +83,8 @@ pub fn run_watched(
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded);
     plan.check(loaded)?;
-    // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when there is something to put in.
+    // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when
+    // there is something to put in.
     drop(ResultsFolder::create(&options.target)?);
     if let Ok(unfinished) = unfinished(&options.target) {
         let target = options.target.display();
@@ -97,7 +98,8 @@ pub fn run_watched(
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
-/// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never stopped.
+/// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never
+/// stopped.
 ///
 /// # Errors
 /// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to go on with.
@@ -201,7 +203,8 @@ impl PlannedRun<'_> {
         let mut checkpoints = Checkpoints::new(identity, interval, (wall, cpu), earlier);
         progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
-        // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the making ends with the scope.
+        // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the
+        // making ends with the scope.
         let rolled = rayon::in_place_scope(|scope| {
             let behind = (rayon::current_num_threads() > 1).then_some(scope);
             roll(plan, &mut run, &mut folder, &mut checkpoints, stop, progress, behind)
@@ -270,7 +273,8 @@ impl PlannedRun<'_> {
     }
 }
 
-/// All steps from the next one on; returns whether the user stopped them. Stopped, there is a checkpoint of the last step.
+/// All steps from the next one on; returns whether the user stopped them. Stopped, there is a checkpoint of the last
+/// step.
 fn roll(
     plan: &Plan,
     run: &mut Run,

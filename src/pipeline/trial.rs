@@ -12,7 +12,8 @@ use crate::scene::{Axle, LoadedScene, Scene, Switch, TimeRule};
 
 /// Steps between two looks at the flag and the progress bar.
 const LOOK_EVERY: u64 = 256;
-/// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes lose 40 dB in it.
+/// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes lose
+/// 40 dB in it.
 pub const SETTLING: f64 = 0.2;
 /// What the progress counts: rolled time in this \[s\].
 const UNIT: f64 = 1e-3;
@@ -53,7 +54,8 @@ impl<'a> Trials<'a> {
         self.stop
     }
 
-    /// Rolls a variant to its end. The road is made on another thread where there is one: the march is on its own all the same.
+    /// Rolls a variant to its end. The road is made on another thread where there is one: the march is on its own all
+    /// the same.
     ///
     /// # Errors
     /// Of the plan and of the run; [`RunError::Interrupted`].
@@ -84,8 +86,9 @@ impl<'a> Trials<'a> {
         Ok(Trial { plan, rule: scene.numerics.time_rule, force, indentation, results: run.finish(), seconds })
     }
 
-    /// The scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load at the scene's own settings, found by rolling the warm-up; no outputs;
-    /// nothing that would be chosen anew for other settings.
+    /// The scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load at the
+    /// scene's own settings, found by rolling the warm-up; no outputs; nothing that would be chosen anew for other
+    /// settings.
     ///
     /// # Errors
     /// As [`Self::roll`].

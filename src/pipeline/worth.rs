@@ -20,7 +20,8 @@ use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibra
 /// Lowest band that is compared \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
 
-/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is given.
+/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
+/// given.
 pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
 /// An effect that can be taken away.

@@ -56,7 +56,8 @@ impl AcceptedChanges {
         }
     }
 
-    /// The reasons that lead from one value to another, each change going on where the one before ended; `None` if they do not.
+    /// The reasons that lead from one value to another, each change going on where the one before ended; `None` if they
+    /// do not.
     fn reasons(&self, workload: &str, counter: &str, from: u64, to: u64) -> Option<String> {
         let (mut at, mut reasons) = (from, Vec::new());
         for change in self.change.iter().filter(|change| change.workload == workload && change.counter == counter) {
@@ -82,7 +83,8 @@ pub struct Difference {
     pub explained: Option<String>,
 }
 
-/// Counters that depend on which points are found in contact, or on what a fit converges to: another instruction set rounds otherwise and may find one point more.
+/// Counters that depend on which points are found in contact, or on what a fit converges to: another instruction set
+/// rounds otherwise and may find one point more.
 const ROUNDED: [&str; 8] = [
     "poles",
     "solves",
@@ -96,7 +98,8 @@ const ROUNDED: [&str; 8] = [
 /// How far such counters, and the work that follows from them, may differ between instruction sets.
 const ROUNDING: f64 = 0.01;
 
-/// Counters of a workload that differ. With `other_instructions` those that depend on rounding may be a hundredth apart.
+/// Counters of a workload that differ. With `other_instructions` those that depend on rounding may be a hundredth
+/// apart.
 pub fn differences(
     workload: &str,
     first: &RecordedWorkload,

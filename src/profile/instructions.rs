@@ -1,4 +1,5 @@
-//! Instructions counted by Valgrind, where it is installed: repeatable to a few in a million, whatever else the machine does.
+//! Instructions counted by Valgrind, where it is installed: repeatable to a few in a million, whatever else the machine
+//! does.
 
 use std::process::{Command, Stdio};
 
@@ -12,8 +13,9 @@ pub fn can_count() -> bool {
     version.is_ok_and(|status| status.success())
 }
 
-/// Instructions that `program` executes for a workload on one thread, start included, and what it measured meanwhile: its times mean nothing, and its vectors are those of the
-/// processor that the tool imitates. `None` if they could not be counted.
+/// Instructions that `program` executes for a workload on one thread, start included, and what it measured meanwhile:
+/// its times mean nothing, and its vectors are those of the processor that the tool imitates. `None` if they could not
+/// be counted.
 pub fn count(program: &Program, workload: Workload) -> Option<(u64, Measurement)> {
     let tool = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"];
     let output = program.command(&tool, workload).output().ok()?;

@@ -9,7 +9,8 @@ use super::error::ProfileError;
 use super::measure::Measurement;
 use super::workload::Workload;
 
-/// How a program is asked for one measurement, before the workload's name. One thread: what is made beside the march on more of them would be in nobody's time.
+/// How a program is asked for one measurement, before the workload's name. One thread: what is made beside the march on
+/// more of them would be in nobody's time.
 const ARGUMENTS: [&str; 5] = ["--quiet", "--threads", "1", "profile", "measure"];
 
 /// A program that can measure, with fitted models of its own: what another build has kept might be another model.

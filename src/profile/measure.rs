@@ -1,7 +1,7 @@
 //! One workload done in this process.
 //!
-//! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed is told by its length from the same block
-//! of other runs, and the stage around it is not lost with it. See [`super::ratio`].
+//! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed is told by its
+//! length from the same block of other runs, and the stage around it is not lost with it. See [`super::ratio`].
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -25,7 +25,8 @@ use crate::tyre::rational::{FitOptions, fit_unless_stopped};
 /// Steps of a block: a millisecond or so, and a multiple of the steps that the recursion takes at once.
 const STEPS_OF_A_BLOCK: u64 = 32;
 
-/// What a workload took and found. Maps are by the names of stages and counters, so that programs of different releases understand each other.
+/// What a workload took and found. Maps are by the names of stages and counters, so that programs of different releases
+/// understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Measurement {
     /// Name of the workload.
@@ -33,7 +34,8 @@ pub struct Measurement {
     /// Instructions that its vectors were computed with.
     #[serde(default)]
     pub instruction_set: String,
-    /// Exact counters that are not zero: of the run, and of its stages as `stage.multiply_adds`, `stage.bytes`, `stage.calls`.
+    /// Exact counters that are not zero: of the run, and of its stages as `stage.multiply_adds`, `stage.bytes`,
+    /// `stage.calls`.
     pub counters: BTreeMap<String, u64>,
     /// The physical value.
     pub found: Found,
@@ -101,8 +103,9 @@ const LITTLE: f64 = 0.02;
 /// Blocks so long \[ns\] are disturbed many times over, each stage in proportion to its length.
 const LONG: u64 = 5_000_000;
 
-/// Times of the stages of a block less what others took of it, all \[ns\]. What was taken was taken from the stage that makes nearly all of the block, or from all stages of a long block alike; if it
-/// cannot be said, the block is of no use.
+/// Times of the stages of a block less what others took of it, all \[ns\]. What was taken was taken from the stage that
+/// makes nearly all of the block, or from all stages of a long block alike; if it cannot be said, the block is of no
+/// use.
 fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
     let all: u64 = times.iter().sum();
     if taken as f64 <= LITTLE * all as f64 {
@@ -138,7 +141,8 @@ fn name<T: Serialize>(value: &T) -> String {
     }
 }
 
-/// Force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is controlled, its variation elsewhere.
+/// Force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is controlled, its
+/// variation elsewhere.
 fn force(workload: Workload, results: &crate::pipeline::Results) -> f64 {
     let force = match workload {
         Workload::Smooth => results.mean_force,

@@ -2,14 +2,17 @@
 //!
 //! 1. [`mod@workload`]: the pieces of work, each with a physical value that it must find;
 //! 2. [`mod@measure`]: one of them done in this process: exact counters, time of every stage in short blocks;
-//! 3. [`mod@record`]: all of them as a file, stamped with what they were measured on; [`instructions`] counted where a counting tool is there;
-//! 4. [`changes`]: counters of two records side by side; what differs is explained by a reason that somebody wrote down, or it fails;
+//! 3. [`mod@record`]: all of them as a file, stamped with what they were measured on; [`instructions`] counted where a
+//!    counting tool is there;
+//! 4. [`changes`]: counters of two records side by side; what differs is explained by a reason that somebody wrote
+//!    down, or it fails;
 //! 5. [`interleave`]: two programs run in turn, again and again; [`ratio`]: what their times say;
 //! 6. [`verdict`]: both put together, in words, Markdown and JSON.
 //!
 //! [`scaling`] measures cost against size and threads.
 //!
-//! Counters decide what is exact, and times only what two programs did side by side on one machine: a recorded time is of another hour.
+//! Counters decide what is exact, and times only what two programs did side by side on one machine: a recorded time is
+//! of another hour.
 
 pub mod changes;
 pub mod instructions;

@@ -1,10 +1,12 @@
 //! What interleaved times of two programs say.
 //!
-//! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times its usual time, the median of the same block over all runs of both programs. Blocks in which others
-//!    had the processor are left out, and those that are left stand for them: the sum is scaled by the usual times of all blocks over those of the blocks that count.
+//! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times its usual time, the median of the
+//!    same block over all runs of both programs. Blocks in which others had the processor are left out, and those that
+//!    are left stand for them: the sum is scaled by the usual times of all blocks over those of the blocks that count.
 //! 2. Runs that stand side by side are a pair; what drifts more slowly than that divides out of their ratio.
-//! 3. The median of the ratios has an interval of order statistics: x_(k) ... x_(n+1-k) holds it with probability 1 - 2 P(B(n, 1/2) < k), whatever the distribution
-//!    (W. J. Conover, *Practical Nonparametric Statistics*, section 3.2). Nothing is assumed but that pairs are independent.
+//! 3. The median of the ratios has an interval of order statistics: x_(k) ... x_(n+1-k) holds it with probability 1 - 2
+//!    P(B(n, 1/2) < k), whatever the distribution (W. J. Conover, *Practical Nonparametric Statistics*, section 3.2).
+//!    Nothing is assumed but that pairs are independent.
 
 use serde::Serialize;
 
@@ -72,7 +74,8 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\] (runs x blocks; `None`: disturbed).
+/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\]
+/// (runs x blocks; `None`: disturbed).
 pub fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
     let all = || first.iter().chain(second);
     let blocks = all().map(|run| run.len()).max().unwrap_or(0);
@@ -114,7 +117,8 @@ mod tests {
         assert_eq!(rank(0, 0.05), None);
     }
 
-    /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much longer than a block.
+    /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much
+    /// longer than a block.
     fn run(rng: &mut ChaCha8Rng, factor: f64, drift: f64) -> Vec<Option<u64>> {
         (0..100)
             .map(|block| {

@@ -1,20 +1,25 @@
 //! Cost against size: measured exponents beside those that the algorithms promise, and what more threads give.
 //!
-//! Every ladder doubles one size and keeps the others. Exponents of exact work belong to the algorithm, those of time to the machine as well: caches, vectors that are not
-//! filled by small sizes, calls. One thread, except for the ladder of threads.
+//! Every ladder doubles one size and keeps the others. Exponents of exact work belong to the algorithm, those of time
+//! to the machine as well: caches, vectors that are not filled by small sizes, calls. One thread, except for the ladder
+//! of threads.
 //!
 //! # On a workstation with 64 cores
 //!
-//! A time step is a chain: history, transforms, penetration, search, and the next step needs its forces. What can go side by side is
+//! A time step is a chain: history, transforms, penetration, search, and the next step needs its forces. What can go
+//! side by side is
 //!
-//! * the fit: a graph of tasks, one for each wavenumber, whose longest chain has log2 N links; N/2 tasks keep 64 cores busy from N = 512 on;
+//! * the fit: a graph of tasks, one for each wavenumber, whose longest chain has log2 N links; N/2 tasks keep 64 cores
+//!   busy from N = 512 on;
 //! * the road and its slices, made ahead of the march on one other core;
-//! * the history, by groups of wavenumbers, and the transforms, by instants: only from some thousand elements on, where a block of eight steps takes longer than handing it out;
+//! * the history, by groups of wavenumbers, and the transforms, by instants: only from some thousand elements on, where
+//!   a block of eight steps takes longer than handing it out;
 //! * runs: a sweep keeps as many cores busy as it has variants, which is what such a machine is best at.
 //!
-//! The search for the points in contact stays on one core. By Amdahl's law ([`ThreadLadder::limit`]) it, the penetration and what is written bound the march however many
-//! cores there are. Beside that, 64 cores share their memory: the poles' states and tables that every step goes through (at N = 4096 some 3 MB) fit into the caches
-//! of a few cores, and the bandwidth that a step needs grows with its speed.
+//! The search for the points in contact stays on one core. By Amdahl's law ([`ThreadLadder::limit`]) it, the
+//! penetration and what is written bound the march however many cores there are. Beside that, 64 cores share their
+//! memory: the poles' states and tables that every step goes through (at N = 4096 some 3 MB) fit into the caches of a
+//! few cores, and the bandwidth that a step needs grows with its speed.
 
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};

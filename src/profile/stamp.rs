@@ -12,7 +12,8 @@ use crate::meter::machine::{instruction_set, processor};
 pub struct Stamp {
     /// Version of tyrewave.
     pub version: String,
-    /// Commit of the sources that stand where the record was made, `-modified` behind it if they differ from it; empty where there is no repository.
+    /// Commit of the sources that stand where the record was made, `-modified` behind it if they differ from it; empty
+    /// where there is no repository.
     pub commit: String,
     /// Compiler, and the optimisation it was asked for.
     pub compiler: String,
@@ -20,7 +21,8 @@ pub struct Stamp {
     pub machine: String,
     /// Operating system.
     pub system: String,
-    /// Instructions that the vectors use, see [`instruction_set`]: rounding, and with it discrete counters, may depend on it.
+    /// Instructions that the vectors use, see [`instruction_set`]: rounding, and with it discrete counters, may depend
+    /// on it.
     pub instruction_set: String,
 }
 

@@ -1,7 +1,8 @@
 //! Two records or programs judged.
 //!
-//! Counters: any difference that nobody has explained is against the second one. Physical values: a wrong one is. Times, between programs only: a stage is slower or faster if
-//! the intervals of two batches of pairs, one after the other, both lie beyond [`MARGIN`]; the second batch is only run where the first is suspicious.
+//! Counters: any difference that nobody has explained is against the second one. Physical values: a wrong one is.
+//! Times, between programs only: a stage is slower or faster if the intervals of two batches of pairs, one after the
+//! other, both lie beyond [`MARGIN`]; the second batch is only run where the first is suspicious.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;

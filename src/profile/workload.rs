@@ -1,7 +1,7 @@
 //! The fixed pieces of work.
 //!
-//! Small enough that one takes a few tenths of a second, large enough that every stage has thousands of entries. They are part of the record:
-//! a change of one is a change of all its numbers.
+//! Small enough that one takes a few tenths of a second, large enough that every stage has thousands of entries. They
+//! are part of the record: a change of one is a change of all its numbers.
 
 use serde::Serialize;
 
@@ -77,8 +77,8 @@ impl Workload {
         Self::ALL.into_iter().find(|workload| workload.name() == name)
     }
 
-    /// What it must find. Forces of rolling workloads are those of the same scene by direct sums that remember all of it
-    /// (a test that takes a minute repeats them); the others are checked against reference paths as they run.
+    /// What it must find. Forces of rolling workloads are those of the same scene by direct sums that remember all of
+    /// it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
     pub const fn truth(self) -> Truth {
         match self {
             Self::Smooth => Truth { what: "mean force [N]", expected: 2767.912323979274, tolerance: 1e-5 },

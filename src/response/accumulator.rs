@@ -1,15 +1,16 @@
 //! The averaged spectrum of a record that is fed sample by sample: memory does not grow with its length.
 //!
-//! Segments and window are those of [`super::spectrum`]. At any time two segments are open; one that no sample can reach any more is transformed and
-//! added. The mean m is known at the end only, so the differences from the first sample x_0 are transformed, and with them, for each segment, the window
-//! alone: with X and W the two transforms and d = m - x_0, what the segment has without its mean is
+//! Segments and window are those of [`super::spectrum`]. At any time two segments are open; one that no sample can
+//! reach any more is transformed and added. The mean m is known at the end only, so the differences from the first
+//! sample x_0 are transformed, and with them, for each segment, the window alone: with X and W the two transforms and d
+//! = m - x_0, what the segment has without its mean is
 //!
 //! ```text
 //! |X - d W|^2 = |X|^2 - 2 d Re(X conj W) + d^2 |W|^2
 //! ```
 //!
-//! so three sums per bin suffice. d is of the size of the signal's own variation: nothing is lost by cancellation. All sums run in the order of
-//! time: the same record gives the same bits.
+//! so three sums per bin suffice. d is of the size of the signal's own variation: nothing is lost by cancellation. All
+//! sums run in the order of time: the same record gives the same bits.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -115,7 +116,8 @@ impl SpectrumAccumulator {
     /// The spectrum of the whole record.
     ///
     /// # Errors
-    /// [`SpectrumError::TooShort`] before the last sample, [`SpectrumError::NotFinite`] with the first sample that is not finite.
+    /// [`SpectrumError::TooShort`] before the last sample, [`SpectrumError::NotFinite`] with the first sample that is
+    /// not finite.
     pub fn finish(mut self) -> Result<PowerSpectrum, SpectrumError> {
         let count = self.moments.count();
         if count < self.samples {
@@ -129,7 +131,8 @@ impl SpectrumAccumulator {
         }
         let offset = self.moments.mean_of_shifted();
         let length = self.window.len() as f64;
-        // Parseval: sum_n x_n^2 = (1/length) sum over all bins; every bin but the first and the last (even length) is there twice.
+        // Parseval: sum_n x_n^2 = (1/length) sum over all bins; every bin but the first and the last (even length) is
+        // there twice.
         let scale = 1.0 / (length * self.samples as f64);
         let last = self.sums[0].len() - 1;
         let [squares, crosses, windows] = &self.sums;
@@ -147,7 +150,8 @@ impl SpectrumAccumulator {
         })
     }
 
-    /// Distance of a sample from a segment's centre, in hops. Sample n sits in the middle of its interval (n, n + 1), so that both ends of the record are alike.
+    /// Distance of a sample from a segment's centre, in hops. Sample n sits in the middle of its interval (n, n + 1),
+    /// so that both ends of the record are alike.
     fn distance(&self, index: i64, segment: u64) -> f64 {
         (index as f64 + 0.5 - segment as f64 * self.hop) / self.hop
     }

@@ -2,20 +2,21 @@
 //!
 //! Levels of bands are only worth something if nothing is lost between them, so every step keeps the energy exactly:
 //!
-//! 1. The mean is removed; what is left has the mean square m. (The mean is known at the end only: see [`super::accumulator`], which takes the record sample by
-//!    sample.)
-//! 2. The record of N samples is cut into overlapping segments, J + 1 of them, h = N/J samples apart, weighted with
-//!    w = cos(pi/2 (t - j h)/h), |t - j h| < h: neighbours' squares add to cos^2 + sin^2 = 1 at every sample, so the segments share
-//!    the energy without loss and every segment starts and ends at zero (little leakage).
-//! 3. The first and last segment reach half beyond the record. They are filled by reflection and count half. Reflection keeps the
-//!    signal continuous but not its slope; the two kinks leak the same energy however the record is cut. In a record of 3 s a line at
-//!    100 Hz shows 26 dB down in the next band; a record of 12 s brings 6 dB more.
+//! 1. The mean is removed; what is left has the mean square m. (The mean is known at the end only: see
+//!    [`super::accumulator`], which takes the record sample by sample.)
+//! 2. The record of N samples is cut into overlapping segments, J + 1 of them, h = N/J samples apart, weighted with w =
+//!    cos(pi/2 (t - j h)/h), |t - j h| < h: neighbours' squares add to cos^2 + sin^2 = 1 at every sample, so the
+//!    segments share the energy without loss and every segment starts and ends at zero (little leakage).
+//! 3. The first and last segment reach half beyond the record. They are filled by reflection and count half. Reflection
+//!    keeps the signal continuous but not its slope; the two kinks leak the same energy however the record is cut. In a
+//!    record of 3 s a line at 100 Hz shows 26 dB down in the next band; a record of 12 s brings 6 dB more.
 //! 4. Each segment is transformed; by Parseval's theorem the bins add up to the segment's energy.
-//! 5. A bin k stands for the interval (k - 1/2, k + 1/2) df, cut at 0 and at the Nyquist frequency; its power is spread evenly over it.
-//!    A band takes the share of its overlap, so bands that tile the axis share the power without loss, too.
+//! 5. A bin k stands for the interval (k - 1/2, k + 1/2) df, cut at 0 and at the Nyquist frequency; its power is spread
+//!    evenly over it. A band takes the share of its overlap, so bands that tile the axis share the power without loss,
+//!    too.
 //!
-//! Resolution: the main lobe of w is 3 df wide (zeros at +-1.5 df), side lobes fall 12 dB per octave. A segment shorter than
-//! the record averages (Welch 1967, Modified periodograms); a single pair (J = 1) keeps the finest resolution.
+//! Resolution: the main lobe of w is 3 df wide (zeros at +-1.5 df), side lobes fall 12 dB per octave. A segment shorter
+//! than the record averages (Welch 1967, Modified periodograms); a single pair (J = 1) keeps the finest resolution.
 //!
 //! Cost: four real FFTs per segment length of signal; memory: some segments, whatever the length of the record.
 
@@ -65,7 +66,8 @@ pub struct PowerSpectrum {
     pub mean: f64,
     /// Distance df of the bins \[Hz\].
     pub resolution: f64,
-    /// Power in each bin \[unit^2\]; bin k lies at k df, the last at most at the Nyquist frequency. They sum to the mean square of the signal less its mean.
+    /// Power in each bin \[unit^2\]; bin k lies at k df, the last at most at the Nyquist frequency. They sum to the
+    /// mean square of the signal less its mean.
     pub power: Vec<f64>,
     /// Half the sampling rate \[Hz\].
     pub nyquist: f64,
@@ -104,7 +106,8 @@ impl PowerSpectrum {
         Self { valid_to, ..self }
     }
 
-    /// The spectrum of what was recorded through a response: every bin over the square of `response` at its frequency \[Hz\].
+    /// The spectrum of what was recorded through a response: every bin over the square of `response` at its frequency
+    /// \[Hz\].
     #[must_use]
     pub fn without(mut self, response: impl Fn(f64) -> f64) -> Self {
         for (bin, power) in self.power.iter_mut().enumerate() {
@@ -135,7 +138,8 @@ impl PowerSpectrum {
             .sum()
     }
 
-    /// Third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest` \[Hz\] and the Nyquist frequency.
+    /// Third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest` \[Hz\] and the
+    /// Nyquist frequency.
     pub fn third_octaves(&self, lowest: f64, reference: f64) -> Vec<BandLevel> {
         // A band that ends on the Nyquist frequency must not be lost to the rounding of 0.5/dt.
         ThirdOctaveBand::within(lowest..self.nyquist * (1.0 + 1e-12))
@@ -229,7 +233,8 @@ mod tests {
     #[test]
     fn bands_of_noise_sum_to_the_mean_square_over_the_covered_range() {
         let (rate, samples) = (20_000.0, 60_000);
-        // Reddened noise with a mean, as forces are: most of the power at the low end, where the leakage would come from.
+        // Reddened noise with a mean, as forces are: most of the power at the low end, where the leakage would come
+        // from.
         let mut state = 0.0;
         let signal: Vec<f64> = noise(samples, 7)
             .into_iter()
@@ -264,8 +269,8 @@ mod tests {
     #[test]
     fn a_sine_gives_its_level_in_its_band_and_silence_elsewhere() {
         let rate = 16_384.0;
-        // What leaks comes from the kinks of the two reflected ends: so much energy per record, whatever its segments, that is
-        // 6 dB less in four times the length. A class 1 filter of the standard need not do better than 17 dB.
+        // What leaks comes from the kinks of the two reflected ends: so much energy per record, whatever its segments,
+        // that is 6 dB less in four times the length. A class 1 filter of the standard need not do better than 17 dB.
         for (samples, segment, bound) in
             [(49_153, None, -26.0), (49_153, Some(1.0), -26.0), (4 * 49_153, Some(1.0), -32.0)]
         {

@@ -1,7 +1,7 @@
 //! How a level grows with the speed.
 //!
-//! Least squares of L = a + b lg(V/V_0) over the speeds: b is the growth in dB per decade of speed, 10 times the exponent of the mean square. The root mean square of what
-//! the line misses says whether one number is enough.
+//! Least squares of L = a + b lg(V/V_0) over the speeds: b is the growth in dB per decade of speed, 10 times the
+//! exponent of the mean square. The root mean square of what the line misses says whether one number is enough.
 
 use crate::numeric::StraightLine;
 
@@ -17,7 +17,8 @@ pub struct SpeedExponent {
 }
 
 impl SpeedExponent {
-    /// Of pairs of speed (> 0, any unit) and level \[dB\]; pairs without a finite level do not count. `None` for fewer than two different speeds.
+    /// Of pairs of speed (> 0, any unit) and level \[dB\]; pairs without a finite level do not count. `None` for fewer
+    /// than two different speeds.
     pub fn fit(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
         let points: Vec<(f64, f64)> = pairs
             .into_iter()
@@ -40,7 +41,8 @@ mod tests {
         let found = SpeedExponent::fit(line).unwrap();
         assert!((found.decibels_per_decade - 27.5).abs() < 1e-12 && found.residual < 1e-13, "{found:?}");
         assert_eq!(found.speeds, 6);
-        // A square of the logarithm over three equidistant ones: x^2 on -1, 0, 1 has slope 0 and misses 2/3, 1/3, 1/3 of it.
+        // A square of the logarithm over three equidistant ones: x^2 on -1, 0, 1 has slope 0 and misses 2/3, 1/3, 1/3
+        // of it.
         let bend = [(0.1, 3.0), (1.0, 0.0), (10.0, 3.0)];
         let found = SpeedExponent::fit(bend).unwrap();
         assert!(found.decibels_per_decade.abs() < 1e-12 && (found.residual - 2.0_f64.sqrt()).abs() < 1e-12);

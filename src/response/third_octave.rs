@@ -1,7 +1,7 @@
 //! Third-octave bands of IEC 61260-1:2014, base ten.
 //!
-//! With the octave ratio G = 10^(3/10) and the reference frequency 1 kHz, band n has the exact mid-frequency
-//! 1000 G^(n/3) = 1000 * 10^(n/10) Hz (5.2, formula 2) and the edges G^(-1/6), G^(1/6) = 10^(-1/20), 10^(1/20) times that
+//! With the octave ratio G = 10^(3/10) and the reference frequency 1 kHz, band n has the exact mid-frequency 1000
+//! G^(n/3) = 1000 * 10^(n/10) Hz (5.2, formula 2) and the edges G^(-1/6), G^(1/6) = 10^(-1/20), 10^(1/20) times that
 //! (5.4, formulas 4 and 5). Neighbours share an edge: the bands tile the frequency axis.
 
 use std::ops::Range;
@@ -14,7 +14,8 @@ pub struct ThirdOctaveBand(pub i32);
 const NOMINAL: [f64; 10] = [1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0];
 
 impl ThirdOctaveBand {
-    /// The band that holds a frequency; a band holds its lower edge. `None` unless `frequency` \[Hz\] is positive and finite.
+    /// The band that holds a frequency; a band holds its lower edge. `None` unless `frequency` \[Hz\] is positive and
+    /// finite.
     pub fn containing(frequency: f64) -> Option<Self> {
         if !(frequency.is_finite() && frequency > 0.0) {
             return None;

@@ -7,8 +7,9 @@
 //! body: program version, scene, road, state (see the writer)          32 bytes SHA-256 of all before
 //! ```
 //!
-//! It is written to a temporary file, brought to the disk and renamed: at any moment, also of a power cut or a full disk, there is a whole checkpoint, the new one or the
-//! one before. The arrays are brought to the disk before it, so they hold at least the rows that it counts; what is behind those is cut off.
+//! It is written to a temporary file, brought to the disk and renamed: at any moment, also of a power cut or a full
+//! disk, there is a whole checkpoint, the new one or the one before. The arrays are brought to the disk before it, so
+//! they hold at least the rows that it counts; what is behind those is cut off.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};

@@ -23,11 +23,13 @@ pub struct Cost {
     pub peak_memory: Option<u64>,
     /// What was expected before the run; `null` for what is not planned.
     pub planned: Option<Planned>,
-    /// Share of the time steps that were timed, in blocks: the times of stages within the steps are theirs, taken for all.
+    /// Share of the time steps that were timed, in blocks: the times of stages within the steps are theirs, taken for
+    /// all.
     pub share_of_steps_timed: f64,
     /// All steps together.
     pub steps: StepsRecord,
-    /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a part of it.
+    /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a
+    /// part of it.
     pub stages: StageCosts,
     /// Rates of what was counted.
     pub rates: Rates,
@@ -52,8 +54,8 @@ pub struct Planned {
 /// Rates over a whole run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Rates {
-    /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over evaluations, sums and all around them included; wall time where no
-    /// processor time was measured.
+    /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over
+    /// evaluations, sums and all around them included; wall time where no processor time was measured.
     pub compliance_evaluation_ns: Option<f64>,
     /// Time of a step \[us\], all stages of the steps together, without what goes on in the background.
     pub step_us: Option<f64>,

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Why results could not be written. Every variant says which path, so that the user knows which disk or right it is about.
+/// Why results could not be written. Every variant says which path, so that the user knows which disk or right it is
+/// about.
 #[derive(Debug, Error)]
 pub enum ResultsError {
     /// A folder or file could not be made.

@@ -1,14 +1,19 @@
 //! The life of a results folder: under its final name there is a complete set of results or nothing of this run.
 //!
-//! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever stands there
-//!    already may be replaced: an empty folder, or an earlier results folder to which nobody has added anything. A file in it is locked as long as the process lives.
-//! 2. Files are written there; from the first checkpoint on ([`ResultsFolder::keep_if_stopped`]) the folder outlives its process.
-//! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), moves an older folder aside, gives the new one its
-//!    name, deletes the older one, and last the checkpoint. If the last rename fails the older one gets its name back.
-//! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where another process, or somebody's files, are in
-//!    the way, it keeps the name that it has.
-//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same folder. What another process has locked is refused.
-//! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were made for it, too.
+//! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever
+//!    stands there already may be replaced: an empty folder, or an earlier results folder to which nobody has added
+//!    anything. A file in it is locked as long as the process lives.
+//! 2. Files are written there; from the first checkpoint on ([`ResultsFolder::keep_if_stopped`]) the folder outlives
+//!    its process.
+//! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), moves an older
+//!    folder aside, gives the new one its name, deletes the older one, and last the checkpoint. If the last rename
+//!    fails the older one gets its name back.
+//! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
+//!    another process, or somebody's files, are in the way, it keeps the name that it has.
+//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same
+//!    folder. What another process has locked is refused.
+//! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were
+//!    made for it, too.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -60,7 +65,8 @@ impl ResultsFolder {
     /// Goes on with an unfinished run, named by its final place or by its own folder.
     ///
     /// # Errors
-    /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, or a process that still writes to it.
+    /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, or a process that still writes
+    /// to it.
     pub fn reopen(path: &Path) -> Result<Self, CheckpointError> {
         let working = unfinished(path)?;
         let lock = lock(&working)?;
@@ -109,8 +115,8 @@ impl ResultsFolder {
     /// Completes the results and returns their place. All writers must be finished.
     ///
     /// # Errors
-    /// As [`ResultsFolder::create`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was then, and this one is gone unless it
-    /// holds a checkpoint.
+    /// As [`ResultsFolder::create`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was
+    /// then, and this one is gone unless it holds a checkpoint.
     pub fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
         self.write_summary(Summary { complete: true, ..summary }, &SERVICE_FILES)?;
         // The place may have changed hands during the run.
@@ -125,7 +131,8 @@ impl ResultsFolder {
         Ok(self.target.clone())
     }
 
-    /// Keeps what an interrupted run has written, as `<final>.partial` if that is free, and returns that place. All writers must be finished.
+    /// Keeps what an interrupted run has written, as `<final>.partial` if that is free, and returns that place. All
+    /// writers must be finished.
     ///
     /// # Errors
     /// [`ResultsError::Write`], [`ResultsError::Rename`].

@@ -1,9 +1,9 @@
 //! Arrays in NumPy's `.npy` format, appended row by row while a run goes on.
 //!
-//! The number of rows is known only at the end (a run may be interrupted), so the header is written first with room to spare and
-//! patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format asks. A header on disk is
-//! valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`].
-//! The crate npyz reads these files (see the tests) but patches one-dimensional shapes only.
+//! The number of rows is known only at the end (a run may be interrupted), so the header is written first with room to
+//! spare and patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format
+//! asks. A header on disk is valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`]. The crate
+//! npyz reads these files (see the tests) but patches one-dimensional shapes only.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::error::ResultsError;
 
-/// A file that takes its name when it is complete. Begun before a long work, so that a place that cannot be written to is refused at once.
+/// A file that takes its name when it is complete. Begun before a long work, so that a place that cannot be written to
+/// is refused at once.
 #[derive(Debug)]
 pub struct PendingFile {
     path: PathBuf,

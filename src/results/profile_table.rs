@@ -1,4 +1,5 @@
-//! What a run cost, as tables for the terminal: stages first, then a time step, counters below. What a run did not do has no line, what was not measured no column.
+//! What a run cost, as tables for the terminal: stages first, then a time step, counters below. What a run did not do
+//! has no line, what was not measured no column.
 
 use std::time::Duration;
 
@@ -6,13 +7,14 @@ use super::cost::Cost;
 use super::table::{aligned, grouped};
 use crate::meter::{Counter, MachinePeak, Meter, Stage, StageCost};
 
-/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed as the rest. What
-/// was at work in the background stands beside and is no part of it.
+/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed
+/// as the rest. What was at work in the background stands beside and is no part of it.
 pub fn profile_table(meter: &Meter, wall: Duration) -> String {
     cost_table(&Cost::new(meter, wall.as_secs_f64(), 1))
 }
 
-/// As [`profile_table`], with all that was measured: processor time and the threads' idle share, memory, rates beside what a core of the machine can do.
+/// As [`profile_table`], with all that was measured: processor time and the threads' idle share, memory, rates beside
+/// what a core of the machine can do.
 pub fn cost_table(cost: &Cost) -> String {
     let meter = &cost.stages.meter;
     let steps = meter.counted(Counter::Steps);
@@ -32,7 +34,8 @@ fn compliance(cost: &Cost) -> Option<String> {
     Some(format!("a compliance evaluation: {nanoseconds:.0} ns, {flop:.0} flop: {rate:.1}{peak} Gflop/s"))
 }
 
-/// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make, beside those of a core at its best.
+/// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make, beside
+/// those of a core at its best.
 fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> String {
     let row = |stage: Stage| {
         let cost = meter.cost(stage);

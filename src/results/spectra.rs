@@ -10,9 +10,9 @@ use crate::response::{BandLevel, ThirdOctaveBand};
 /// Name of the file in a results folder.
 pub const SPECTRA_FILE: &str = "spectra.csv";
 
-/// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB re 1 N\], 1 where
-/// the run vouches for the level and 0 beyond. Numbers are written so
-/// that reading gives the same bits; the level of silence is `-inf`.
+/// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
+/// re 1 N\], 1 where the run vouches for the level and 0 beyond. Numbers are written so that reading gives the same
+/// bits; the level of silence is `-inf`.
 ///
 /// # Errors
 /// [`ResultsError::Write`] naming `path`, where it is going to be.

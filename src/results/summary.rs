@@ -131,7 +131,8 @@ pub struct ContactQuality {
     pub complementarity: f64,
     /// Largest difference of a slice's curve from that of all its cells, made by leaving breakpoints out \[m\].
     pub slice_error: f64,
-    /// kappa \[m/Pa\] of the local law: a slice yields like a spring of compliance kappa/(dx b). `None` by the paper's laws.
+    /// kappa \[m/Pa\] of the local law: a slice yields like a spring of compliance kappa/(dx b). `None` by the paper's
+    /// laws.
     pub local_compliance: Option<f64>,
     /// Searches that were given up: always 0, or the run has failed.
     pub aborted_searches: u64,

@@ -2,7 +2,8 @@
 
 use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
 
-/// A table with a line under its header, words in the first column to the left, numbers in the others to the right; a newline last.
+/// A table with a line under its header, words in the first column to the left, numbers in the others to the right; a
+/// newline last.
 pub fn aligned<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
     table(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }

@@ -1,9 +1,11 @@
-//! When what happened in a run, for programs that draw it: Chrome's trace events (Perfetto, chrome://tracing) and folded stacks (flame graphs).
+//! When what happened in a run, for programs that draw it: Chrome's trace events (Perfetto, chrome://tracing) and
+//! folded stacks (flame graphs).
 //!
-//! - Trace: one complete event ("X") for each span, in microseconds since the run began; thread 1 is the run's own, thread 2 what is made behind it. Format: "Trace Event Format", Duffy et al.,
-//!   Google 2016.
-//! - Folded: a line for every stack, frames from the outermost to the innermost with semicolons between them, then microseconds spent in just that stack, on the run's own thread. Format:
-//!   B. Gregg, FlameGraph, `stackcollapse`. The lines add up to the wall time of the run.
+//! - Trace: one complete event ("X") for each span, in microseconds since the run began; thread 1 is the run's own,
+//!   thread 2 what is made behind it. Format: "Trace Event Format", Duffy et al., Google 2016.
+//! - Folded: a line for every stack, frames from the outermost to the innermost with semicolons between them, then
+//!   microseconds spent in just that stack, on the run's own thread. Format: B. Gregg, FlameGraph, `stackcollapse`. The
+//!   lines add up to the wall time of the run.
 
 use std::path::Path;
 

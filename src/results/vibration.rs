@@ -1,7 +1,7 @@
 //! `vibration.csv`, `vibration_narrow.csv` and the vibration's part of the summary.
 //!
-//! One row for each field, frame, place and band (or frequency). A position or the number of an element stands where the spectrum is that of a point; without either it is the mean over
-//! the circumference.
+//! One row for each field, frame, place and band (or frequency). A position or the number of an element stands where
+//! the spectrum is that of a point; without either it is the mean over the circumference.
 
 use std::path::Path;
 
@@ -32,7 +32,8 @@ pub enum Place {
 pub struct NamedSpectrum {
     /// `tread`, `belt`, `tangential`.
     pub field: &'static str,
-    /// `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`, where it stands still.
+    /// `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`, where it
+    /// stands still.
     pub frame: &'static str,
     /// Where.
     pub place: Place,
@@ -76,7 +77,8 @@ fn table<R: IntoIterator<Item = String>>(
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where the run vouches for it and 0 beyond, of all bands from `lowest` \[Hz\] on.
+/// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
+/// the run vouches for it and 0 beyond, of all bands from `lowest` \[Hz\] on.
 ///
 /// # Errors
 /// [`ResultsError::Write`] naming `path`.
@@ -148,7 +150,8 @@ pub struct FieldSummary {
     pub rms_velocity: f64,
     /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
-    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces \[dB\]; `null` for the first-order hold, whose transfer is the tyre's.
+    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces
+    /// \[dB\]; `null` for the first-order hold, whose transfer is the tyre's.
     pub rule_difference: Option<f64>,
     /// The same where it is largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,

@@ -50,7 +50,8 @@ fn open(spec: &GridRoad) -> Result<Opened, RoadError> {
 /// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
 ///
 /// # Errors
-/// Not a complete two-dimensional array of floating-point numbers; infinite heights, too many missing, or an implausible span; too large.
+/// Not a complete two-dimensional array of floating-point numbers; infinite heights, too many missing, or an
+/// implausible span; too large.
 pub fn read(spec: &GridRoad, contact_width: f64, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     positive("road.dx", spec.dx)?;

@@ -7,8 +7,8 @@ use super::report::RoadNote;
 use super::texture::line_of;
 use crate::numeric::windowed_sinc::WindowedSinc;
 
-/// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the tyre's middle.
-/// A single column with `dy` = 0 is level across.
+/// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the
+/// tyre's middle. A single column with `dy` = 0 is level across.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
     /// Where it came from.
@@ -71,8 +71,8 @@ impl HeightMap {
         }
     }
 
-    /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of the rows.
-    /// Wavelengths shorter than 0.8 `longest` stay as they are.
+    /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of
+    /// the rows. Wavelengths shorter than 0.8 `longest` stay as they are.
     pub fn remove_trend(&mut self, longest: f64) {
         let columns = self.columns;
         let lines: Vec<(f64, f64)> = self.heights.chunks_exact(columns).map(line_of).collect();

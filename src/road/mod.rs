@@ -1,8 +1,8 @@
 //! Roads: measured or made height maps, brought to the run's elements, and the stiffness curve of each slice.
 //!
 //! A reader ([`profile`], [`opencrg`], [`grid`]) delivers a [`height_map`]; [`resample`] brings it to the run's
-//! [`lattice`] and continues it past its end. [`made`] roads are drawn on that lattice directly. [`surface`] is the one face
-//! of all of them; [`texture`] measures, [`describe`](mod@describe) tells.
+//! [`lattice`] and continues it past its end. [`made`] roads are drawn on that lattice directly. [`surface`] is the one
+//! face of all of them; [`texture`] measures, [`describe`](mod@describe) tells.
 
 pub mod describe;
 pub mod error;

@@ -1,6 +1,7 @@
 //! Measured longitudinal profiles: CAPTIF `.dat` and CSV.
 //!
-//! 1. Read distance and height; a CAPTIF file states its units, for a CSV the scene does. Missing heights are empty or `NaN`.
+//! 1. Read distance and height; a CAPTIF file states its units, for a CSV the scene does. Missing heights are empty or
+//!    `NaN`.
 //! 2. Sort by distance, average points at one distance, cut to `range` (CAPTIF: between the reference plates).
 //! 3. CAPTIF only: points outlandishly far from the median count as dropouts (the laser sensor gives such values).
 //! 4. Interpolate linearly to a uniform spacing, the mean of the file's, across dropouts as well.
@@ -313,8 +314,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Spacing and heights on a uniform lattice from the first point to the last: linear interpolation between valid points.
-/// Refuses a profile most of which would be invented, in particular one with a far outlying distance.
+/// Spacing and heights on a uniform lattice from the first point to the last: linear interpolation between valid
+/// points. Refuses a profile most of which would be invented, in particular one with a far outlying distance.
 fn uniform(path: &Path, points: &[Point], notes: &mut Vec<RoadNote>) -> Result<(f64, Vec<f64>), RoadError> {
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;
@@ -322,7 +323,8 @@ fn uniform(path: &Path, points: &[Point], notes: &mut Vec<RoadNote>) -> Result<(
     let (smallest, largest) =
         gaps.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &gap| (low.min(gap), high.max(gap)));
     let typical = median(&mut gaps).unwrap_or(span);
-    // The mean of the usual gaps: the median alone is off where distances are rounded, the mean of all where lines are missing.
+    // The mean of the usual gaps: the median alone is off where distances are rounded, the mean of all where lines are
+    // missing.
     let (sum, count) =
         gaps.iter().filter(|&&gap| gap < 1.5 * typical).fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
     let intervals = (span / (sum / count)).round().max(1.0);

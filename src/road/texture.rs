@@ -6,8 +6,8 @@
 //! 3. A band's energy is the sum of the cells, a cell at a band edge counted by the part of it inside.
 //! 4. Level = 10 lg(energy / (1e-6 m)^2) (ISO 13473-4); for several profiles energies are averaged.
 //!
-//! Mean profile depth after ISO 13473-1: 100 mm segments, slope suppressed, the mean of the two halves' highest points above
-//! the segment's mean, averaged over segments.
+//! Mean profile depth after ISO 13473-1: 100 mm segments, slope suppressed, the mean of the two halves' highest points
+//! above the segment's mean, averaged over segments.
 
 use realfft::RealFftPlanner;
 use serde::Serialize;
@@ -164,8 +164,8 @@ pub fn rms(heights: &[f64]) -> f64 {
     (heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count).sqrt()
 }
 
-/// Mean profile depth \[m\], `spacing` \[m\] between heights; `None` when the profile is shorter than one segment or a half
-/// segment holds fewer than two points.
+/// Mean profile depth \[m\], `spacing` \[m\] between heights; `None` when the profile is shorter than one segment or a
+/// half segment holds fewer than two points.
 pub fn mean_profile_depth(heights: &[f64], spacing: f64) -> Option<f64> {
     let per_segment = (SEGMENT_LENGTH / spacing).round() as usize;
     if per_segment < 4 || heights.len() < per_segment {

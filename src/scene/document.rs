@@ -1,4 +1,5 @@
-//! Where each key of a scene stands, so that any complaint, from the reader or from a later stage, points into the file.
+//! Where each key of a scene stands, so that any complaint, from the reader or from a later stage, points into the
+//! file.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

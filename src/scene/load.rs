@@ -30,7 +30,8 @@ pub struct LoadedScene {
     pub path: PathBuf,
     /// Folder that the paths in the scene are relative to; empty for a scene that was not read from a file.
     pub folder: PathBuf,
-    /// [`settings_hash`] of the effective settings: the same for two scenes that differ in formatting, comments, folder, omitted defaults, or in whether the tyre has its own file.
+    /// [`settings_hash`] of the effective settings: the same for two scenes that differ in formatting, comments,
+    /// folder, omitted defaults, or in whether the tyre has its own file.
     pub hash: String,
     /// SHA-256 of the text, followed by the tyre file's if there is one, as hexadecimal digits.
     pub text_hash: String,
@@ -138,8 +139,8 @@ impl LoadedScene {
         self.written.to_json()
     }
 
-    /// What a later stage has to complain about a key, such as `road.file` or `tyre.layers[1].thickness` (items from 0),
-    /// with its place in the file. A key that was left out is placed at the table around it.
+    /// What a later stage has to complain about a key, such as `road.file` or `tyre.layers[1].thickness` (items from
+    /// 0), with its place in the file. A key that was left out is placed at the table around it.
     pub fn complain(&self, key: &str, wrong: impl Into<String>, right: impl Into<String>) -> Diagnostic {
         self.document.diagnose(key, Problem::Complaint { wrong: wrong.into(), right: right.into() })
     }
@@ -259,7 +260,8 @@ fn absolute_paths(scene: &Scene, folder: &Path) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
-/// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they say the same, however they are written.
+/// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they
+/// say the same, however they are written.
 pub fn settings_hash(settings: &serde_json::Value) -> String {
     sha256(&[&settings.to_string()])
 }

@@ -127,7 +127,8 @@ impl<'a> Table<'a> {
         self.title = title;
     }
 
-    /// Complains about a key of this table, or a path within it such as `levels[2]`; `None`, to be returned by the reader.
+    /// Complains about a key of this table, or a path within it such as `levels[2]`; `None`, to be returned by the
+    /// reader.
     pub(super) fn complain<T>(&self, key: &str, problem: Problem) -> Option<T> {
         let dot = if self.key.is_empty() { "" } else { "." };
         self.complaints.add(&format!("{}{dot}{key}", self.key), problem);

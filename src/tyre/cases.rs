@@ -1,8 +1,9 @@
 //! Files of compliance cases: tyres, wavenumbers and s in, the same with C and D out.
 //!
-//! The format (JSON): `tyres`: list of `name`, `layers` from the bottom to the top (`thickness`, `material`, `tension_x`, `tension_y`) and `foundation`; `cases`: list of
-//! `tyre` (a name), `kx`, `ky`, `s` = \[re, im\]. Each case gets `C` and `D`, 3x3 of \[re, im\]: displacement i \[m\] of the top and of the bottom face per unit traction j \[Pa\] on the
-//! top face, z out of the tread, fields ~ exp(i(kx x + ky y) + s t).
+//! The format (JSON): `tyres`: list of `name`, `layers` from the bottom to the top (`thickness`, `material`,
+//! `tension_x`, `tension_y`) and `foundation`; `cases`: list of `tyre` (a name), `kx`, `ky`, `s` = \[re, im\]. Each
+//! case gets `C` and `D`, 3x3 of \[re, im\]: displacement i \[m\] of the top and of the bottom face per unit traction j
+//! \[Pa\] on the top face, z out of the tread, fields ~ exp(i(kx x + ky y) + s t).
 
 use num_complex::Complex64;
 use serde::Deserialize;

@@ -1,11 +1,13 @@
 //! The stack of layers: surface compliance C and transfers D in wavenumber space.
 //!
 //! 1. start with the impedance of the foundation, diag(k_t, k_n);
-//! 2. go through the layers upwards (see [`super::layer`]): impedance on each interface, displacement transfer to the one below;
+//! 2. go through the layers upwards (see [`super::layer`]): impedance on each interface, displacement transfer to the
+//!    one below;
 //! 3. C = displacement/traction on the last face; D = (product of the transfers) C;
 //! 4. turn from the direction of k to x and y.
 //!
-//! Cost: one P-SV pass of 2x2 matrices a layer ([`super::flops`] counts it), and one SH pass where the full matrix is wanted.
+//! Cost: one P-SV pass of 2x2 matrices a layer ([`super::flops`] counts it), and one SH pass where the full matrix is
+//! wanted.
 
 use num_complex::Complex64;
 
@@ -124,7 +126,8 @@ impl StackAt {
         NormalCompliance { surface: surface.0[1][1], bottom: bottom.0[1][1] }
     }
 
-    /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no normal motion.
+    /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no
+    /// normal motion.
     pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
         let [tangential, normal] = self.foundation;
         let k = kx.hypot(ky);
@@ -150,7 +153,8 @@ impl StackAt {
             Some((top, _)) => top.traction.over(top.displacement),
             None => foundation,
         };
-        // The tread seen from below: its mirror image over a free face; mirroring changes the sign of the off-diagonal terms.
+        // The tread seen from below: its mirror image over a free face; mirroring changes the sign of the off-diagonal
+        // terms.
         let free = Matrix2::diagonal(Complex64::ZERO, Complex64::ZERO);
         let exponents = tread.exponents(kx, ky);
         let above = tread.p_sv(&exponents, Self::way(tread, &exponents), free).top;
@@ -189,8 +193,8 @@ impl StackAt {
     }
 }
 
-/// P-SV pass upwards through layers, each by `pass`: displacement and traction on the last top face for two states, and the product of the
-/// displacement transfers from there to the bottom (`None` without layers).
+/// P-SV pass upwards through layers, each by `pass`: displacement and traction on the last top face for two states, and
+/// the product of the displacement transfers from there to the bottom (`None` without layers).
 #[inline(always)]
 pub(super) fn climb<T: ComplexField>(
     layers: &[LayerAt<T>],

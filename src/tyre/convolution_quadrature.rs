@@ -1,11 +1,11 @@
 //! Convolution quadrature: time-domain weights that inherit the tyre's passivity.
 //!
-//! u(t_l) = sum_p w_p F(t_(l-p)) with sum_p w_p zeta^p = H(delta(zeta)/dt) (Lubich 1988, *Numer. Math.* 52, 129 and 413). The weights are causal by construction;
-//! for an A-stable rule they are passive where H is.
+//! u(t_l) = sum_p w_p F(t_(l-p)) with sum_p w_p zeta^p = H(delta(zeta)/dt) (Lubich 1988, *Numer. Math.* 52, 129 and
+//! 413). The weights are causal by construction; for an A-stable rule they are passive where H is.
 //!
 //! 1. evaluate H on the circle |zeta| = rho < 1 at K points (the lower half follows by conjugation);
-//! 2. inverse FFT, divide by rho^p. With rho^K = eps the values wrapped round from lag p + K are eps times their size, and rounding
-//!    errors grow by rho^-p <= eps^-1/2 over the lags p < K/2 that are used.
+//! 2. inverse FFT, divide by rho^p. With rho^K = eps the values wrapped round from lag p + K are eps times their size,
+//!    and rounding errors grow by rho^-p <= eps^-1/2 over the lags p < K/2 that are used.
 
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,13 +20,15 @@ use crate::scene::TimeRule;
 /// What wraps round, relative to itself: rho^K.
 const WRAPPED: f64 = 1e-12;
 
-/// delta(zeta) of a multistep rule; of the others the first of the rates at zeta (see [`TimeRule::rates`]), of the first-order hold the exact one.
+/// delta(zeta) of a multistep rule; of the others the first of the rates at zeta (see [`TimeRule::rates`]), of the
+/// first-order hold the exact one.
 pub fn symbol(rule: TimeRule, zeta: Complex64) -> Complex64 {
     rule.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
 }
 
-/// Largest |delta| that a rule should be resolved for, times dt: the value at the sampling frequency for the backward differences; the
-/// trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on the unit circle for the Runge-Kutta rules.
+/// Largest |delta| that a rule should be resolved for, times dt: the value at the sampling frequency for the backward
+/// differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on the unit
+/// circle for the Runge-Kutta rules.
 pub fn resolved_symbol(rule: TimeRule) -> f64 {
     match rule {
         TimeRule::Bdf1 => 2.0,
@@ -140,7 +142,8 @@ impl Weights {
                     // The two real points of the circle.
                     spectrum[0].im = 0.0;
                     spectrum[contour.length / 2].im = 0.0;
-                    // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum reveals.
+                    // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum
+                    // reveals.
                     let _ = inverse.process_with_scratch(spectrum, signal, scratch);
                     for ((weight, &sample), &factor) in row.iter_mut().zip(signal.iter()).zip(&scale) {
                         *weight = sample * factor;

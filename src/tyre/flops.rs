@@ -1,8 +1,9 @@
 //! Floating-point operations of one compliance evaluation, counted by running the kernel on numbers that count.
 
-/// Real additions, multiplications, divisions and square roots of one evaluation for normal traction, both faces: of a stack with one layer, and of every
-/// further one, where k h is so large that the layer's waves are taken ([`thick`](super::layer::Way::Thick)); exp as 34, sin and cos together as 40, a complex square root as 8.
-/// The test counts them.
+/// Real additions, multiplications, divisions and square roots of one evaluation for normal traction, both faces: of a
+/// stack with one layer, and of every further one, where k h is so large that the layer's waves are taken
+/// ([`thick`](super::layer::Way::Thick)); exp as 34, sin and cos together as 40, a complex square root as 8. The test
+/// counts them.
 pub const FIRST_LAYER: u64 = 1260;
 /// See [`FIRST_LAYER`].
 pub const FURTHER_LAYER: u64 = 1160;

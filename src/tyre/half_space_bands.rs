@@ -1,15 +1,18 @@
-//! The half-space between the layered tread and its power series: bands of wavenumbers in which C_zz is a smooth function of k alone.
+//! The half-space between the layered tread and its power series: bands of wavenumbers in which C_zz is a smooth
+//! function of k alone.
 //!
-//! Where both waves of the tread decay over its thickness, C_zz is the half-space's phi(x)/(mu k), x = Q/(mu k^2), whether or not |x| is small enough for the
-//! power series of [`super::surface_asymptote`]. As a function of k^2 it is analytic but for the Rayleigh pole and the branch points, which damping moves off the real axis.
-//! In a band \[a, b\] of k^2 it is therefore a short Chebyshev sum, f = sum_j c_j T_j, and a sum over wavenumbers in the band is
+//! Where both waves of the tread decay over its thickness, C_zz is the half-space's phi(x)/(mu k), x = Q/(mu k^2),
+//! whether or not |x| is small enough for the power series of [`super::surface_asymptote`]. As a function of k^2 it is
+//! analytic but for the Rayleigh pole and the branch points, which damping moves off the real axis. In a band \[a, b\]
+//! of k^2 it is therefore a short Chebyshev sum, f = sum_j c_j T_j, and a sum over wavenumbers in the band is
 //!
 //! ```text
 //! sum weight C_zz = sum_j c_j nu_j,    nu_j = sum weight T_j(k^2)
 //! ```
 //!
-//! with moments nu_j that depend on neither s nor the material, and coefficients c_j that do not depend on n. The error is of the order of r^-[`BAND_TERMS`], r the sum of the semi-axes
-//! of the largest ellipse about the band, foci at its ends, without a singularity (Trefethen 2013, *Approximation theory and approximation practice*, theorem 8.2).
+//! with moments nu_j that depend on neither s nor the material, and coefficients c_j that do not depend on n. The error
+//! is of the order of r^-[`BAND_TERMS`], r the sum of the semi-axes of the largest ellipse about the band, foci at its
+//! ends, without a singularity (Trefethen 2013, *Approximation theory and approximation practice*, theorem 8.2).
 
 use std::f64::consts::PI;
 use std::iter::Sum;

@@ -1,6 +1,7 @@
 //! Influence functions by wavenumber summation.
 //!
-//! A contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in the wavenumber n
+//! A contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in the
+//! wavenumber n
 //!
 //! ```text
 //! H_n(s) = (1/L) sinc^2(kx dx/2) sum_(m odd) (2/B) a_m^2 C_zz(kx_n, ky_m, s),   a_m = mean of sin(ky y) over the strip,
@@ -8,12 +9,15 @@
 //! ```
 //!
 //! Ways to the double sum over p and m, all selectable:
-//! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; above, first the bands of [`super::half_space_bands`], then, from k_c on,
-//!   the asymptotic series of [`super::surface_asymptote`], both with moments that are summed once for all s. Needs a tread without tension.
-//! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below the tolerance. The reference.
+//! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; above, first
+//!   the bands of [`super::half_space_bands`], then, from k_c on, the asymptotic series of
+//!   [`super::surface_asymptote`], both with moments that are summed once for all s. Needs a tread without tension.
+//! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below
+//!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
-//! Cost: `Tail` some 30 evaluations of C_zz for each n and s (N = 512), `Bounded` some thousands at a tolerance of 1e-7.
+//! Cost: `Tail` some 30 evaluations of C_zz for each n and s (N = 512), `Bounded` some thousands at a tolerance of
+//! 1e-7.
 
 use std::f64::consts::PI;
 
@@ -34,7 +38,8 @@ pub enum Field {
     Surface,
     /// The innermost face, force on the surface.
     Bottom,
-    /// The carcass driven directly under the outermost layer, which rides along as mass: what the springs of a bedding act on.
+    /// The carcass driven directly under the outermost layer, which rides along as mass: what the springs of a bedding
+    /// act on.
     UnderTread,
 }
 
@@ -176,7 +181,8 @@ impl InfluenceSum {
         Self::with(tyre, projection, truncation, numerics.influence_tolerance, largest_s)
     }
 
-    /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail` then becomes `Bounded`.
+    /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail`
+    /// then becomes `Bounded`.
     pub fn with(tyre: &Tyre, projection: Projection, truncation: Truncation, tolerance: f64, largest_s: f64) -> Self {
         let stack = Stack::new(tyre);
         let tread = stack.layers().last().filter(|tread| !tread.is_tense()).cloned();

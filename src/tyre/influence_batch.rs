@@ -1,7 +1,7 @@
 //! Sums for many s at once: as many in lockstep as the processor's vectors hold, both faces from one pass.
 //!
-//! Neighbours in the list share a group, so a list in the order of |s| wastes least: a group is evaluated up to the largest cut-off of its members, and what lies above a
-//! member's own has weight zero there.
+//! Neighbours in the list share a group, so a list in the order of |s| wastes least: a group is evaluated up to the
+//! largest cut-off of its members, and what lies above a member's own has weight zero there.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -23,7 +23,8 @@ pub struct FaceValues {
 }
 
 impl InfluenceSum {
-    /// Ht_n of both faces for every s of a list, appended to `values`. `driven`: [`Field::Surface`], or [`Field::UnderTread`] (one s after the other).
+    /// Ht_n of both faces for every s of a list, appended to `values`. `driven`: [`Field::Surface`], or
+    /// [`Field::UnderTread`] (one s after the other).
     pub fn faces<'a>(
         &self,
         n: usize,
@@ -44,7 +45,8 @@ impl InfluenceSum {
     }
 }
 
-/// The sums of a list. A type, not a closure, since it has to be inlined into the dispatch to be compiled for its instructions.
+/// The sums of a list. A type, not a closure, since it has to be inlined into the dispatch to be compiled for its
+/// instructions.
 struct Batch<'a> {
     sum: &'a InfluenceSum,
     n: usize,

@@ -1,4 +1,5 @@
-//! The sums without the half-space's tail: explicit terms until the rest is bounded. The reference for [`super::influence`]'s tail, and the way where there is none.
+//! The sums without the half-space's tail: explicit terms until the rest is bounded. The reference for
+//! [`super::influence`]'s tail, and the way where there is none.
 
 use std::f64::consts::PI;
 
@@ -7,10 +8,12 @@ use num_complex::Complex64;
 use super::influence::{InfluenceSum, InfluenceValue, Projection, SumAt};
 
 impl InfluenceSum {
-    /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static value.
+    /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static
+    /// value.
     ///
-    /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the rest of the sum over m, with a_m^2 <= (2 B/(pi b m))^2, is
-    /// below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the rest over p, with sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
+    /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the rest of the sum over m, with
+    /// a_m^2 <= (2 B/(pi b m))^2, is below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the rest over p, with
+    /// sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
     pub(super) fn by_bound(
         &self,
         n: usize,

@@ -1,9 +1,12 @@
-//! What there is to see of influence functions: magnitude over wavenumber and frequency, g over distance and time, causality, and the static influence beside the half-space's.
+//! What there is to see of influence functions: magnitude over wavenumber and frequency, g over distance and time,
+//! causality, and the static influence beside the half-space's.
 //!
 //! - [`magnitudes`]: |H_n(i w)| with the poles at hand in [`RationalModel::modes`];
-//! - [`impulse_responses`]: g_j(t) = sum over n = -N/2 ... N/2 - 1 of exp(2 pi i n j/N) sum_r R_r exp(lambda_r t): exact for the model, no transform, nothing wraps round;
+//! - [`impulse_responses`]: g_j(t) = sum over n = -N/2 ... N/2 - 1 of exp(2 pi i n j/N) sum_r R_r exp(lambda_r t):
+//!   exact for the model, no transform, nothing wraps round;
 //! - [`causality`]: convolution weights at negative lags from the exact sums, causal law or not, by the circle method;
-//! - [`static_ratios`]: G_j/G_0 at rest, and for a half-space of the tread's material (Boussinesq, mean over rectangles).
+//! - [`static_ratios`]: G_j/G_0 at rest, and for a half-space of the tread's material (Boussinesq, mean over
+//!   rectangles).
 
 use std::f64::consts::PI;
 
@@ -32,7 +35,8 @@ pub fn magnitudes(
         .collect()
 }
 
-/// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each n = 0..=N/2 \[m/(N s)\].
+/// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each n = 0..=N/2
+/// \[m/(N s)\].
 pub fn element_mobility(elements: usize, s: Complex64, value: impl Fn(usize) -> Complex64) -> Complex64 {
     s * (0..=elements / 2).map(|n| value(n) * multiplicity(n, elements)).sum::<Complex64>()
 }
@@ -42,7 +46,8 @@ fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
 }
 
-/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
+/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], one column for each time t >=
+/// 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
 pub fn impulse_responses(
     model: &RationalModel,
     field: Field,
@@ -85,14 +90,16 @@ pub struct Causality {
     pub precursor: f64,
     /// Share of sum w_p^2 that lies before t = 0.
     pub energy_before: f64,
-    /// For n = 0..=N/2: square root of that share for H_n alone. A function whose Laurent coefficients of negative index vanish has an imaginary part that is the Hilbert transform of
-    /// its real part on the contour: this is the Kramers-Kronig residual there.
+    /// For n = 0..=N/2: square root of that share for H_n alone. A function whose Laurent coefficients of negative
+    /// index vanish has an imaginary part that is the Hilbert transform of its real part on the contour: this is the
+    /// Kramers-Kronig residual there.
     pub kramers_kronig: Vec<f64>,
 }
 
 /// Weights at negative and positive lags from the exact sums, for any law.
 ///
-/// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) in place K - q: for q < K/2 what wraps round is below rho^K of the weights.
+/// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) in place K - q: for q <
+/// K/2 what wraps round is below rho^K of the weights.
 pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize) -> Causality {
     let contour = Contour::new(rule, time_step, lags);
     let length = contour.length;
@@ -173,8 +180,8 @@ pub fn static_ratios(
     Some((0..=most).map(ratio).collect())
 }
 
-/// Mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie `distance` apart along the length \[1/m\]: the fourth difference of the function with
-/// f_xxyy = 1/r.
+/// Mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie `distance` apart
+/// along the length \[1/m\]: the fourth difference of the function with f_xxyy = 1/r.
 pub fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
     let f = |x: f64, y: f64| {
         let r = x.hypot(y);

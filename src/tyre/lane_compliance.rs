@@ -1,7 +1,8 @@
 //! The compliance for normal traction at several values of s in lockstep.
 //!
-//! Same formulas as [`super::compliance`] over [`Lanes`]: one wavenumber, several s. Where lanes take different ways through a layer both are gone and the results blended;
-//! lanes that need slices (grazing waves, rare) are redone one by one.
+//! Same formulas as [`super::compliance`] over [`Lanes`]: one wavenumber, several s. Where lanes take different ways
+//! through a layer both are gone and the results blended; lanes that need slices (grazing waves, rare) are redone one
+//! by one.
 
 use pulp::Simd;
 

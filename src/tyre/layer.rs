@@ -1,24 +1,27 @@
 //! The elastic field in one layer: from the impedance under it to the impedance on it.
 //!
-//! In the direction of the wavenumber k = sqrt(kx^2 + ky^2) the field splits into a P-SV part (u_r, u_z) and an SH part.
-//! With u_r = -i w and sigma_rz = -i tau (fields ~ exp(i k r + s t)) the P-SV equations become
+//! In the direction of the wavenumber k = sqrt(kx^2 + ky^2) the field splits into a P-SV part (u_r, u_z) and an SH
+//! part. With u_r = -i w and sigma_rz = -i tau (fields ~ exp(i k r + s t)) the P-SV equations become
 //!
 //! ```text
 //! w'     = k u_z + tau/mu                u_z'   = -nu' k w + sigma/M
 //! sigma' = Q u_z - k tau                 tau'   = (E' k^2 + Q) w + nu' k sigma
 //! ```
 //!
-//! with M = lambda + 2 mu, kappa = mu/M, nu' = 1 - 2 kappa, E' = 4 mu (1 - kappa), Q = rho s^2 + Sx kx^2 + Sy ky^2: coefficients
-//! that stay bounded for nu -> 1/2, and real for real s. The characteristic exponents are +-alpha, +-beta, alpha^2 = k^2 + Q/M,
-//! beta^2 = k^2 + Q/mu.
+//! with M = lambda + 2 mu, kappa = mu/M, nu' = 1 - 2 kappa, E' = 4 mu (1 - kappa), Q = rho s^2 + Sx kx^2 + Sy ky^2:
+//! coefficients that stay bounded for nu -> 1/2, and real for real s. The characteristic exponents are +-alpha, +-beta,
+//! alpha^2 = k^2 + Q/M, beta^2 = k^2 + Q/mu.
 //!
 //! Three ways through a layer, chosen by |alpha h| and |beta h|:
-//! 1. *thin* (both <= 2): the transfer matrix exp(A h) with (w, sigma)' = P (u_z, tau), (u_z, tau)' = R (w, sigma), so that
-//!    exp(A h) consists of c(PR h^2), s(PR h^2) P h, R s(PR h^2) h and c(RP h^2); c, s by power series, the
-//!    two-point Newton form f(PR) = f(alpha^2) I + f\[alpha^2, beta^2\] (PR - alpha^2 I) with exact divided differences;
-//! 2. *thick*: growing and decaying waves, each scaled to 1 at the face where it is largest, so nothing overflows. The second
-//!    wave is the divided difference (P + SV) mu/Q of the two, which stays independent of P when Q/(mu k^2) -> 0;
-//! 3. *thick with a slow wave* (one exponent large, the other nearly zero: grazing incidence): the layer is cut into thin ones.
+//! 1. *thin* (both <= 2): the transfer matrix exp(A h) with (w, sigma)' = P (u_z, tau), (u_z, tau)' = R (w, sigma), so
+//!    that exp(A h) consists of c(PR h^2), s(PR h^2) P h, R s(PR h^2) h and c(RP h^2); c, s by power series, the
+//!    two-point Newton form f(PR) = f(alpha^2) I + f\[alpha^2, beta^2\] (PR - alpha^2 I) with exact divided
+//!    differences;
+//! 2. *thick*: growing and decaying waves, each scaled to 1 at the face where it is largest, so nothing overflows. The
+//!    second wave is the divided difference (P + SV) mu/Q of the two, which stays independent of P when Q/(mu k^2) ->
+//!    0;
+//! 3. *thick with a slow wave* (one exponent large, the other nearly zero: grazing incidence): the layer is cut into
+//!    thin ones.
 //!
 //! Derivation from the field equations; the impedance recursion is the Riccati form of Rokhlin & Wang (2002),
 //! *J. Acoust. Soc. Am.* 112, 822.

@@ -1,7 +1,7 @@
 //! Viscoelastic laws: the modulus as a function of s.
 //!
-//! - `power-law`: E(s) = E0 ((s + wc)/w0)^(2 gamma), gamma = atan(eta)/pi. For s = i w well above the corner wc the phase is
-//!   gamma pi = atan(eta): the loss factor is eta. The corner keeps the static modulus finite.
+//! - `power-law`: E(s) = E0 ((s + wc)/w0)^(2 gamma), gamma = atan(eta)/pi. For s = i w well above the corner wc the
+//!   phase is gamma pi = atan(eta): the loss factor is eta. The corner keeps the static modulus finite.
 //! - `prony`: E(s) = Einf (1 + sum_j g_j s tau_j/(1 + s tau_j)).
 //! - `elastic`: E(s) = E0.
 //! - `hysteretic`: E0 (1 + i eta sign(Im s)): the textbook law, not causal.

@@ -1,8 +1,9 @@
 //! Driving-point mobility of the tread surface at mid-width.
 //!
-//! Y = s sum_n sum_m (1/L) sinc^2(kx a/2) (2/B) a_m^2 C_zz for a square patch a x a, loaded uniformly, its mean velocity observed (the paper's figures 1 and 2). C_zz at a
-//! wavenumber serves all patches at once. Below a cut-off wavenumber it is evaluated; above, the tread is a half-space whose moments are summed per patch to
-//! [`LOBES`] lobes of sinc^2. The rest is below 1/(2 pi LOBES)^2 of the local part: 1e-4 dB.
+//! Y = s sum_n sum_m (1/L) sinc^2(kx a/2) (2/B) a_m^2 C_zz for a square patch a x a, loaded uniformly, its mean
+//! velocity observed (the paper's figures 1 and 2). C_zz at a wavenumber serves all patches at once. Below a cut-off
+//! wavenumber it is evaluated; above, the tread is a half-space whose moments are summed per patch to [`LOBES`] lobes
+//! of sinc^2. The rest is below 1/(2 pi LOBES)^2 of the local part: 1e-4 dB.
 
 use std::f64::consts::PI;
 
@@ -40,7 +41,8 @@ struct PatchWeights {
     lateral: Vec<f64>,
 }
 
-/// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the last lobe is evaluated.
+/// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the
+/// last lobe is evaluated.
 pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
     let stack = Stack::new(tyre);
     let (length, width) = (tyre.circumference, tyre.width);

@@ -1,8 +1,9 @@
 //! Moments of the sums' weights above a cut-off wavenumber.
 //!
-//! M_j(n, k_c) = sum over p and odd m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only, summed once. Explicit to a few lobes of the element
-//! and some dozen m past the highest cut-off. Beyond, sinc^2(kx dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 = 2 (1 - cos(ky b))/(ky b)^2 with m as
-//! a power and an oscillation: all three are tails of [`tail_sum`].
+//! M_j(n, k_c) = sum over p and odd m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only,
+//! summed once. Explicit to a few lobes of the element and some dozen m past the highest cut-off. Beyond, sinc^2(kx
+//! dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 = 2 (1 - cos(ky b))/(ky b)^2 with m
+//! as a power and an oscillation: all three are tails of [`tail_sum`].
 //!
 //! Between two neighbouring cut-offs lies a band with its own Chebyshev moments (see [`super::half_space_bands`]).
 
@@ -203,7 +204,8 @@ fn for_wavenumber(
     (values, bands)
 }
 
-/// The sums over m and aliases, terms of the same shell side by side: power moments above the highest cut-off, and those of the bands.
+/// The sums over m and aliases, terms of the same shell side by side: power moments above the highest cut-off, and
+/// those of the bands.
 struct Sums<'a> {
     /// Cut-offs, squared.
     squares: &'a [f64],
@@ -303,7 +305,8 @@ mod tests {
         Projection { circumference: 1.95, width: 0.2, contact_width: 0.2 * share, element: 1.95 / 64.0, elements: 64 }
     }
 
-    /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by halving.
+    /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by
+    /// halving.
     #[test]
     fn moments_equal_sums_that_go_much_further() {
         for share in [0.35, 0.6, 0.75, 0.98, 1.0] {

@@ -1,14 +1,15 @@
 //! What C_zz becomes at high wavenumbers: the elastic half-space of the tread's material.
 //!
-//! A normal load of wavenumber k on a half-space gives (Lamb 1904, here with s = i w and x = Q/(mu k^2), kappa = mu/(lambda + 2 mu))
+//! A normal load of wavenumber k on a half-space gives (Lamb 1904, here with s = i w and x = Q/(mu k^2), kappa =
+//! mu/(lambda + 2 mu))
 //!
 //! ```text
 //! mu k C_zz = phi(x) = a x/((2 + x)^2 - 4 a b),   a = sqrt(1 + kappa x),  b = sqrt(1 + x),
 //! ```
 //!
-//! with phi(0) = 1 - nu. phi has its nearest singularity at the Rayleigh pole, |x| > 0.76 for any nu > 0, so the power series converges
-//! like (|x|/0.76)^j. Hence a sum of C_zz over wavenumbers above some k_c needs no evaluation at all: with the moments
-//! M_j = sum weight k^-(2j+1), which depend on neither s nor the material's stiffness,
+//! with phi(0) = 1 - nu. phi has its nearest singularity at the Rayleigh pole, |x| > 0.76 for any nu > 0, so the power
+//! series converges like (|x|/0.76)^j. Hence a sum of C_zz over wavenumbers above some k_c needs no evaluation at all:
+//! with the moments M_j = sum weight k^-(2j+1), which depend on neither s nor the material's stiffness,
 //!
 //! ```text
 //! sum weight C_zz = (1/mu) sum_j phi_j (Q/mu)^j M_j.
@@ -26,7 +27,8 @@ pub const LARGEST_ARGUMENT: f64 = 0.12;
 
 /// The power-series coefficients phi_j for a modulus ratio kappa = mu/(lambda + 2 mu) in (0, 1).
 ///
-/// Both 1/denominator and numerator start at x, so the quotient of the shifted series is taken; the constant terms cancel exactly.
+/// Both 1/denominator and numerator start at x, so the quotient of the shifted series is taken; the constant terms
+/// cancel exactly.
 pub fn series(kappa: f64) -> [f64; TERMS] {
     // sqrt(1 + c x): coefficients binomial(1/2, j) c^j.
     let root = |c: f64| {

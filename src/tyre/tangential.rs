@@ -4,10 +4,12 @@
 //! T_n(s) = (1/L) sum_p sinc^2(kx_p dx/2) sum_(m odd) (2/B) a_m^2 C_xz(kx_p, ky_m, s),   kx_p that of n + p N
 //! ```
 //!
-//! in the same mean over the element and the contact width as H_n ([`super::influence`]). It is odd in n and i times a transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x.
-//! So only residues are fitted, over the model's poles that the band can feel, and a constant for the rest.
+//! in the same mean over the element and the contact width as H_n ([`super::influence`]). It is odd in n and i times a
+//! transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only residues
+//! are fitted, over the model's poles that the band can feel, and a constant for the rest.
 //!
-//! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly nothing for rubber. What is left out is bounded by that times the weight that is left.
+//! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly
+//! nothing for rubber. What is left out is bounded by that times the weight that is left.
 //!
 //! Cost: some hundred compliances for each sample, 40 of them and two for each resonance in the band, for each n.
 
@@ -21,13 +23,15 @@ use crate::numeric::rational::RationalError;
 use crate::numeric::rational::vector_fitting::{Samples, regularised_residues};
 use crate::scene::Tyre;
 
-/// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the fit.
+/// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
+/// fit.
 const SAMPLES: usize = 40;
 /// Lowest sample \[rad/s\].
 const LOWEST: f64 = 10.0;
 /// Poles up to this many times the top of the band are fitted.
 const REACH: f64 = 3.0;
-/// What a pole's peak as large as the largest value costs in the fit, as an error: the poles of the normal motion include some that the tangential one does not tell apart.
+/// What a pole's peak as large as the largest value costs in the fit, as an error: the poles of the normal motion
+/// include some that the tangential one does not tell apart.
 const RIDGE: f64 = 1e-5;
 /// k h from which the tread is a half-space: exp(-2 k h) is nothing.
 const DEEP: f64 = 18.0;

@@ -26,7 +26,8 @@ pub fn tyre_tables() -> String {
     lines.join("\n")
 }
 
-/// A scene of the default tyre: tables of road and rolling, and further tables. The sums are short: 4 lateral terms, 2 aliases.
+/// A scene of the default tyre: tables of road and rolling, and further tables. The sums are short: 4 lateral terms, 2
+/// aliases.
 pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
     format!(
         "{}\n[road]\n{road}\n[rolling]\n{rolling}\n[numerics]\nelements = {elements}\nlateral_terms = 4\n\
@@ -88,7 +89,8 @@ impl Results {
         read_summary(&self.folder.path().join("run"))
     }
 
-    /// Fails unless the conditions of the contact held in every step, no search was given up, and all forces are numbers.
+    /// Fails unless the conditions of the contact held in every step, no search was given up, and all forces are
+    /// numbers.
     pub fn assert_sound(&self, name: &str) {
         let contact = &self.report.summary.contact;
         for (what, residual) in [

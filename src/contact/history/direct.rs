@@ -6,8 +6,8 @@
 //!
 //! with e in today's window and e' in the window of p steps ago. This is the reference for every faster way.
 //!
-//! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags are split into a fixed number of
-//! chunks whose sums are added in order: the same bits for any number of threads.
+//! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
+//! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;

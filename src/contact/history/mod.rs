@@ -7,9 +7,11 @@
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 //!
-//! A third way, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), has been weighed and is not built, because it wins nowhere. In wavenumber space,
-//! with two partitions each of B = 16, 32, ... instants, it takes sum over B of (20 log2(2B) + 32) flops and 256 bytes for each wavenumber and instant, and what [`modes`] does within its
-//! blocks besides. For N = 1024 and the default tyre at 80 km/h, per step, transforms over the elements left out on both sides:
+//! A third way, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), has been weighed and is
+//! not built, because it wins nowhere. In wavenumber space, with two partitions each of B = 16, 32, ... instants, it
+//! takes sum over B of (20 log2(2B) + 32) flops and 256 bytes for each wavenumber and instant, and what [`modes`] does
+//! within its blocks besides. For N = 1024 and the default tyre at 80 km/h, per step, transforms over the elements left
+//! out on both sides:
 //!
 //! | way | memory | flops | bytes | left out of H_n |
 //! |---|---|---|---|---|
@@ -19,7 +21,8 @@
 //! | poles, from a run | all | 0.40 M | 0.39 MB | 1e-5, the fit's tolerance |
 //! | direct, from a run | 8192 lags | 150 M | | |
 //!
-//! Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over wavenumbers that the fit avoids.
+//! Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
+//! wavenumbers that the fit avoids.
 
 pub mod direct;
 pub mod modes;
@@ -61,7 +64,8 @@ impl AddAssign for HistoryWork {
 
 /// A way to carry the past along.
 pub trait PastForces: Send {
-    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the work it took. Called once a stage of a step.
+    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the work
+    /// it took. Called once a stage of a step.
     fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork;
 
     /// Takes note of the stage's forces \[N\], from element `first_element` on.

@@ -1,17 +1,21 @@
 //! The past carried by poles: convolution quadrature as a recursion, block by block.
 //!
-//! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda a + F for every pole (MODEL: section 4; the rules stand in
-//! [`super::recursion`]). States and coefficients of all poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits for them.
-//! So they are gone through once in a *block* of [`INSTANTS`] instants:
+//! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
+//! a + F for every pole (MODEL: section 4; the rules stand in [`super::recursion`]). States and coefficients of all
+//! poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits for
+//! them. So they are gone through once in a *block* of [`INSTANTS`] instants:
 //! 1. the block's forces, transformed to wavenumbers, are taken in one after the other;
 //! 2. u_old of the whole next block is foretold as if no more forces came, and transformed back to the elements;
-//! 3. within that block, what its own earlier instants add is a short convolution over the points in contact, with the first weights of the same recursion.
+//! 3. within that block, what its own earlier instants add is a short convolution over the points in contact, with the
+//!    first weights of the same recursion.
 //!
-//! By linearity this is the recursion itself: only rounding differs. Elements are material, so nothing moves but the elements that are looked at.
+//! By linearity this is the recursion itself: only rounding differs. Elements are material, so nothing moves but the
+//! elements that are looked at.
 //!
-//! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops and 48 s/[`INSTANTS`] bytes for a real one
-//! (160 and 80 bytes with bdf2, which keeps two steps), and for each instant two FFTs of length N, and points x columns x
-//! ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers are independent and so are instants in the transforms: any split over threads gives the same bits.
+//! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops and
+//! 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps), and for each instant two
+//! FFTs of length N, and points x columns x ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers
+//! are independent and so are instants in the transforms: any split over threads gives the same bits.
 
 use std::sync::Arc;
 
@@ -31,12 +35,13 @@ use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
 
-/// Instants of a block at most; a block is a whole number of steps. Measured at N = 1024 (bench `contact`, and runs): 4 to 12 differ little, 1 takes three times as long, and from 16 on
-/// the short convolution within the block costs more than the poles save.
+/// Instants of a block at most; a block is a whole number of steps. Measured at N = 1024 (bench `contact`, and runs): 4
+/// to 12 differ little, 1 takes three times as long, and from 16 on the short convolution within the block costs more
+/// than the poles save.
 pub const INSTANTS: usize = 8;
 
-/// Multiply-adds of a pass from which it is worth handing work to a second thread, a hand-over costing some 15 us. Measured at N = 1024, 1.6 million: 17 us an instant on two threads
-/// against 22 on one; N = 512 stays below.
+/// Multiply-adds of a pass from which it is worth handing work to a second thread, a hand-over costing some 15 us.
+/// Measured at N = 1024, 1.6 million: 17 us an instant on two threads against 22 on one; N = 512 stays below.
 pub const PARALLEL_FROM: u64 = 800_000;
 
 /// The recursion over all poles of a model.
@@ -76,7 +81,8 @@ impl ModalHistory {
         Self::with_blocks(model, field, rule, time_step, INSTANTS)
     }
 
-    /// As [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one step the plain recursion, to measure against.
+    /// As [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one step the plain
+    /// recursion, to measure against.
     pub fn with_blocks(
         model: &RationalModel,
         field: Field,
@@ -198,8 +204,8 @@ impl WithRecursion for NextBlock<'_> {
     }
 }
 
-/// Influence of a force at a stage, 1, 2, ... instants later, on the element j further on, \[m/N\]: row (stage x lags + lag - 1), j = 0..2N - 1, so that a window may begin at
-/// any element of the ring.
+/// Influence of a force at a stage, 1, 2, ... instants later, on the element j further on, \[m/N\]: row (stage x lags +
+/// lag - 1), j = 0..2N - 1, so that a window may begin at any element of the ring.
 fn first_influences(
     model: &RationalModel,
     field: Field,

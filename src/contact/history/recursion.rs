@@ -10,15 +10,18 @@
 //! | sdirk2, sdirk3, stage i | g base_i + w F_i | 1/(1 - gamma lambda dt) | g R gamma dt |
 //! | first-order-hold | g b_(l-1) + v F_(l-1) + w F_l | exp(lambda dt) | see [`FirstOrderHold`] |
 //!
-//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`crate::scene::RungeKutta::bases`]); the last stage is the step's end. The first-order hold
-//! steps as bdf1 with last step's force weighted w + v/g instead of w.
+//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`crate::scene::RungeKutta::bases`]);
+//! the last stage is the step's end. The first-order hold steps as bdf1 with last step's force weighted w + v/g instead
+//! of w.
 //!
-//! A step is one linear map of b, whatever its stages: b at its end is R b + sum of W_i F_i, and u_old at the instant of
-//! stage i, as if the step had no forces, Re(A_i b). R, W_i and A_i follow from g and w; that is what a block of steps is
-//! gone through with, [`Recursion`]. What the forces do within their step has the table's own form, [`impulse_response`].
+//! A step is one linear map of b, whatever its stages: b at its end is R b + sum of W_i F_i, and u_old at the instant
+//! of stage i, as if the step had no forces, Re(A_i b). R, W_i and A_i follow from g and w; that is what a block of
+//! steps is gone through with, [`Recursion`]. What the forces do within their step has the table's own form,
+//! [`impulse_response`].
 //!
-//! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same conjugate-symmetric poles, so that a pair is stored once and
-//! u = 2 Re b. An *instant* is a time at which forces are solved for: a step, or a stage of a Runge-Kutta rule.
+//! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same
+//! conjugate-symmetric poles, so that a pair is stored once and u = 2 Re b. An *instant* is a time at which forces are
+//! solved for: a step, or a stage of a Runge-Kutta rule.
 
 use num_complex::Complex64;
 use pulp::Simd;
@@ -107,7 +110,8 @@ pub trait Recursion: Copy + Send + Sync {
     ) -> [S::f64s; MOST_STAGES];
 }
 
-/// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to inline it.
+/// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to
+/// inline it.
 #[inline(always)]
 fn times<S: Simd, const PARTS: usize>(simd: S, g: Number<S, PARTS>, x: Number<S, PARTS>) -> Number<S, PARTS> {
     let mut product = x;
@@ -312,8 +316,8 @@ pub fn looks_back(rule: TimeRule) -> bool {
     rule == TimeRule::Bdf2
 }
 
-/// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a stage
-/// of a step: the table's rules, instant by instant.
+/// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
+/// stage of a step: the table's rules, instant by instant.
 pub fn impulse_response(rule: TimeRule, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
     let stages = rule.nodes().len();
     let bases = rule.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());

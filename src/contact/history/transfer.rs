@@ -1,6 +1,7 @@
 //! The discrete transfer function w(zeta) = sum_p w_p zeta^p from forces to displacements of one wavenumber.
 //!
-//! - quadratures: H(mu(zeta)/dt), for a Runge-Kutta rule the determinant of its matrix of stages, prod_i H(mu_i(zeta)/dt), whose zeros are those of the matrix;
+//! - quadratures: H(mu(zeta)/dt), for a Runge-Kutta rule the determinant of its matrix of stages, prod_i
+//!   H(mu_i(zeta)/dt), whose zeros are those of the matrix;
 //! - first-order hold: sum_r R_r dt (today + yesterday zeta)/(1 - exp(lambda dt) zeta).
 
 use num_complex::Complex64;
@@ -79,7 +80,8 @@ impl<'a> Transfer<'a> {
     }
 }
 
-/// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or within a stage.
+/// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or
+/// within a stage.
 pub fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     match rule.runge_kutta() {
         Some(method) => modes.evaluate(Complex64::new(1.0 / (method.gamma * time_step), 0.0)).re,

@@ -1,4 +1,5 @@
-//! Wavenumbers side by side in the lanes of vectors: their poles, their states, and one pass over them per block of instants.
+//! Wavenumbers side by side in the lanes of vectors: their poles, their states, and one pass over them per block of
+//! instants.
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -15,13 +16,14 @@ pub const GROUP: usize = 8;
 /// Poles that a pass foretells together: u_old is read and written that much less often.
 const TOGETHER: usize = 2;
 
-/// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with fewer than their neighbours have poles that do nothing.
+/// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with
+/// fewer than their neighbours have poles that do nothing.
 #[derive(Clone, Debug, Default)]
 struct PoleRows<const PARTS: usize> {
     /// Pole by pole: g, then w, part by part, times [`GROUP`] numbers.
     coefficients: Vec<f64>,
-    /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of the
-    /// force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
+    /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of
+    /// the force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
     states: Vec<f64>,
 }
 
@@ -48,8 +50,8 @@ impl<const PARTS: usize> PoleRows<PARTS> {
         Self { coefficients, states: vec![0.0; poles * Self::evolving(looks_back) * GROUP] }
     }
 
-    /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one foretold, W
-    /// and A at their stages.
+    /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
+    /// foretold, W and A at their stages.
     fn multiply_adds(&self, steps: usize, stages: usize) -> usize {
         self.coefficients.len() / Self::FIXED * 2 * steps * (2 * PARTS * PARTS + PARTS * (2 * stages - 1))
     }
@@ -78,7 +80,8 @@ pub struct WavenumberGroup {
 }
 
 impl WavenumberGroup {
-    /// The group from wavenumber `first` on, at rest, for blocks of so many instants; `None` if the model does not hold the field.
+    /// The group from wavenumber `first` on, at rest, for blocks of so many instants; `None` if the model does not hold
+    /// the field.
     pub fn new(
         model: &RationalModel,
         field: Field,
@@ -146,7 +149,8 @@ impl WavenumberGroup {
     }
 }
 
-/// A block of instants: takes in the forces of the last one, then foretells u_old over the coming one as if no more forces came.
+/// A block of instants: takes in the forces of the last one, then foretells u_old over the coming one as if no more
+/// forces came.
 pub struct Pass<'a, R> {
     /// The group.
     pub group: &'a mut WavenumberGroup,

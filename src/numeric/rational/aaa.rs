@@ -1,14 +1,17 @@
-//! Adaptive Antoulas-Anderson approximation of a function with conjugate symmetry (Nakatsukasa, Sète & Trefethen 2018, *SIAM J. Sci. Comput.* 40, A1494).
+//! Adaptive Antoulas-Anderson approximation of a function with conjugate symmetry (Nakatsukasa, Sète & Trefethen 2018,
+//! *SIAM J. Sci. Comput.* 40, A1494).
 //!
-//! r(s) = N(s)/D(s), N = sum w_j f_j/(s - z_j), D = sum w_j/(s - z_j), interpolates f at the support points z_j whatever the weights. Support points come in
-//! conjugate pairs with conjugate weights, so that the unknowns, the Loewner matrix (a real and an imaginary row for each sample) and the polynomials are real:
+//! r(s) = N(s)/D(s), N = sum w_j f_j/(s - z_j), D = sum w_j/(s - z_j), interpolates f at the support points z_j
+//! whatever the weights. Support points come in conjugate pairs with conjugate weights, so that the unknowns, the
+//! Loewner matrix (a real and an imaginary row for each sample) and the polynomials are real:
 //!
 //! 1. the sample where |f - r| is largest becomes a support point, with its conjugate;
-//! 2. the weights are the right singular vector of the smallest singular value of the Loewner matrix over the other samples;
+//! 2. the weights are the right singular vector of the smallest singular value of the Loewner matrix over the other
+//!    samples;
 //! 3. until the largest error is below the tolerance.
 //!
-//! Poles are the zeros of D: of (s + a) D(s) = d + c (s - A)^-1 b, as in vector fitting, less the root -a that was put in. Cost O(M m^3) for m points: for a start,
-//! not for every function.
+//! Poles are the zeros of D: of (s + a) D(s) = d + c (s - A)^-1 b, as in vector fitting, less the root -a that was put
+//! in. Cost O(M m^3) for m points: for a start, not for every function.
 
 use faer::Mat;
 use num_complex::Complex64;
@@ -97,8 +100,8 @@ impl Barycentric {
     }
 }
 
-/// Approximates `values` at `points` (Im >= 0) until the largest error is below `tolerance` times the largest value, or `most` support
-/// points are used.
+/// Approximates `values` at `points` (Im >= 0) until the largest error is below `tolerance` times the largest value, or
+/// `most` support points are used.
 pub fn approximate(
     points: &[Complex64],
     values: &[Complex64],

@@ -53,7 +53,8 @@ impl Points {
         2 * self.weights.len()
     }
 
-    /// Writes the weighted basis functions of `poles`, and the weights themselves as the last column if `with_constant`, to the front of `columns`.
+    /// Writes the weighted basis functions of `poles`, and the weights themselves as the last column if
+    /// `with_constant`, to the front of `columns`.
     pub fn fill(&self, poles: &[Complex64], with_constant: bool, columns: &mut [f64]) {
         Arch::new().dispatch(Fill { points: self, poles, columns });
         if with_constant {
@@ -62,7 +63,8 @@ impl Points {
         }
     }
 
-    /// Writes basis functions times a response, and the response itself as the last column: `left` are the basis functions alone, in order.
+    /// Writes basis functions times a response, and the response itself as the last column: `left` are the basis
+    /// functions alone, in order.
     pub fn multiply(&self, left: &[f64], response: &Parts, scale: f64, columns: &mut [f64]) {
         Arch::new().dispatch(Multiply { points: self, left, response, scale, columns });
     }

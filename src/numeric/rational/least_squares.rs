@@ -1,7 +1,8 @@
 //! Dense real least squares by Householder elimination (faer's blocked QR, one thread).
 //!
-//! [A | B] is reduced in place: A to R, B to Q^T B. The first rows of Q^T B are the right-hand sides of the triangular system, the others
-//! are what A cannot explain: the block that vector fitting needs after the residues have been eliminated.
+//! [A | B] is reduced in place: A to R, B to Q^T B. The first rows of Q^T B are the right-hand sides of the triangular
+//! system, the others are what A cannot explain: the block that vector fitting needs after the residues have been
+//! eliminated.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::householder::{
@@ -12,7 +13,8 @@ use faer::linalg::qr::no_pivoting::factor::{qr_in_place, qr_in_place_scratch, re
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Conj, Mat, MatMut, Par};
 
-/// Eliminates the first `columns` columns of a matrix in place: they become R (above the diagonal; below it lie the Householder vectors), the others Q^T times themselves.
+/// Eliminates the first `columns` columns of a matrix in place: they become R (above the diagonal; below it lie the
+/// Householder vectors), the others Q^T times themselves.
 pub fn eliminate(matrix: MatMut<'_, f64>, columns: usize) {
     let rows = matrix.nrows();
     let rest_columns = matrix.ncols() - columns;
@@ -40,8 +42,8 @@ pub fn eliminate(matrix: MatMut<'_, f64>, columns: usize) {
     }
 }
 
-/// Back substitution R x = y with the upper triangle of the leading square block of an eliminated matrix, y its column `column`. A zero on the diagonal
-/// (a column that depends on those before it) gives a zero unknown.
+/// Back substitution R x = y with the upper triangle of the leading square block of an eliminated matrix, y its column
+/// `column`. A zero on the diagonal (a column that depends on those before it) gives a zero unknown.
 pub fn back_substitute(matrix: &Mat<f64>, columns: usize, column: usize, solution: &mut [f64]) {
     let largest = (0..columns).fold(0.0_f64, |a, j| a.max(matrix[(j, j)].abs()));
     for (i, entry) in solution.iter_mut().enumerate() {

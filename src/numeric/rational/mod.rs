@@ -5,7 +5,8 @@
 //! - [`least_squares`]: Householder elimination, shared by all that follows;
 //! - `basis`, `normal_equations`: the same by products of columns, where poles are only to be moved;
 //! - [`aaa`]: adaptive Antoulas-Anderson, the start: finds how many poles are needed, and roughly where;
-//! - [`vector_fitting`]: moves given poles to where several responses want them, stable by construction, and refits residues;
+//! - [`vector_fitting`]: moves given poles to where several responses want them, stable by construction, and refits
+//!   residues;
 
 pub mod aaa;
 mod basis;

@@ -1,14 +1,18 @@
 //! Least squares of a relocation by normal equations: products of columns and Cholesky factors, all over vectors.
 //!
-//! With C = (phi_r, 1) and B_q = H_q (phi_r, 1), weighted (see [`super::vector_fitting`]), the unknowns (c, d) of sigma minimise (c, d)^T S (c, d) under the row that forbids 0,
+//! With C = (phi_r, 1) and B_q = H_q (phi_r, 1), weighted (see [`super::vector_fitting`]), the unknowns (c, d) of sigma
+//! minimise (c, d)^T S (c, d) under the row that forbids 0,
 //!
 //! ```text
 //! S = sum over q of B_q^T B_q - W_q^T W_q,    W_q = L^-1 C^T B_q,    L L^T = C^T C.
 //! ```
 //!
-//! S knows the square of what reflections know: of a direction in which poles hardly matter, with a share of less than 1e-7 or so, it holds nothing but rounding. c = 0 leaves the poles
-//! where they are, so that a ridge of the size of that rounding on c leaves alone what S does not know. Measured on the default tyre at 3e-6, N = 1024, before removals were
-//! tried more often: a third fewer relocations than with reflections, which send such poles about (1291 against 1871; with the removals of today 1702). A pivot that has lost its digits all the same is reported, and the caller takes reflections.
+//! S knows the square of what reflections know: of a direction in which poles hardly matter, with a share of less than
+//! 1e-7 or so, it holds nothing but rounding. c = 0 leaves the poles where they are, so that a ridge of the size of
+//! that rounding on c leaves alone what S does not know. Measured on the default tyre at 3e-6, N = 1024, before
+//! removals were tried more often: a third fewer relocations than with reflections, which send such poles about (1291
+//! against 1871; with the removals of today 1702). A pivot that has lost its digits all the same is reported, and the
+//! caller takes reflections.
 
 use std::ops::Range;
 
@@ -26,8 +30,8 @@ const BLOCK: usize = 4;
 /// A pivot below this fraction of its diagonal entry has lost its digits.
 const LEAST_PIVOT: f64 = 1e-14;
 
-/// Ridge on c, relative to the square of its column of B: the rounding of S, measured. A tenth of it is too little (half of the relocations lose their digits), a hundred times as much
-/// takes 9 % more poles.
+/// Ridge on c, relative to the square of its column of B: the rounding of S, measured. A tenth of it is too little
+/// (half of the relocations lose their digits), a hundred times as much takes 9 % more poles.
 const RIDGE: f64 = 1e-13;
 
 /// (c, d) of sigma; `None` where the pivots have lost their digits.
@@ -102,8 +106,8 @@ fn accumulate(sum: &mut Columns, part: &Columns, sign: f64) {
     }
 }
 
-/// `target` column j - right.start, row i - left.start: column i of the first times column j of the second, for i in `left`, j in `right`. Columns times themselves:
-/// only the lower triangle is right.
+/// `target` column j - right.start, row i - left.start: column i of the first times column j of the second, for i in
+/// `left`, j in `right`. Columns times themselves: only the lower triangle is right.
 fn products(columns: [&Columns; 2], left: Range<usize>, right: Range<usize>, target: &mut Columns) {
     Arch::new().dispatch(Products { columns, left, right, target });
 }
@@ -154,7 +158,8 @@ impl WithSimd for Products<'_> {
     }
 }
 
-/// Replaces the lower triangle of a symmetric positive definite matrix by L, L L^T the matrix. `false`: a pivot has lost its digits.
+/// Replaces the lower triangle of a symmetric positive definite matrix by L, L L^T the matrix. `false`: a pivot has
+/// lost its digits.
 fn factorise(matrix: &mut Columns, size: usize) -> bool {
     Arch::new().dispatch(Factorise { matrix, size })
 }

@@ -1,14 +1,15 @@
 //! Zeros of sigma(s) = 1 + sum_r c_r/(s - p_r): the poles to which vector fitting moves.
 //!
-//! Eigenvalues of diag(p) - 1 c^T, 25 P^3 flops without knowledge; but near the end of a fit every zero is close to a pole. Simultaneous iteration (Ehrlich 1967; Aberth 1973,
-//! *Math. Comp.* 27, 339) on the polynomial sigma(s) prod (s - p_r), started from
+//! Eigenvalues of diag(p) - 1 c^T, 25 P^3 flops without knowledge; but near the end of a fit every zero is close to a
+//! pole. Simultaneous iteration (Ehrlich 1967; Aberth 1973, *Math. Comp.* 27, 339) on the polynomial sigma(s) prod (s -
+//! p_r), started from
 //!
 //! ```text
 //! z_r = p_r - c_r/(1 + sum_(k != r) c_k/(p_r - p_k)),
 //! ```
 //!
-//! takes some three rounds of P^2. Real zeros stay real and pairs pairs by symmetry: two that do not settle are tried as the other kind. Where that does not converge either, the
-//! caller takes the eigenvalues.
+//! takes some three rounds of P^2. Real zeros stay real and pairs pairs by symmetry: two that do not settle are tried
+//! as the other kind. Where that does not converge either, the caller takes the eigenvalues.
 
 use num_complex::Complex64;
 
@@ -38,7 +39,8 @@ impl Zero {
     }
 }
 
-/// Zeros, one of each pair (upper half plane) and all real ones, in no order. `poles` and `residues` hold one of each pair as well. `None`: no convergence.
+/// Zeros, one of each pair (upper half plane) and all real ones, in no order. `poles` and `residues` hold one of each
+/// pair as well. `None`: no convergence.
 pub fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<Complex64>> {
     // All of them, conjugates included.
     let mut all: Vec<[Complex64; 2]> = Vec::with_capacity(2 * poles.len());
@@ -94,7 +96,8 @@ fn advanced(all: &[[Complex64; 2]], zeros: &[Zero], j: usize) -> Option<Zero> {
     step.is_finite().then(|| Zero { settled, ..Zero::new(z - step, pair) })
 }
 
-/// Tries what has not settled as the other kind: neighbouring real zeros as a pair, a pair close to the axis as two real zeros.
+/// Tries what has not settled as the other kind: neighbouring real zeros as a pair, a pair close to the axis as two
+/// real zeros.
 fn regroup(zeros: &mut Vec<Zero>) {
     let (mut open, mut regrouped): (Vec<Zero>, Vec<Zero>) = zeros.iter().partition(|zero| !zero.settled);
     open.sort_by(|a, b| a.pair.cmp(&b.pair).then(a.at.re.total_cmp(&b.at.re)));

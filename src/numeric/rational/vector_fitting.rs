@@ -1,17 +1,22 @@
 //! Vector fitting: moves given poles to where the data want them.
 //!
-//! Relaxed form with common poles for several responses (Gustavsen & Semlyen 1999, *IEEE Trans. Power Deliv.* 14, 1052; Gustavsen 2006, 21, 1587; elimination
-//! of the residues by QR: Deschrijver et al. 2008, *IEEE Microw. Wirel. Compon. Lett.* 18, 383):
+//! Relaxed form with common poles for several responses (Gustavsen & Semlyen 1999, *IEEE Trans. Power Deliv.* 14, 1052;
+//! Gustavsen 2006, 21, 1587; elimination of the residues by QR: Deschrijver et al. 2008, *IEEE Microw. Wirel. Compon.
+//! Lett.* 18, 383):
 //!
-//! 1. sigma(s) = d + sum c_r phi_r(s), and sigma H_q = constant_q + sum c_qr phi_r(s) for each response q, are both linear in the unknowns;
-//! 2. the columns of c_qr are the same for all responses (weights are one number a response and one a point): eliminated once by Householder reflections or, where poles need
-//!    less accuracy, by normal equations ([`Elimination`]); what is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma over the samples is 1;
+//! 1. sigma(s) = d + sum c_r phi_r(s), and sigma H_q = constant_q + sum c_qr phi_r(s) for each response q, are both
+//!    linear in the unknowns;
+//! 2. the columns of c_qr are the same for all responses (weights are one number a response and one a point):
+//!    eliminated once by Householder reflections or, where poles need less accuracy, by normal equations
+//!    ([`Elimination`]); what is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma
+//!    over the samples is 1;
 //! 3. the zeros of sigma, eigenvalues of A - b c^T/d, are the new poles; unstable ones are mirrored.
 //!
-//! Everything is real: a pair has the basis functions 1/(s - p) + 1/(s - conj p) and i/(s - p) - i/(s - conj p), each sample gives a real and an
-//! imaginary row. Basis functions are scaled by |Re p|, their size on the axis.
+//! Everything is real: a pair has the basis functions 1/(s - p) + 1/(s - conj p) and i/(s - p) - i/(s - conj p), each
+//! sample gives a real and an imaginary row. Basis functions are scaled by |Re p|, their size on the axis.
 //!
-//! Cost: with M samples, P poles and Q responses 2 M P^2 (1 + 2 Q) flops for the elimination, 25 P^3 for the eigenvalues.
+//! Cost: with M samples, P poles and Q responses 2 M P^2 (1 + 2 Q) flops for the elimination, 25 P^3 for the
+//! eigenvalues.
 
 use faer::Mat;
 use num_complex::Complex64;
@@ -66,7 +71,8 @@ fn basis(poles: &[Complex64], s: Complex64, mut column: impl FnMut(usize, Comple
 pub enum Elimination {
     /// Householder reflections: the reference.
     Reflections,
-    /// Normal equations with a ridge (see `normal_equations`), reflections where those have lost their digits: some four times faster, for residuals down to 1e-6.
+    /// Normal equations with a ridge (see `normal_equations`), reflections where those have lost their digits: some
+    /// four times faster, for residuals down to 1e-6.
     Products,
 }
 
@@ -205,7 +211,8 @@ pub fn residues(
     regularised_residues(samples, poles, with_constant, 0.0)
 }
 
-/// The same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts like an error of `ridge` (Tikhonov); 0 for none.
+/// The same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts like an
+/// error of `ridge` (Tikhonov); 0 for none.
 pub fn regularised_residues(
     samples: &Samples,
     poles: &[Complex64],
@@ -272,8 +279,8 @@ fn from_scaled(
     PartialFractions { poles: poles.to_vec(), residues, constant }
 }
 
-/// Starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to `highest` angular frequency \[rad/s\], and a real
-/// pole at the lowest.
+/// Starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to `highest`
+/// angular frequency \[rad/s\], and a real pole at the lowest.
 pub fn starting_poles(pairs: usize, lowest: f64, highest: f64) -> Vec<Complex64> {
     let step = (highest / lowest).ln() / (pairs.max(2) - 1) as f64;
     let mut poles: Vec<Complex64> = (0..pairs)

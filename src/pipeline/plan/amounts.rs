@@ -1,7 +1,9 @@
-//! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene, before any of it is done.
+//! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene,
+//! before any of it is done.
 //!
-//! What only the run can know is expected: the length of the patch from a static solution with a few hundred elements, the poles of a fit that is not in the cache from those of the
-//! default tyre, the share of active sets that need a factorisation from rough roads of all kinds.
+//! What only the run can know is expected: the length of the patch from a static solution with a few hundred elements,
+//! the poles of a fit that is not in the cache from those of the default tyre, the share of active sets that need a
+//! factorisation from rough roads of all kinds.
 
 use serde::Serialize;
 
@@ -32,9 +34,11 @@ const PEAKS: f64 = 1e-3;
 const PER_POLE: [f64; 2] = [4.0, 5.3];
 /// Wavenumbers of a group, to whose multiple they are padded.
 const GROUP: f64 = 8.0;
-/// Windows of multiply-adds of the search for a point in contact, on smooth and on rough roads: guess, solution, displacement; on rough roads with factorisations.
+/// Windows of multiply-adds of the search for a point in contact, on smooth and on rough roads: guess, solution,
+/// displacement; on rough roads with factorisations.
 const WINDOWS: [f64; 2] = [3.4, 6.9];
-/// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured, `tyrewave influence --cost`).
+/// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
+/// `tyrewave influence --cost`).
 const FITS: [(f64, f64, f64); 7] = [
     (128.0, 3940.0, 0.93),
     (256.0, 7309.0, 0.92),
@@ -165,7 +169,8 @@ impl Amounts {
         amounts
     }
 
-    /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit before them.
+    /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit
+    /// before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.fit_memory_per_thread * threads as f64;
@@ -337,7 +342,8 @@ impl Amounts {
         }
         self.add(Stage::Vibration, unit, segments * multiply_adds, Place::March);
         let fields = wanted as f64;
-        // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is one.
+        // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is
+        // one.
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
         let times = if at_places { 2.0 * fields + 1.0 } else { fields + 1.0 };
         let poles = 0.5 * self.poles;

@@ -1,8 +1,9 @@
-//! What units of work cost on this machine: measured once by short runs of the program itself, kept beside the fitted models.
+//! What units of work cost on this machine: measured once by short runs of the program itself, kept beside the fitted
+//! models.
 //!
 //! 1. a fit of a small model;
-//! 2. some hundred steps on a smooth and on a rough road, coarse and fine, on one thread: each stage's time over its work; cost for a point in contact and for a multiply-add of the
-//!    search are told apart by the two resolutions;
+//! 2. some hundred steps on a smooth and on a rough road, coarse and fine, on one thread: each stage's time over its
+//!    work; cost for a point in contact and for a multiply-add of the search are told apart by the two resolutions;
 //! 3. what these runs do not touch is taken to differ from its typical cost as its next of kin does.
 //!
 //! The record belongs to one build of the program on one kind of processor; any other is measured anew.
@@ -86,7 +87,8 @@ pub fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
         && let Ok(text) = serde_json::to_string_pretty(&record)
         && path.parent().map_or(Ok(()), fs::create_dir_all).is_ok()
     {
-        // What cannot be kept is measured again. Another process may do the same: each has a file of its own until it is complete.
+        // What cannot be kept is measured again. Another process may do the same: each has a file of its own until it
+        // is complete.
         let _ = PendingFile::create(&path).and_then(|file| file.complete(&text));
     }
     Ok(record.costs)

@@ -12,7 +12,8 @@ const EFFICIENCY: f64 = 0.95;
 /// Time and memory expected.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Forecast {
-    /// Stages with work, in the order of the data's way, with the time of all cores in each \[s\], and whether it is beside the steps.
+    /// Stages with work, in the order of the data's way, with the time of all cores in each \[s\], and whether it is
+    /// beside the steps.
     pub stages: Vec<StageForecast>,
     /// Time in no stage \[s\].
     pub rest_seconds: f64,

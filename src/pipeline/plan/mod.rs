@@ -5,7 +5,8 @@
 //! 3. [`amounts`]: work of each stage in units, memory by what holds it;
 //! 4. [`forecast`]: both on this machine, from costs of the units ([`mod@unit`]) that [`calibration`] has measured.
 //!
-//! The plan is data: it is made without any of the work, can be printed as a table or as JSON, and [`super::run()`] follows it.
+//! The plan is data: it is made without any of the work, can be printed as a table or as JSON, and [`super::run()`]
+//! follows it.
 
 pub mod amounts;
 pub mod calibration;
@@ -44,7 +45,8 @@ pub struct Plan {
     pub warm_up_steps: u64,
     /// All time steps.
     pub steps: u64,
-    /// Highest frequency that the settings are good for \[Hz\], the road's own limit apart: `fmax`, or where texture and rule end.
+    /// Highest frequency that the settings are good for \[Hz\], the road's own limit apart: `fmax`, or where texture
+    /// and rule end.
     pub valid_to: f64,
     /// Lags of the history, lag 0 included.
     pub lags: usize,
@@ -52,7 +54,8 @@ pub struct Plan {
     pub amounts: Amounts,
 }
 
-/// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and the rule's rate within its tolerance.
+/// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and
+/// the rule's rate within its tolerance.
 fn valid_to(scene: &Scene) -> f64 {
     let Scene { tyre, rolling, numerics, .. } = scene;
     let (length, speed) = (tyre.circumference, rolling.speed());
@@ -104,7 +107,8 @@ impl Plan {
         self
     }
 
-    /// The plan of a loaded scene: with what was chosen in it, and with the fitted model that the cache holds, if there is one.
+    /// The plan of a loaded scene: with what was chosen in it, and with the fitted model that the cache holds, if there
+    /// is one.
     pub fn of(loaded: &LoadedScene) -> Self {
         let scene = &loaded.scene;
         let mut plan = Self::decided(scene);

@@ -88,7 +88,8 @@ pub struct UnitCosts {
     pub measured: bool,
 }
 
-/// Measured on one core of an AMD EPYC with AVX-512, release build: what plans are checked with where nothing was measured.
+/// Measured on one core of an AMD EPYC with AVX-512, release build: what plans are checked with where nothing was
+/// measured.
 const TYPICAL: [(Unit, f64); 27] = [
     (Unit::Fit, 0.49),
     (Unit::Pole, 5e-6),

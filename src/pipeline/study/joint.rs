@@ -1,7 +1,8 @@
 //! Combinations of settings: which ones are worth a run.
 //!
-//! Errors of single knobs are taken to add as independent ones do: e^2 is the sum of their squares, those of elements, of rule and time step, of poles, of cells and of curves. Work
-//! is the plan's. Both are corrected by what the combinations rolled so far have shown, the more the closer they are.
+//! Errors of single knobs are taken to add as independent ones do: e^2 is the sum of their squares, those of elements,
+//! of rule and time step, of poles, of cells and of curves. Work is the plan's. Both are corrected by what the
+//! combinations rolled so far have shown, the more the closer they are.
 
 use super::front::front;
 use super::knobs::{Kind, Knob};
@@ -113,7 +114,8 @@ pub fn candidates(
     found
 }
 
-/// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is. `known`: work and error; errors below `floor` \[dB\] are equal.
+/// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is.
+/// `known`: work and error; errors below `floor` \[dB\] are equal.
 pub fn next(all: &[Candidate], tried: &[Tried], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
     let fresh = all.iter().filter(|candidate| tried.iter().all(|tried| tried.expected.settings != candidate.settings));
     let expected: Vec<Candidate> = fresh
@@ -154,7 +156,8 @@ fn correction(settings: &Settings, tried: &[Tried]) -> (f64, f64) {
     ((error / weights).exp(), (work / weights).exp())
 }
 
-/// How different settings are: a factor of two in elements, steps or cells, a decade in a tolerance and another rule are 1 each.
+/// How different settings are: a factor of two in elements, steps or cells, a decade in a tolerance and another rule
+/// are 1 each.
 fn distance(a: &Settings, b: &Settings) -> f64 {
     let ratio =
         |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from((a - b).abs() > 0.0)) };

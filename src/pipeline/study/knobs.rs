@@ -57,7 +57,8 @@ const MOST_FOR_LAWS: usize = 256;
 /// Steps of the reference in a period of the highest frequency, at least.
 const STEPS_PER_PERIOD: f64 = 48.0;
 
-/// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at `highest` \[Hz\].
+/// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at
+/// `highest` \[Hz\].
 pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps: Option<usize>) -> Settings {
     let own = Settings::of(scene);
     // A multiple of 16: all parts of it are even.

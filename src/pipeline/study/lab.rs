@@ -17,8 +17,8 @@ use crate::scene::{History, Scene};
 /// What a run costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cost {
-    /// Multiply-adds in a second rolled: those counted in the march, and what the plan has for the road, whose cells and heights count as many as take the time of one.
-    /// Exact: the same for any number of threads.
+    /// Multiply-adds in a second rolled: those counted in the march, and what the plan has for the road, whose cells
+    /// and heights count as many as take the time of one. Exact: the same for any number of threads.
     pub multiply_adds: f64,
     /// Evaluations of the layered compliance for the model or the weights.
     pub compliance_evaluations: u64,
@@ -90,7 +90,8 @@ impl<'a, 'b> Lab<'a, 'b> {
         self.scene.rolling.warm_up..self.scene.rolling.warm_up + self.scene.rolling.duration
     }
 
-    /// Fits the model that a run will ask for, so that its time is known apart: evaluations, and time unless the cache had it.
+    /// Fits the model that a run will ask for, so that its time is known apart: evaluations, and time unless the cache
+    /// had it.
     fn fit(&self, scene: &Scene) -> Result<(Option<u64>, Option<f64>), RunError> {
         if scene.numerics.history == History::Direct {
             return Ok((None, None));

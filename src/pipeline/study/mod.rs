@@ -1,7 +1,8 @@
 //! Accuracy against time: every knob of a scene that trades one for the other, against one converged reference.
 //!
-//! 1. The axle is held at the height at which it carries its load; the reference ([`knobs::reference`]) is rolled, and the same with its elements, its steps and its cells halved and doubled: what
-//!    [`Richardson`] makes of the differences is the doubt of all that follows.
+//! 1. The axle is held at the height at which it carries its load; the reference ([`knobs::reference`]) is rolled, and
+//!    the same with its elements, its steps and its cells halved and doubled: what [`Richardson`] makes of the
+//!    differences is the doubt of all that follows.
 //! 2. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
 //! 3. Combinations ([`joint`]) are chosen, rolled, and their expectation corrected, one after the other.
 //! 4. The Pareto front ([`front()`]) of all of them, by exact work.
@@ -168,7 +169,8 @@ pub struct Study {
 }
 
 impl Study {
-    /// Everything on one model: named points, combinations, and swept knobs that are no other model and were compared with the reference.
+    /// Everything on one model: named points, combinations, and swept knobs that are no other model and were compared
+    /// with the reference.
     pub fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }
@@ -188,7 +190,8 @@ fn points<'a>(knobs: &'a [Swept], named: &'a [Point], joint: &'a [Joint]) -> imp
 /// Studies a scene; the presets are rolled and marked, too.
 ///
 /// # Errors
-/// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the runs; [`RunError::Interrupted`].
+/// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
+/// runs; [`RunError::Interrupted`].
 pub fn study(
     loaded: &LoadedScene,
     options: &StudyOptions,

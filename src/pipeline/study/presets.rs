@@ -8,8 +8,9 @@ use super::settings::Settings;
 use super::{Point, Study};
 use crate::scene::{FrontRow, History, Need, Preset, Resolution, Scene};
 
-/// How much more work a preset may take than the cheapest settings found that are as accurate. Errors of elements, steps and cells have different signs, and here and there two of them cancel
-/// (measured on dense asphalt at 80 km/h: 2.1, 1.2 and 1.9 times for the three presets).
+/// How much more work a preset may take than the cheapest settings found that are as accurate. Errors of elements,
+/// steps and cells have different signs, and here and there two of them cancel (measured on dense asphalt at 80 km/h:
+/// 2.1, 1.2 and 1.9 times for the three presets).
 pub const LARGEST_EXCESS: f64 = 2.5;
 
 /// Coarsest tolerance of the poles that a scene may ask for.
@@ -42,7 +43,8 @@ pub fn named(scene: &Scene, highest: f64) -> Vec<(String, Settings)> {
     FrontRow::ALL.iter().map(|row| (row.preset.name().to_owned(), settings(scene, row, highest))).collect()
 }
 
-/// Each of some settings with one of them turned either way: what is close to them on the way to more accuracy or less work.
+/// Each of some settings with one of them turned either way: what is close to them on the way to more accuracy or less
+/// work.
 pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
     named
         .iter()

@@ -1,6 +1,8 @@
-//! Whether a sequence of ever finer runs converges, and what error is left (Richardson's extrapolation, applied to norms of differences).
+//! Whether a sequence of ever finer runs converges, and what error is left (Richardson's extrapolation, applied to
+//! norms of differences).
 //!
-//! With an error C h^p a run with step h differs from that with 2 h by d1 = C h^p (2^p - 1) and from that with h/2 by d2 = d1/2^p: p = lg2(d1/d2), and h's own error is d2/(1 - 2^-p).
+//! With an error C h^p a run with step h differs from that with 2 h by d1 = C h^p (2^p - 1) and from that with h/2 by
+//! d2 = d1/2^p: p = lg2(d1/d2), and h's own error is d2/(1 - 2^-p).
 
 use serde::Serialize;
 

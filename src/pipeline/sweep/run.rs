@@ -1,7 +1,8 @@
 //! Runs the variants of a sweep, several at a time.
 //!
-//! Workers take the variants one after the other; each has its own share of the threads, so that there are never more threads than were asked for. The
-//! models of the tyre's influence functions that the variants need are fitted before, once each, and then read by all from the cache.
+//! Workers take the variants one after the other; each has its own share of the threads, so that there are never more
+//! threads than were asked for. The models of the tyre's influence functions that the variants need are fitted before,
+//! once each, and then read by all from the cache.
 
 use std::fs;
 use std::path::Path;
@@ -58,7 +59,8 @@ impl SweepWatch for Unwatched {
     fn note(&self, _name: &str, _text: &str) {}
 }
 
-/// Runs what is not finished under `target`, one folder per variant, on `threads` threads in all; how each ended, in their order. A variant that fails does not stop the others.
+/// Runs what is not finished under `target`, one folder per variant, on `threads` threads in all; how each ended, in
+/// their order. A variant that fails does not stop the others.
 pub fn sweep(
     variants: &[Variant],
     target: &Path,

@@ -55,8 +55,8 @@ pub enum SweepError {
 
 /// All combinations, speeds innermost. A road is a file:
 /// - `.toml`: the keys of a scene's `[road]`, paths relative to the file;
-/// - `.crg`: OpenCRG; `.npy`: a height map, for a scene whose road is one (its spacings are taken); anything else: a profile (`.dat`, `.csv`). If the scene's own road is of the
-///   same kind its other keys stay.
+/// - `.crg`: OpenCRG; `.npy`: a height map, for a scene whose road is one (its spacings are taken); anything else: a
+///   profile (`.dat`, `.csv`). If the scene's own road is of the same kind its other keys stay.
 ///
 /// # Errors
 /// [`SweepError`] with the first variant that is no scene.

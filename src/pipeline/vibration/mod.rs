@@ -39,7 +39,8 @@ pub struct VibrationRecorder {
 }
 
 impl VibrationRecorder {
-    /// A recorder of a prepared run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a revolution.
+    /// A recorder of a prepared run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a
+    /// revolution.
     ///
     /// # Errors
     /// A plan that needs too much memory; a fit that was refused; [`RunError::Interrupted`].

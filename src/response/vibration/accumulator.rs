@@ -1,13 +1,16 @@
-//! The forces of the patch, taken in step by step, as mean powers by bin and wavenumber: memory does not grow with the record.
+//! The forces of the patch, taken in step by step, as mean powers by bin and wavenumber: memory does not grow with the
+//! record.
 //!
 //! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for
 //!    its substeps. The stages of a Runge-Kutta rule are further columns.
-//! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N at 0 Hz beside some newtons of vibration, from
-//!    which a window's side lobes would not keep it away), each place is weighted and transformed over time.
+//! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N
+//!    at 0 Hz beside some newtons of vibration, from which a window's side lobes would not keep it away), each place is
+//!    weighted and transformed over time.
 //! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2, for several stages their products, see
 //!    `products`.
-//! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins are brought from |X|^2 to |X - d W|^2: the sums of X that
-//!    this takes are kept there by place. In the higher bins the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
+//! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins
+//!    are brought from |X|^2 to |X - d W|^2: the sums of X that this takes are kept there by place. In the higher bins
+//!    the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
 //!
 //! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages
 //! s times the transforms and s^2 times the squares and their memory.
@@ -87,7 +90,8 @@ impl VibrationAccumulator {
         }
     }
 
-    /// A point whose velocity is wanted: `transfers(bin, out)` writes its velocity for unit force at each place \[m/(N s)\].
+    /// A point whose velocity is wanted: `transfers(bin, out)` writes its velocity for unit force at each place \[m/(N
+    /// s)\].
     pub fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
         self.shares.iter_mut().for_each(|share| share.add_point(&mut transfers));
     }
@@ -314,15 +318,17 @@ pub struct PatchSpectra {
     pub layout: SegmentLayout,
     /// Segments averaged.
     pub segments: u64,
-    /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts [`SegmentLayout::sides`] times, a wavenumber
-    /// [`SegmentLayout::share`]. For several stages a bin has a row of wavenumbers for |F_i|^2 of each stage, then two
-    /// for each pair of stages i < j: real and imaginary part of the mean of F_i conj F_j.
+    /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts
+    /// [`SegmentLayout::sides`] times, a wavenumber [`SegmentLayout::share`]. For several stages a bin has a row of
+    /// wavenumbers for |F_i|^2 of each stage, then two for each pair of stages i < j: real and imaginary part of the
+    /// mean of F_i conj F_j.
     pub powers: Vec<f64>,
     /// The same of the mean pattern: bins with their rows.
     pub mean_pattern: Vec<(usize, Vec<f64>)>,
     /// By point: |v|^2 \[m^2/s^2\], bins 0..=K/2.
     pub points: Vec<Vec<f64>>,
-    /// By element that was asked for: |v|^2 \[m^2/s^2\] without the mean pattern's lines, bins 0..=K/2 of the material frame.
+    /// By element that was asked for: |v|^2 \[m^2/s^2\] without the mean pattern's lines, bins 0..=K/2 of the material
+    /// frame.
     pub elements: Vec<Vec<f64>>,
     /// Mean power that the forces put in \[W\].
     pub mean_power: f64,

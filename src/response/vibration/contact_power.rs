@@ -7,11 +7,12 @@
 //! holds exactly with the rule's matrices ([`super::stage_transfer`]). For the trapezoidal rule and the hold the work
 //! of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
 //!
-//! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre stores what it has not yet dissipated when the record ends, and
-//! with the trapezoidal rule and the hold both sides differ by the rule's error. The power is averaged with the square
-//! of the segments' window, so that the mean pattern, which has most
-//! of it, is balanced without any of that. Measured, N = 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are
-//! not those of the tyre under its forces, and nothing is balanced.
+//! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre
+//! stores what it has not yet dissipated when the record ends, and with the trapezoidal rule and the hold both sides
+//! differ by the rule's error. The power is averaged with the square of the segments' window, so that the mean pattern,
+//! which has most of it, is balanced without any of that. Measured, N = 128, 2.5 s: smooth road 2e-7, rough road 2e-5
+//! (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are not those of the tyre under its
+//! forces, and nothing is balanced.
 
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::{RungeKutta, TimeRule};

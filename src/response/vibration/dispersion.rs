@@ -1,13 +1,17 @@
 //! The tyre's own waves: frequencies of its poles over the wavenumber.
 //!
-//! A pole lambda of H_n is a free wave of n periods round the tyre, of frequency Im lambda/(2 pi) in the material, in whose resonance the velocity for unit force is about
+//! A pole lambda of H_n is a free wave of n periods round the tyre, of frequency Im lambda/(2 pi) in the material, in
+//! whose resonance the velocity for unit force is about
 //! |lambda R|/(-Re lambda).
 //!
-//! 1. Poles damped by less than [`MOST_DAMPING`] of critical are waves. Those of neighbouring wavenumbers are joined to branches, one for each lateral order and kind of wave, the closest
-//!    continuations first. The square of the frequency is nearly a polynomial of n^2, as that of a beam on springs, so it is carried on as a parabola, from n = 0 on as an even one.
+//! 1. Poles damped by less than [`MOST_DAMPING`] of critical are waves. Those of neighbouring wavenumbers are joined to
+//!    branches, one for each lateral order and kind of wave, the closest continuations first. The square of the
+//!    frequency is nearly a polynomial of n^2, as that of a beam on springs, so it is carried on as a parabola, from n
+//!    = 0 on as an even one.
 //! 2. Of each branch that part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
-//! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's map lie lower by so much.
+//! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's
+//! map lie lower by so much.
 
 use std::f64::consts::PI;
 
@@ -18,7 +22,8 @@ use crate::tyre::rational::RationalModel;
 pub const MOST_DAMPING: f64 = 0.15;
 /// Smallest peak of the velocity, as a part of the largest of all waves: 50 dB less.
 pub const LEAST_PEAK: f64 = 0.003;
-/// How far a wave may lie beside its branch's continuation, as a part of its frequency: fitted poles of weak waves wander by more than that, and make no branch.
+/// How far a wave may lie beside its branch's continuation, as a part of its frequency: fitted poles of weak waves
+/// wander by more than that, and make no branch.
 const JUMP: f64 = 0.015;
 /// The same for the second wavenumber, whose direction nobody knows.
 const FIRST_JUMP: f64 = 0.08;
@@ -140,12 +145,14 @@ mod tests {
         let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
         let branches = dispersion_branches(&model, Field::Surface, 1500.0);
         let lowest = branches.iter().find(|branch| branch.first == 0).unwrap();
-        // m = 1 resonances of the default tyre, n = 0..6 \[Hz\]: maxima of the compliance. With damping up to 0.025 of critical they lie 6e-4 below the pole at most, they are given to
-        // 5e-4, and the other modes' slope and the fit shift them by about as much.
+        // m = 1 resonances of the default tyre, n = 0..6 \[Hz\]: maxima of the compliance. With damping up to 0.025 of
+        // critical they lie 6e-4 below the pole at most, they are given to 5e-4, and the other modes' slope and the fit
+        // shift them by about as much.
         for (found, resonance) in lowest.frequencies.iter().zip([91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0]) {
             assert!((found / resonance - 1.0).abs() < 2e-3, "{found} {resonance}");
         }
-        // To the upper end of the band, and smooth: second differences are 8 Hz where the branch begins, and small beside the frequency.
+        // To the upper end of the band, and smooth: second differences are 8 Hz where the branch begins, and small
+        // beside the frequency.
         assert_eq!(lowest.frequencies.len(), 31, "1500 Hz is between n = 30 and 31: {:?}", lowest.frequencies);
         for branch in &branches {
             assert!(branch.frequencies.len() >= SHORTEST);

@@ -4,11 +4,14 @@
 //! v_E(w') = sum_e T_(E - e)(w') F_e(w'),   T_d(w') = sum_n exp(2 pi i n d/N) Y_n(w'),   n = -N/2...N/2 with half of either end
 //! ```
 //!
-//! 1. The forces of every element over a segment, which are zero but for its passages through the patch, less the mean pattern as it passes, weighted and transformed over time: N real
-//!    transforms of length K, for any number of points, and as many more for every further stage of a step.
+//! 1. The forces of every element over a segment, which are zero but for its passages through the patch, less the mean
+//!    pattern as it passes, weighted and transformed over time: N real transforms of length K, for any number of
+//!    points, and as many more for every further stage of a step.
 //! 2. For every point and bin the sum over all e, and over the stages.
-//! 3. The mean pattern of the whole record is known at its end. What is to be taken off then differs only by the place of the point at the segment's begin, of which there are two, half a
-//!    circumference apart where a segment is an odd number of revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its share in every bin.
+//! 3. The mean pattern of the whole record is known at its end. What is to be taken off then differs only by the place
+//!    of the point at the segment's begin, of which there are two, half a circumference apart where a segment is an odd
+//!    number of revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its share in
+//!    every bin.
 //!
 //! The mean pattern itself passes all elements alike: its lines are those of the mean over the circumference.
 
@@ -45,8 +48,8 @@ pub struct ElementVelocities {
 }
 
 impl ElementVelocities {
-    /// At the elements 0..N of each table's field, in the order field by field; `first_element` is in the window's first column at the record's first step. The tables are turned from
-    /// wavenumbers to distances.
+    /// At the elements 0..N of each table's field, in the order field by field; `first_element` is in the window's
+    /// first column at the record's first step. The tables are turned from wavenumbers to distances.
     pub fn new(
         layout: &SegmentLayout,
         first_element: i64,
@@ -110,7 +113,8 @@ impl ElementVelocities {
         self.velocities = velocities;
     }
 
-    /// By point, sums over the segments of |v|^2 with the rest of the mean pattern taken off: `offset(step, column)` is that rest \[N\].
+    /// By point, sums over the segments of |v|^2 with the rest of the mean pattern taken off: `offset(step, column)` is
+    /// that rest \[N\].
     pub(super) fn finish(&self, offset: impl Fn(usize, usize) -> f64 + Copy + Sync) -> Vec<Vec<f64>> {
         let mut powers = self.powers.clone();
         let mut parts = self.parts.clone();

@@ -1,8 +1,9 @@
 //! Sizes of a segment and the bins of both frames.
 //!
-//! A revolution is exactly N q steps. A segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the rotation shifts the wavenumber n by n V/L = n r df: a whole
-//! number of bins, in either frame the same ones. The forces are known at instants of the material, so the material frequency is the one within the Nyquist interval:
-//! w' = w - n Omega, brought there by whole sampling rates where it lies outside.
+//! A revolution is exactly N q steps. A segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the
+//! rotation shifts the wavenumber n by n V/L = n r df: a whole number of bins, in either frame the same ones. The
+//! forces are known at instants of the material, so the material frequency is the one within the Nyquist interval: w' =
+//! w - n Omega, brought there by whole sampling rates where it lies outside.
 //!
 //! A Runge-Kutta rule has several instants in a step, each with forces of its own. They all belong to the same
 //! elements, since the window moves on between steps only: the forces of one stage are a sequence over the steps as
@@ -48,7 +49,8 @@ pub struct SharedBin {
 }
 
 impl SegmentLayout {
-    /// Revolutions for segments of about `segment` seconds in a record of `steps`; `None` if the record is shorter than a revolution.
+    /// Revolutions for segments of about `segment` seconds in a record of `steps`; `None` if the record is shorter than
+    /// a revolution.
     pub fn revolutions_for(segment: f64, revolution: u64, time_step: f64, steps: u64) -> Option<usize> {
         let fitting = steps / revolution;
         let wanted = (segment / (revolution as f64 * time_step)).round().clamp(1.0, 1e6) as u64;

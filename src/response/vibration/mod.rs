@@ -5,8 +5,9 @@
 //! v(x, w) = sum_n exp(i kx_n x) v_n(w - n Omega),   Omega = V/R                         non-rotating frame, x from the axle
 //! ```
 //!
-//! The velocity is that of the material, du/dt of an element, in both frames; seen from beside the road a wave of n periods has its frequency shifted by n Omega and nothing else. (The rate at
-//! which the outline changes at a fixed x, which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
+//! The velocity is that of the material, du/dt of an element, in both frames; seen from beside the road a wave of n
+//! periods has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x,
+//! which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
 //! What i w' and H_n stand for is the matter of the run's time rule. The displacement is that of the run's own
 //! recursion for every rule; its rate is the rule's difference quotient for a multistep rule, which the work of the
@@ -19,12 +20,14 @@
 //! - [`transfer`]: the velocity for unit force; [`stage_transfer`]: for the forces of a Runge-Kutta rule's stages;
 //!   [`points`]: the same for points beside the axle, coherent over n; [`elements`]: for points that turn with the
 //!   tyre;
-//! - [`spectra`]: velocities everywhere, maps, dissipated power; [`contact_power`]: the power put in, in the time domain;
+//! - [`spectra`]: velocities everywhere, maps, dissipated power; [`contact_power`]: the power put in, in the time
+//!   domain;
 //! - [`dispersion`]: the tyre's own waves.
 //!
-//! Levels are means over segments and over the circumference, or at points. Forces are transformed by segments and the response to each segment is taken as if it had begun at rest and
-//! rung out within, so |F_n|^2 is blurred by the window, some 1.5 df wide, before |H_n|^2 multiplies it. The error falls with the square
-//! of the segment and is largest where the tyre resonates.
+//! Levels are means over segments and over the circumference, or at points. Forces are transformed by segments and the
+//! response to each segment is taken as if it had begun at rest and rung out within, so |F_n|^2 is blurred by the
+//! window, some 1.5 df wide, before |H_n|^2 multiplies it. The error falls with the square of the segment and is
+//! largest where the tyre resonates.
 
 pub mod accumulator;
 pub mod contact_power;

@@ -1,10 +1,13 @@
 //! Velocity at a point that stands beside the axle, for unit force at each place of the window.
 //!
-//! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half of either end: the interpolation between the elements that has no
-//! wave shorter than two of them. For every bin one transform of length N a substep; what is kept is as long as the window is wide.
+//! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half
+//! of either end: the interpolation between the elements that has no wave shorter than two of them. For every bin one
+//! transform of length N a substep; what is kept is as long as the window is wide.
 //!
-//! Beside the patch levels are those of the elements that pass to 0.04 dB (`bdf2`, N = 256, flat stones, segments of 1 s). In its middle the road holds the tread, velocities are what the forces'
-//! shares leave of each other, some 26 dB less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB above.
+//! Beside the patch levels are those of the elements that pass to 0.04 dB (`bdf2`, N = 256, flat stones, segments of 1
+//! s). In its middle the road holds the tread, velocities are what the forces' shares leave of each other, some 26 dB
+//! less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB
+//! above.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -60,7 +63,8 @@ impl VelocityTable {
         }
     }
 
-    /// From the wavenumbers n to distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A normal velocity is even in d, a tangential one odd.
+    /// From the wavenumbers n to distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A
+    /// normal velocity is even in d, a tangential one odd.
     pub(super) fn turn_to_distances(&mut self) {
         let (elements, bins) = (self.layout.elements, self.layout.bins());
         let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);

@@ -1,9 +1,11 @@
 //! From the forces' powers to velocities: spectra of both frames, maps, dissipated power.
 //!
-//! A wave of the non-rotating frame, exp(i (kx x + w t)), is a wave of the material one with w' = w - n Omega; its velocity is that of the material, Y_n(w') = s H_n(s) times its force, whoever looks
-//! on. So every wave's power |Y_n|^2 |F_n|^2 belongs to one bin of each frame, and both sums are the same: the mean of v^2 over the circumference and over time. Only the mean pattern, which
-//! stands in the non-rotating frame, is there 0 Hz and no vibration, in the material frame lines at the multiples of the rotation; it is listed by itself, and is a part of
-//! the material frame's spectrum.
+//! A wave of the non-rotating frame, exp(i (kx x + w t)), is a wave of the material one with w' = w - n Omega; its
+//! velocity is that of the material, Y_n(w') = s H_n(s) times its force, whoever looks on. So every wave's power
+//! |Y_n|^2 |F_n|^2 belongs to one bin of each frame, and both sums are the same: the mean of v^2 over the circumference
+//! and over time. Only the mean pattern, which stands in the non-rotating frame, is there 0 Hz and no vibration, in the
+//! material frame lines at the multiples of the rotation; it is listed by itself, and is a part of the material frame's
+//! spectrum.
 //!
 //! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
 //!
@@ -86,7 +88,8 @@ impl AddAssign for Dissipation {
     }
 }
 
-/// Spectra of all fields, and the power that the forces' work dissipates; `None` where the response does not have a field.
+/// Spectra of all fields, and the power that the forces' work dissipates; `None` where the response does not have a
+/// field.
 pub fn field_spectra(
     patch: &PatchSpectra,
     response: &TyreResponse<'_>,

@@ -92,7 +92,8 @@ impl TyreResponse<'_> {
         Some(ScaledModes { modes: modes?, scale: self.scale, own })
     }
 
-    /// s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there. The tangential displacement is odd in n and this times i.
+    /// s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there. The
+    /// tangential displacement is odd in n and this times i.
     pub fn velocities(&self, n: usize, field: VibrationField, symbols: &[Complex64], out: &mut [Complex64]) -> bool {
         let Some(ScaledModes { modes, scale, own }) = self.modes(n, field) else { return false };
         partial_fractions(&modes, modes.constant, symbols, out);
@@ -219,7 +220,8 @@ impl Transfers {
 /// Points that are evaluated side by side.
 const LANE: usize = 64;
 
-/// constant + sum of the poles' shares at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole b/(s - lambda): plain loops over many s, which the compiler makes vectors of.
+/// constant + sum of the poles' shares at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole b/(s - lambda):
+/// plain loops over many s, which the compiler makes vectors of.
 fn partial_fractions(modes: &Modes<'_>, constant: f64, symbols: &[Complex64], out: &mut [Complex64]) {
     let arch = Arch::new();
     for (symbols, out) in symbols.chunks(LANE).zip(out.chunks_mut(LANE)) {

@@ -34,7 +34,8 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
-    /// A linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a constant up to noise.
+    /// A linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a constant up to
+    /// noise.
     pub fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = extent(values);
         let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
@@ -88,7 +89,8 @@ impl Axis {
         self.range.clone()
     }
 
-    /// Where a value lies, as a part of the axis' length; outside \[0, 1\]: beside it. NaN where a logarithm has no value.
+    /// Where a value lies, as a part of the axis' length; outside \[0, 1\]: beside it. NaN where a logarithm has no
+    /// value.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),

@@ -1,7 +1,8 @@
 //! A white sheet with a frame, axes and labels, drawn with plotters into SVG.
 //!
-//! The SVG backend has whole-number coordinates: the sheet is drawn `FINE` times larger than it is shown, so lines are smooth.
-//! Colour maps go beneath, as one path per colour (see `heat_map`): the backend would write a rectangle per cell.
+//! The SVG backend has whole-number coordinates: the sheet is drawn `FINE` times larger than it is shown, so lines are
+//! smooth. Colour maps go beneath, as one path per colour (see `heat_map`): the backend would write a rectangle per
+//! cell.
 
 use std::ops::Range;
 
@@ -150,7 +151,8 @@ pub(super) enum Grid {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What the pictures draw on. Errors of the backend are kept until the end: it writes to memory and has none of its own.
+/// What the pictures draw on. Errors of the backend are kept until the end: it writes to memory and has none of its
+/// own.
 pub(super) struct Sheet<'a> {
     area: Area<'a>,
     failure: Option<String>,

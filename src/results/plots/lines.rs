@@ -4,7 +4,8 @@ use super::axis::Axis;
 use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
 use super::colour;
 
-/// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the same.
+/// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the
+/// same.
 const COLUMNS: usize = 2000;
 
 /// One curve.

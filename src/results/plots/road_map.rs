@@ -25,7 +25,8 @@ pub struct RoadMap<'a> {
 const ASPECTS: (f64, f64) = (0.22, 0.9);
 
 impl RoadMap<'_> {
-    /// The picture as SVG: along the road across, height in mm as colour. True to scale unless the stretch is too long for that.
+    /// The picture as SVG: along the road across, height in mm as colour. True to scale unless the stretch is too long
+    /// for that.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without points, [`PlotError::Draw`].

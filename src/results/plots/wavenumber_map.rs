@@ -23,7 +23,8 @@ pub struct WavenumberPlot<'a> {
     pub map: &'a WavenumberMap,
     /// The tyre's waves in the material frame.
     pub branches: &'a [DispersionBranch],
-    /// By how much the frequency of a wave rises with each period round the tyre: 0 in the material frame, the revolutions per second beside the road \[Hz\].
+    /// By how much the frequency of a wave rises with each period round the tyre: 0 in the material frame, the
+    /// revolutions per second beside the road \[Hz\].
     pub rotation: f64,
 }
 
@@ -62,7 +63,8 @@ impl WavenumberPlot<'_> {
         map.to_svg_under(&self.curves())
     }
 
-    /// Each branch in both directions; where the rotation turns a wave's frequency negative it is seen as its mirror image.
+    /// Each branch in both directions; where the rotation turns a wave's frequency negative it is seen as its mirror
+    /// image.
     fn curves(&self) -> Vec<Vec<(f64, f64)>> {
         let curve = |branch: &DispersionBranch, direction: f64| {
             let waves = (branch.first..).map(|n| direction * n as f64);

@@ -1,4 +1,5 @@
-//! Work against precision: curves of single knobs, points, a front and marked settings, over logarithmic axes, in panels that share the error's axis and a legend.
+//! Work against precision: curves of single knobs, points, a front and marked settings, over logarithmic axes, in
+//! panels that share the error's axis and a legend.
 
 use plotters::style::RGBColor;
 

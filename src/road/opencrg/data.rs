@@ -1,7 +1,7 @@
 //! The numbers behind an OpenCRG header.
 //!
-//! Text: 80-character records, fields of 10 (R) or 20 (D) characters cut by column; a field that is no number is missing (NaN).
-//! Binary: big-endian IEEE 754, filled with NaN to whole records of 80 bytes.
+//! Text: 80-character records, fields of 10 (R) or 20 (D) characters cut by column; a field that is no number is
+//! missing (NaN). Binary: big-endian IEEE 754, filled with NaN to whole records of 80 bytes.
 
 use super::error::{CrgError, LikelyCause};
 use super::header::Format;

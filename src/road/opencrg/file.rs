@@ -1,8 +1,9 @@
 //! An OpenCRG road in memory: includes followed, grid assembled, reference line integrated.
 //!
-//! 1. Read the header; where it names another file (`$ROAD_CRG_FILE`, inside the scene's folder only), take data and parameters from there
-//!    and modifiers from the outermost file that has a section of them.
-//! 2. Number of rows round((u_end - u_start)/increment) + 1, lateral positions from the channels or from right, left, increment.
+//! 1. Read the header; where it names another file (`$ROAD_CRG_FILE`, inside the scene's folder only), take data and
+//!    parameters from there and modifiers from the outermost file that has a section of them.
+//! 2. Number of rows round((u_end - u_start)/increment) + 1, lateral positions from the channels or from right, left,
+//!    increment.
 //! 3. z(u, v) = grid, bilinear, + integrated slope + banking(u) v, v held at the grid's borders.
 
 use std::path::{Path, PathBuf};
@@ -176,7 +177,8 @@ impl Crg {
         }
         let count = self.grid.iter().filter(|height| height.is_nan()).count();
         let offset = value("grid_nan_offset").unwrap_or(0.0);
-        // Mode 0 keeps, 1 sets zero, 2 holds the nearest value across. Without a mode they are kept: texture wants measured points only.
+        // Mode 0 keeps, 1 sets zero, 2 holds the nearest value across. Without a mode they are kept: texture wants
+        // measured points only.
         let mode = value("grid_nan_mode").unwrap_or(0.0).round() as i64;
         if count > 0 && (mode == 1 || mode == 2) {
             let holes: Vec<usize> = (0..self.grid.len()).filter(|&index| self.grid[index].is_nan()).collect();

@@ -1,8 +1,8 @@
 //! The text header of an OpenCRG file.
 //!
 //! 1. Lines are ISO 8859-1, ended by LF or CR LF. `*` in the first column is a comment, `!` starts one.
-//! 2. `$NAME` opens a section, a line of `$`, `$$` or `$!...` closes it; `$$$$` (or `$$` outside any section) ends the header:
-//!    data start at the byte after its LF.
+//! 2. `$NAME` opens a section, a line of `$`, `$$` or `$!...` closes it; `$$$$` (or `$$` outside any section) ends the
+//!    header: data start at the byte after its LF.
 //! 3. `key = value` in the sections of parameters; `#:FORMAT` and `D:name,unit` in `$KD_DEFINITION`.
 
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! The strip of an OpenCRG road that a tyre rolls on.
 //!
-//! 1. Columns complete along the whole road are usable; where none are wide enough together, columns that lack at most a tenth
-//!    of their heights are, too, the rest interpolated along.
+//! 1. Columns complete along the whole road are usable; where none are wide enough together, columns that lack at most
+//!    a tenth of their heights are, too, the rest interpolated along.
 //! 2. The tyre's middle is at `lateral_position`, by default in the middle of the widest run of usable columns.
 //! 3. Columns within the strip, and some beside it for the interpolation, become a height map; uneven columns are first
 //!    interpolated linearly to their smallest spacing.

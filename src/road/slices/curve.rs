@@ -45,9 +45,9 @@ impl StiffnessCurve {
     /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws
     /// come.
     ///
-    /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; y_k that are equal, up to a picometre, become one
-    /// breakpoint, for a slope between them would be rounding; those at y_k = 0 only set the initial slope. The slope past the last one is set to 1 exactly: the weights' sum differs
-    /// from it by rounding only.
+    /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; y_k that are equal, up to a picometre,
+    /// become one breakpoint, for a slope between them would be rounding; those at y_k = 0 only set the initial slope.
+    /// The slope past the last one is set to 1 exactly: the weights' sum differs from it by rounding only.
     pub fn from_events(peak: f64, events: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let mut last = 0.0;
         let breakpoints = events
@@ -84,8 +84,8 @@ impl StiffnessCurve {
         s0 + slope * (y - y0)
     }
 
-    /// S(w) \[m\] at the penetration w > 0 for which w + `excess` S(w) = y \[m\]: the slice in series with a spring whose
-    /// compliance is `excess` times its own; `excess` > -1. 0 for y <= 0.
+    /// S(w) \[m\] at the penetration w > 0 for which w + `excess` S(w) = y \[m\]: the slice in series with a spring
+    /// whose compliance is `excess` times its own; `excess` > -1. 0 for y <= 0.
     ///
     /// `near` is a guess of the piece that holds w, and its number afterwards.
     pub fn displacement_in_series(&self, y: f64, excess: f64, near: &mut u32) -> f64 {

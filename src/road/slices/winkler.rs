@@ -10,8 +10,8 @@
 //!
 //! Where some is:
 //! 1. Depths are put into bins, whose width follows from the tolerance; those of a bin become one event at their mean.
-//!    Outside a bin S is then exact, inside it too small by at most (share of the cells in the bin) width/4: when half of
-//!    them lie at each edge. Cost: some operations for each cell and for each bin.
+//!    Outside a bin S is then exact, inside it too small by at most (share of the cells in the bin) width/4: when half
+//!    of them lie at each edge. Cost: some operations for each cell and for each bin.
 //! 2. A slice with too many of its cells in one bin, or fewer cells than bins by far, is sorted after all. Measured
 //!    (bench `slices`): to leave out more breakpoints costs more than it saves.
 

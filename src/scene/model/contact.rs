@@ -11,13 +11,16 @@ pub struct Contact {
     pub slices: Slices,
     /// By how much a slice yields more than the element as a whole.
     pub slice_coupling: SliceCoupling,
-    /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
+    /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of compliance
+    /// kappa/(dx b). Default: from the tread's modulus and the road's texture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub local_compliance: Option<f64>,
-    /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits exactly keeps its own).
+    /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits exactly
+    /// keeps its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_across: Option<usize>,
-    /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly keeps its own).
+    /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly keeps
+    /// its own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells_along: Option<usize>,
     /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it exact.
@@ -26,13 +29,15 @@ pub struct Contact {
     /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bedding_stiffness: Option<f64>,
-    /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic tread.
+    /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic
+    /// tread.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub equal_stiffness: bool,
 }
 
 impl Contact {
-    /// That of the standard preset. Thinned curves err to the same side in every slice: 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
+    /// That of the standard preset. Thinned curves err to the same side in every slice: 1e-6 m changes levels by 0.1
+    /// dB, 1e-5 m by 6 dB (measured at N = 512).
     pub const SLICE_TOLERANCE: f64 = 3e-7;
 }
 
@@ -59,7 +64,8 @@ pub enum Tread {
     /// The elastic layer with coupling between contact points.
     #[default]
     Elastic,
-    /// The elastic layer, coupling within one step left out (diagonal of G0). What is left out falls with the time step: the limit is the elastic layer.
+    /// The elastic layer, coupling within one step left out (diagonal of G0). What is left out falls with the time
+    /// step: the limit is the elastic layer.
     Uncoupled,
     /// Independent springs on the belt.
     Bedding,
@@ -80,8 +86,9 @@ pub enum Slices {
 
 /// By how much a slice yields more than the element as a whole.
 ///
-/// `explicit` and `implicit` are the paper's equation 4 and take the element's own influence of one time step for the slice's spring; that falls with the time step and takes the texture's
-/// yielding with it, so neither has a limit for small time steps.
+/// `explicit` and `implicit` are the paper's equation 4 and take the element's own influence of one time step for the
+/// slice's spring; that falls with the time step and takes the texture's yielding with it, so neither has a limit for
+/// small time steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SliceCoupling {

@@ -15,10 +15,12 @@ pub enum Switch {
     Auto,
 }
 
-/// Effects, each on, off or `auto`. The laws of tread and slices stand in [`super::Contact`], what holds the axle in [`super::Axle`].
+/// Effects, each on, off or `auto`. The laws of tread and slices stand in [`super::Contact`], what holds the axle in
+/// [`super::Axle`].
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Effects {
-    /// Texture across the contact width, with the slice law; without it the road is its middle line, level across. `auto`: off for roads that are level across anyway.
+    /// Texture across the contact width, with the slice law; without it the road is its middle line, level across.
+    /// `auto`: off for roads that are level across anyway.
     pub texture: Switch,
     /// Normal vibration of the tread surface, local deformation included. `auto`: where an output asks for it.
     pub tread_vibration: Switch,
@@ -26,8 +28,8 @@ pub struct Effects {
     pub belt_vibration: Switch,
     /// Tangential vibration of the tread surface. `auto`: where an output asks for it.
     pub tangential_motion: Switch,
-    /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for it. `auto`: on where it adds more than
-    /// [`Effects::CENTRIFUGAL_SHARE`] to the tension.
+    /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for it.
+    /// `auto`: on where it adds more than [`Effects::CENTRIFUGAL_SHARE`] to the tension.
     pub centrifugal_tension: Switch,
     /// Sound radiation; not there yet: `on` is refused.
     pub radiation: Switch,
@@ -36,7 +38,8 @@ pub struct Effects {
 }
 
 impl Effects {
-    /// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes by 5 %.
+    /// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes
+    /// by 5 %.
     pub const CENTRIFUGAL_SHARE: f64 = 0.1;
 }
 

@@ -7,13 +7,15 @@ use super::{Preset, TimeRule, Vibration};
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Numerics {
-    /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see [`super::Resolution`].
+    /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see
+    /// [`super::Resolution`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmax: Option<f64>,
     /// The row of the table of accuracy against time that what is not given is taken from, see [`super::FrontRow`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
-    /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that keeps it, see [`super::FrontRow`].
+    /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that keeps
+    /// it, see [`super::FrontRow`].
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "decibels")]
     pub accuracy: Option<f64>,
     /// Elements N round the tyre; even.
@@ -26,7 +28,8 @@ pub struct Numerics {
     pub history: History,
     /// Length of the force history that is kept, `direct` only \[s\].
     pub memory: f64,
-    /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or to 0.003 of its largest where that is more.
+    /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or to
+    /// 0.003 of its largest where that is more.
     pub pole_tolerance: f64,
     /// Relative tolerance of the wavenumber sums, of the influence function's static value.
     pub influence_tolerance: f64,

@@ -9,7 +9,8 @@ use crate::numeric::transform_length;
 
 /// What a scene wants of its resolution.
 ///
-/// Without a row of the table: four elements per texture wavelength V/fmax, whose averaging takes 0.9 dB off the texture at fmax, none longer than 5 mm, and 5 % in phase and damping of the time rule.
+/// Without a row of the table: four elements per texture wavelength V/fmax, whose averaging takes 0.9 dB off the
+/// texture at fmax, none longer than 5 mm, and 5 % in phase and damping of the time rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Need {
     /// Highest frequency \[Hz\].
@@ -19,7 +20,8 @@ pub struct Need {
 }
 
 impl Need {
-    /// Largest relative error of the rule's rate that a frequency still counts as reached with, phase and damping together.
+    /// Largest relative error of the rule's rate that a frequency still counts as reached with, phase and damping
+    /// together.
     pub const RULE_ERROR: f64 = 0.05;
 
     /// Elements per texture wavelength V/fmax.
@@ -72,7 +74,8 @@ impl Resolution {
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
 
-    /// For a need, circumference \[m\], speed \[m/s\] and rule; what is given stays. N is the next even number without prime factors above 5.
+    /// For a need, circumference \[m\], speed \[m/s\] and rule; what is given stays. N is the next even number without
+    /// prime factors above 5.
     pub fn new(
         need: Need,
         circumference: f64,

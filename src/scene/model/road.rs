@@ -33,9 +33,9 @@ impl Road {
         !matches!(self, Self::Smooth | Self::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }))
     }
 
-    /// Size of cells for levels within a decibel or so \[m\]: half the shortest wave of a made road, the spacing of a height
-    /// map; [`Self::CELL`] at most. What waves other files hold nobody knows before they are read: a quarter of that at
-    /// least, which a coarse chip seal wants (profiles/README.md).
+    /// Size of cells for levels within a decibel or so \[m\]: half the shortest wave of a made road, the spacing of a
+    /// height map; [`Self::CELL`] at most. What waves other files hold nobody knows before they are read: a quarter of
+    /// that at least, which a coarse chip seal wants (profiles/README.md).
     pub fn cell(&self) -> f64 {
         let shortest = match self {
             Self::Smooth => return Self::CELL,

@@ -11,7 +11,8 @@ pub struct Rolling {
     pub duration: f64,
     /// Time simulated before anything counts towards a mean or a spectrum \[s\].
     pub warm_up: f64,
-    /// Road coordinate under the axle at t = 0 \[m\]; default: 0 on an endless road, just far enough in on a finite one.
+    /// Road coordinate under the axle at t = 0 \[m\]; default: 0 on an endless road, just far enough in on a finite
+    /// one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<f64>,
     /// What holds the axle.
@@ -29,7 +30,8 @@ pub enum Axle {
         /// Relative tolerance of the mean force.
         tolerance: f64,
     },
-    /// A mass under the load, with a spring and a damper: it moves with the contact force, the mean of which is the load.
+    /// A mass under the load, with a spring and a damper: it moves with the contact force, the mean of which is the
+    /// load.
     Mass {
         /// Vertical load \[N\].
         load: f64,

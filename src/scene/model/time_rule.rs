@@ -1,8 +1,10 @@
 //! Time rules: what stands for a' = lambda a + F between two steps, and how far it is from it.
 //!
-//! A convolution quadrature replaces s in H(s) by the rates mu/dt of its rule at zeta = exp(-s dt): one rate for a multistep rule (Lubich 1988, *Numer. Math.* 52,
-//! 129 and 413), the eigenvalues of Delta(zeta) = (A + zeta/(1 - zeta) 1 b^T)^-1 for a Runge-Kutta rule (Lubich & Ostermann 1993, *Math. Comp.* 60, 105; Banjai, Lubich &
-//! Melenk 2011, *Numer. Math.* 119, 1). For a stiffly accurate rule they are the roots of zeta R(mu) = 1, R being the stability function.
+//! A convolution quadrature replaces s in H(s) by the rates mu/dt of its rule at zeta = exp(-s dt): one rate for a
+//! multistep rule (Lubich 1988, *Numer. Math.* 52, 129 and 413), the eigenvalues of Delta(zeta) = (A + zeta/(1 - zeta)
+//! 1 b^T)^-1 for a Runge-Kutta rule (Lubich & Ostermann 1993, *Math. Comp.* 60, 105; Banjai, Lubich & Melenk 2011,
+//! *Numer. Math.* 119, 1). For a stiffly accurate rule they are the roots of zeta R(mu) = 1, R being the stability
+//! function.
 
 use std::f64::consts::PI;
 
@@ -22,15 +24,18 @@ use serde::{Deserialize, Serialize};
 /// | `sdirk3` | 3 | 0.026 x^3 | 0.015 x^4 | H(2.29/dt) | stable; 3 stages, one with a negative weight |
 /// | `first-order-hold` | 2 in the force | 0 | 0 | mean of g | unstable where the tyre is inertia-like: refused |
 ///
-/// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre (tests/time_rules.rs: 0.95, 1.99, 2.00, 2.00, 2.99, 2.00).
+/// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre
+/// (tests/time_rules.rs: 0.95, 1.99, 2.00, 2.00, 2.99, 2.00).
 ///
-/// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the same symmetric positive definite G0, and one
-/// cached factor serves all stages. Fully implicit ones (Radau IIA) couple the stages in one problem whose matrix is not symmetric: neither its
-/// unique solution nor the end of the search would be certain. Their force of a step is the stages' weighted mean: single stages have order 1 only. With
-/// `sdirk3` an element's mean may be slightly negative.
+/// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the
+/// same symmetric positive definite G0, and one cached factor serves all stages. Fully implicit ones (Radau IIA) couple
+/// the stages in one problem whose matrix is not symmetric: neither its unique solution nor the end of the search would
+/// be certain. Their force of a step is the stages' weighted mean: single stages have order 1 only. With `sdirk3` an
+/// element's mean may be slightly negative.
 ///
-/// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an error
-/// two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is (tests/convergence.rs).
+/// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an
+/// error two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is
+/// (tests/convergence.rs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeRule {
@@ -213,7 +218,8 @@ impl TimeRule {
         }
     }
 
-    /// What is left in the mean force of a step, sum_i b_i F_i, of a force that swings by an angle w dt in a step: |sum_i b_i exp(i w dt c_i)|. 1 for rules that solve once, at the step's end.
+    /// What is left in the mean force of a step, sum_i b_i F_i, of a force that swings by an angle w dt in a step:
+    /// |sum_i b_i exp(i w dt c_i)|. 1 for rules that solve once, at the step's end.
     pub fn mean_response(self, angle: f64) -> f64 {
         let parts = self.nodes().iter().zip(self.weights());
         parts.map(|(&node, weight)| Complex64::from_polar(1.0, angle * node) * weight).sum::<Complex64>().norm()
@@ -224,7 +230,8 @@ impl TimeRule {
         matches!(self, Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal)
     }
 
-    /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. None for the first-order hold, which is no quadrature: its modes are exact.
+    /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. None for the first-order hold, which is no
+    /// quadrature: its modes are exact.
     pub fn rates(self, zeta: Complex64) -> Option<Rates> {
         let one = |value| Some(Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 });
         match self {
@@ -237,7 +244,8 @@ impl TimeRule {
         }
     }
 
-    /// The rate that stands for s = i w at w dt = `angle`, relative to i w dt: 1 is exact; 1 + p - i d has the relative error p in phase (frequency) and the damping d.
+    /// The rate that stands for s = i w at w dt = `angle`, relative to i w dt: 1 is exact; 1 + p - i d has the relative
+    /// error p in phase (frequency) and the damping d.
     pub fn relative_rate(self, angle: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angle);
         let Some(rates) = self.rates((-exact).exp()) else { return Complex64::ONE };

@@ -70,7 +70,8 @@ impl Tyre {
         self.layers.iter().map(|layer| layer.material.density * layer.thickness).sum()
     }
 
-    /// Tension along the circumference that the tyre's own mass adds at a speed \[m/s\]: m'' V^2 \[N/m\], the hoop tension of a thin ring.
+    /// Tension along the circumference that the tyre's own mass adds at a speed \[m/s\]: m'' V^2 \[N/m\], the hoop
+    /// tension of a thin ring.
     pub fn centrifugal_tension(&self, speed: f64) -> f64 {
         self.mass_per_area() * speed * speed
     }
@@ -80,8 +81,9 @@ impl Tyre {
         self.layers.iter().map(|layer| layer.tension[0]).sum()
     }
 
-    /// The tyre as it rolls at a speed \[m/s\]: its [centrifugal tension](Self::centrifugal_tension) is carried by the layers under tension, each in proportion to its own; where there is none, by
-    /// the layer of the largest stiffness E h, which holds the others.
+    /// The tyre as it rolls at a speed \[m/s\]: its [centrifugal tension](Self::centrifugal_tension) is carried by the
+    /// layers under tension, each in proportion to its own; where there is none, by the layer of the largest stiffness
+    /// E h, which holds the others.
     #[must_use]
     pub fn spinning(&self, speed: f64) -> Self {
         let (added, carried) = (self.centrifugal_tension(speed), self.tension_along());

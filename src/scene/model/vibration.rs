@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Which velocities are computed from the contact forces, and how they are shown. A scene without this table computes none.
+/// Which velocities are computed from the contact forces, and how they are shown. A scene without this table computes
+/// none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Vibration {
     /// Normal velocity of the tread surface, local deformation included.
@@ -13,10 +14,12 @@ pub struct Vibration {
     pub tangential: bool,
     /// The frames of the spectra.
     pub frames: Frames,
-    /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the non-rotating frame are wanted \[m\].
+    /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the
+    /// non-rotating frame are wanted \[m\].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<f64>,
-    /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre. The element e meets the road at the distance e dx from its beginning.
+    /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre. The
+    /// element e meets the road at the distance e dx from its beginning.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub elements: Vec<usize>,
     /// Maps over wavenumber and frequency.

@@ -41,7 +41,8 @@ impl Given {
         &self.numerics
     }
 
-    /// Puts what follows from `fmax`, `preset` and `accuracy` into the scene, and says why; a complaint where they contradict each other or given numbers cannot reach them.
+    /// Puts what follows from `fmax`, `preset` and `accuracy` into the scene, and says why; a complaint where they
+    /// contradict each other or given numbers cannot reach them.
     pub(super) fn resolve(self, scene: &mut Scene, table: &Table<'_>) -> Option<Vec<Choice>> {
         let Numerics { fmax, preset, accuracy, .. } = self.numerics;
         let row = match (preset, accuracy) {

@@ -1,15 +1,17 @@
 //! Fitted models on disk.
 //!
-//! An entry is a file `<key>.influence`, the key the SHA-256 of everything that the model depends on (tyre, options, format and algorithm version). It is written to a temporary
-//! file of its own and renamed, so a reader sees all of an entry or nothing, and two processes may store the same one at once. Layout, little-endian:
+//! An entry is a file `<key>.influence`, the key the SHA-256 of everything that the model depends on (tyre, options,
+//! format and algorithm version). It is written to a temporary file of its own and renamed, so a reader sees all of an
+//! entry or nothing, and two processes may store the same one at once. Layout, little-endian:
 //!
 //! ```text
 //! 8 bytes  magic "TWAVEINF"          4 bytes  format version        32 bytes  key
 //! 8 bytes  length of the body        body (see `encode`)            32 bytes  SHA-256 of all before
 //! ```
 //!
-//! Whatever does not check out (truncated, damaged, another version, another key) is no error: the caller gets the reason as a warning, fits again and replaces it. When the
-//! entries exceed the size limit the least recently written ones go first.
+//! Whatever does not check out (truncated, damaged, another version, another key) is no error: the caller gets the
+//! reason as a warning, fits again and replaces it. When the entries exceed the size limit the least recently written
+//! ones go first.
 
 use std::fs;
 use std::io::Write;
@@ -111,7 +113,8 @@ pub struct Cache {
     limit: u64,
 }
 
-/// A model's key: SHA-256 over the version, the tyre and the options in their JSON form (numbers are written with all digits).
+/// A model's key: SHA-256 over the version, the tyre and the options in their JSON form (numbers are written with all
+/// digits).
 pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
     #[derive(Serialize)]
     struct Content<'a> {
@@ -128,7 +131,8 @@ pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
 }
 
 impl Cache {
-    /// The user's cache: `TYREWAVE_CACHE_DIR`, else the platform's cache folder (`XDG_CACHE_HOME`, `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`).
+    /// The user's cache: `TYREWAVE_CACHE_DIR`, else the platform's cache folder (`XDG_CACHE_HOME`, `LOCALAPPDATA`,
+    /// `~/Library/Caches`, `~/.cache`).
     pub fn open() -> Result<Self, CacheError> {
         let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         let own = |base: PathBuf| base.join("tyrewave");
@@ -158,7 +162,8 @@ impl Cache {
         self.folder.join(name).with_extension(EXTENSION)
     }
 
-    /// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored. Trouble with the cache only ever gives warnings.
+    /// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored.
+    /// Trouble with the cache only ever gives warnings.
     ///
     /// # Errors
     /// As [`fit_timed`].

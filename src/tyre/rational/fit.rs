@@ -2,8 +2,8 @@
 //!
 //! 1. the sums are prepared and the ladder of sampling points is built;
 //! 2. the scale of the belt's errors is taken from samples of n = 0;
-//! 3. the wavenumbers are fitted in the order of a [`Tree`], each as soon as the one that it starts from is done, on all threads; who starts from whom does not depend on
-//!    their number: same bits for any number of them.
+//! 3. the wavenumbers are fitted in the order of a [`Tree`], each as soon as the one that it starts from is done, on
+//!    all threads; who starts from whom does not depend on their number: same bits for any number of them.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -43,7 +43,8 @@ pub struct FitOptions {
     pub influence_tolerance: f64,
     /// Most poles of one wavenumber, conjugates counted.
     pub most_poles: usize,
-    /// Whether a constant is fitted. Measured: it does not save a pole, and without it H_n vanishes at infinity as it should.
+    /// Whether a constant is fitted. Measured: it does not save a pole, and without it H_n vanishes at infinity as it
+    /// should.
     pub constant: bool,
 }
 
@@ -53,7 +54,8 @@ impl FitOptions {
         Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
     }
 
-    /// Defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at `highest_speed` \[m/s\] with one step an element.
+    /// Defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at
+    /// `highest_speed` \[m/s\] with one step an element.
     pub fn new(tyre: &Tyre, elements: usize, highest_speed: f64) -> Self {
         let reach = 4.0 * highest_speed * elements as f64 / tyre.circumference;
         Self {
@@ -87,7 +89,8 @@ pub enum FitError {
         /// Why it ended.
         reason: RefusalReason,
     },
-    /// A material that answers before it is pushed: on a finite band a stable model can be made to follow it, but not a passive tyre.
+    /// A material that answers before it is pushed: on a finite band a stable model can be made to follow it, but not a
+    /// passive tyre.
     #[error(
         "layer '{layer}': the law 'hysteretic' is not causal and has no time-domain model; use 'power-law', 'prony' or 'elastic'"
     )]
@@ -150,7 +153,8 @@ pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) 
     fit_timed(tyre, options, stop).map(|(model, _)| model)
 }
 
-/// Wall time of a fit, its two parts told apart: threads take turns at both, so their shares are those of all threads' time.
+/// Wall time of a fit, its two parts told apart: threads take turns at both, so their shares are those of all threads'
+/// time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FitTimes {
     /// Influence functions summed at the sampling points.
@@ -217,7 +221,8 @@ const SCALE_STRIDE: usize = 8;
 /// Rungs that are evaluated together there.
 const SCALE_BATCH: usize = 32;
 
-/// Largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the evaluations that it took.
+/// Largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the evaluations
+/// that it took.
 fn bottom_scale(sum: &InfluenceSum, ladder: &Ladder, driven: Field) -> (f64, u64) {
     let rungs: Vec<Rung> = (0..=RUNGS).step_by(SCALE_STRIDE).map(Rung::Axis).collect();
     let batches: Vec<(f64, u64)> = rungs
@@ -247,7 +252,8 @@ struct Work<'a> {
 struct Progress {
     /// By rank.
     done: Vec<OnceLock<Result<Fitted, FitError>>>,
-    /// Lowest rank that was refused: what comes after it is not begun any more, what comes before it still is, so that the same one is reported whoever comes first.
+    /// Lowest rank that was refused: what comes after it is not begun any more, what comes before it still is, so that
+    /// the same one is reported whoever comes first.
     refused: AtomicUsize,
 }
 
@@ -341,7 +347,8 @@ fn start_of(fitted: &Fitted) -> Start {
     Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
 }
 
-/// As dense a grid relative to itself, with no more than `most` rungs: what the neighbour needed on its way need not be needed again.
+/// As dense a grid relative to itself, with no more than `most` rungs: what the neighbour needed on its way need not be
+/// needed again.
 fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
     if grid.len() <= most || most < 2 {
         return grid.to_vec();

@@ -1,8 +1,9 @@
 //! The points at which the exact influence functions may be sampled, shared by all wavenumbers.
 //!
-//! On the imaginary axis a ladder of [`RUNGS`] + 1 angular frequencies, w_i = w0 ((1 + top/w0)^(i/RUNGS) - 1): linear below w0, where a viscoelastic
-//! tyre is smooth, logarithmic above, where resonances have widths proportional to frequency. On the positive real axis a short ladder, factors of 2^0.4 up to the top.
-//! Moduli, cut-offs and asymptotes depend on s only and are worked out once.
+//! On the imaginary axis a ladder of [`RUNGS`] + 1 angular frequencies, w_i = w0 ((1 + top/w0)^(i/RUNGS) - 1): linear
+//! below w0, where a viscoelastic tyre is smooth, logarithmic above, where resonances have widths proportional to
+//! frequency. On the positive real axis a short ladder, factors of 2^0.4 up to the top. Moduli, cut-offs and asymptotes
+//! depend on s only and are worked out once.
 
 use std::f64::consts::PI;
 
@@ -14,7 +15,8 @@ use crate::tyre::influence::{InfluenceSum, SumAt};
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
 pub const RUNGS: usize = 2048;
-/// Points on the positive real axis: odd ones, the top among them, for fits, even ones for checks; nothing is checked where a fit would have to extrapolate.
+/// Points on the positive real axis: odd ones, the top among them, for fits, even ones for checks; nothing is checked
+/// where a fit would have to extrapolate.
 pub const REAL_RUNGS: usize = 24;
 /// Where the ladder turns from linear to logarithmic \[rad/s\].
 const KNEE: f64 = 2.0 * PI * 10.0;

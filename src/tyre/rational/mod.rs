@@ -10,13 +10,15 @@
 //! - [`cache`]: models on disk;
 //! - [`scaling`]: what a fit costs.
 //!
-//! What the tolerance means. The error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band where that is more: the contact feels G0, H_n far from its resonances,
-//! where it is small. A model within the tolerance t is then within t of the largest |H_n| everywhere, and three hundred times better where H_n is smallest.
+//! What the tolerance means. The error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
+//! where that is more: the contact feels G0, H_n far from its resonances, where it is small. A model within the
+//! tolerance t is then within t of the largest |H_n| everywhere, and three hundred times better where H_n is smallest.
 //!
-//! H_n and its model are analytic and bounded for Re s >= 0 (all poles are stable) and vanish or become constant at infinity, so by the maximum
-//! principle the error anywhere in the right half plane is at most the largest on the imaginary axis. The axis is sampled up to the top frequency only; what lies beyond
-//! acts on a point s of the right half plane with the harmonic measure 1 - (2/pi) atan(top/|s|) (two-constants theorem), which is small for |s| << top but not near it: so the
-//! positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
+//! H_n and its model are analytic and bounded for Re s >= 0 (all poles are stable) and vanish or become constant at
+//! infinity, so by the maximum principle the error anywhere in the right half plane is at most the largest on the
+//! imaginary axis. The axis is sampled up to the top frequency only; what lies beyond acts on a point s of the right
+//! half plane with the harmonic measure 1 - (2/pi) atan(top/|s|) (two-constants theorem), which is small for |s| << top
+//! but not near it: so the positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
 
 pub mod cache;
 mod codec;

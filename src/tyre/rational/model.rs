@@ -19,25 +19,29 @@ pub struct FitStatistics {
     pub evaluations: u64,
     /// Relocations of the poles.
     pub relocations: usize,
-    /// Largest error on fresh samples of the axis, relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
+    /// Largest error on fresh samples of the axis, relative to |H_n(s)|, or to 0.003 of its largest value over the band
+    /// where that is more.
     pub error: f64,
     /// The same on the positive real axis.
     pub real_axis_error: f64,
     /// Largest error of the belt, relative to the largest |D_n| of all wavenumbers.
     pub bottom_error: f64,
-    /// Smallest Re(s H_n)/|s| over axis points inside the band and far beyond, relative to the same scale: not below minus the tolerance.
+    /// Smallest Re(s H_n)/|s| over axis points inside the band and far beyond, relative to the same scale: not below
+    /// minus the tolerance.
     pub passivity: f64,
 }
 
-/// H_n(s) ~ constant + sum_r R_r/(s - lambda_r), n = 0..=N/2, for the driven face and, with the same poles, the innermost face.
+/// H_n(s) ~ constant + sum_r R_r/(s - lambda_r), n = 0..=N/2, for the driven face and, with the same poles, the
+/// innermost face.
 ///
-/// A complex pole is stored once, Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0 and a real residue. Within a
-/// wavenumber the pairs come first.
+/// A complex pole is stored once, Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0
+/// and a real residue. Within a wavenumber the pairs come first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RationalModel {
     /// Elements N round the tyre.
     pub elements: usize,
-    /// Where the force acts and the displacement is observed: [`Field::Surface`], or [`Field::UnderTread`] for a bedding.
+    /// Where the force acts and the displacement is observed: [`Field::Surface`], or [`Field::UnderTread`] for a
+    /// bedding.
     pub driven: Field,
     /// Top of the band that was fitted \[rad/s\].
     pub top: f64,
@@ -90,7 +94,8 @@ impl RationalModel {
         self.elements / 2
     }
 
-    /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any other is `None`.
+    /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
+    /// other is `None`.
     pub fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
         let (residues, face) = match field {
             Field::Bottom => (&self.bottom_residues, 1),

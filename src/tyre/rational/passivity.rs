@@ -10,8 +10,9 @@ use crate::numeric::rational::vector_fitting::residues;
 /// Rounds of mending.
 const MENDING_ROUNDS: usize = 8;
 
-/// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where the model is asked for its own real part and no
-/// energy. Most offences lie beyond the band, where nothing else determines it. Only what stays within the tolerance is taken.
+/// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where
+/// the model is asked for its own real part and no energy. Most offences lie beyond the band, where nothing else
+/// determines it. Only what stays within the tolerance is taken.
 pub fn passive(
     sampled: &Sampled<'_>,
     target: &Target,
@@ -44,7 +45,8 @@ pub fn passive(
     (models, errors)
 }
 
-/// Smallest Re(s H)/|s|, relative to the local scale of the errors, on every eighth rung and beyond the band, and where.
+/// Smallest Re(s H)/|s|, relative to the local scale of the errors, on every eighth rung and beyond the band, and
+/// where.
 pub fn least_power(sampled: &Sampled<'_>, model: &PartialFractions) -> (f64, Complex64) {
     let checked = &sampled.ladder.checked;
     let values = model.evaluate_all(&sampled.ladder.checked_parts);

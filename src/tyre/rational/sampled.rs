@@ -1,8 +1,10 @@
 //! The exact functions of one wavenumber, sampled where a fit wants them, and the errors of a model there.
 //!
-//! Samples on the *grid* are what fits may use; *fresh* ones, half-way between them, and every other one on the real axis only check.
+//! Samples on the *grid* are what fits may use; *fresh* ones, half-way between them, and every other one on the real
+//! axis only check.
 //!
-//! Errors of the driven face are relative to its *local scale*, |H_n(s)| but no less than 0.003 of its largest value over the band; those of the belt to the largest |D_n|.
+//! Errors of the driven face are relative to its *local scale*, |H_n(s)| but no less than 0.003 of its largest value
+//! over the band; those of the belt to the largest |D_n|.
 
 use num_complex::Complex64;
 
@@ -12,9 +14,11 @@ use crate::numeric::rational::vector_fitting::Samples;
 use crate::numeric::rational::{PartialFractions, Parts};
 use crate::tyre::influence_batch::FaceValues;
 
-/// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at large s, where H_n is a hundredth of its resonances: with errors
-/// that are relative to those alone, forces are ten times as wrong as the model. Measured on a rough road at N = 1024: 1e-5 with this floor takes as many poles as 1e-6 of the largest
-/// value, and the error of the force is a fifth; with 0.01 it is four times, with 0.0003 a fifth of that with this one, for 2 % fewer and 3 % more poles.
+/// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at
+/// large s, where H_n is a hundredth of its resonances: with errors that are relative to those alone, forces are ten
+/// times as wrong as the model. Measured on a rough road at N = 1024: 1e-5 with this floor takes as many poles as 1e-6
+/// of the largest value, and the error of the force is a fifth; with 0.01 it is four times, with 0.0003 a fifth of that
+/// with this one, for 2 % fewer and 3 % more poles.
 const LEAST_SCALE: f64 = 3e-3;
 /// Rungs that join the grid in one round.
 const MOST_JOINING: usize = 12;
@@ -252,8 +256,8 @@ impl<'a> Sampled<'a> {
         true
     }
 
-    /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would notice if it were not real. Returns whether
-    /// there was one.
+    /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would
+    /// notice if it were not real. Returns whether there was one.
     pub fn probe(
         &mut self,
         poles: &[Complex64],

@@ -39,7 +39,8 @@ pub fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<FitC
     })
 }
 
-/// The same tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: nothing changes but the work.
+/// The same tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: nothing changes
+/// but the work.
 pub fn cut(tyre: &Tyre, parts: usize) -> Tyre {
     let mut layers = tyre.layers.clone();
     if let Some(first) = layers.first().cloned() {

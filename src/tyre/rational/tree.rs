@@ -1,8 +1,9 @@
 //! Which wavenumber starts from which: a plan of the whole fit, fixed before any of it is done.
 //!
-//! Poles vary smoothly with n, so that a fit is short where it starts from a neighbour's. Two *roots*, n = 0 and about the middle, start from nothing; every other wavenumber starts from
-//! the nearest one below it that belongs to a coarser stride: strides halve from root to leaf. A wavenumber may be fitted as soon as its own start is done, and what it starts
-//! from never depends on what else is running: same bits for any number of threads.
+//! Poles vary smoothly with n, so that a fit is short where it starts from a neighbour's. Two *roots*, n = 0 and about
+//! the middle, start from nothing; every other wavenumber starts from the nearest one below it that belongs to a
+//! coarser stride: strides halve from root to leaf. A wavenumber may be fitted as soon as its own start is done, and
+//! what it starts from never depends on what else is running: same bits for any number of threads.
 
 /// One wavenumber's place in the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +14,8 @@ pub struct Visit {
     pub stride: usize,
 }
 
-/// All wavenumbers, coarse strides first. The *rank* of one is its place in this order; a start has a lower rank than what starts from it.
+/// All wavenumbers, coarse strides first. The *rank* of one is its place in this order; a start has a lower rank than
+/// what starts from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tree {
     visits: Vec<Visit>,

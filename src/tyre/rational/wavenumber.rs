@@ -1,11 +1,14 @@
 //! The adaptive fit of one wavenumber.
 //!
 //! 1. sample H_n on a grid of rungs, and on *fresh* rungs half-way between them that no fit will see;
-//! 2. poles: from a neighbour where there is one, from AAA where not; relocate them by vector fitting, refit the residues by least squares;
-//! 3. where the fresh error exceeds the tolerance and the error on the grid does not explain it, the worst fresh rungs join the grid and new ones check it;
-//!    where the grid itself is not met, a pole is added where the error is largest; where it is met far too well, or where a model within the tolerance generates energy, there
-//!    are poles to spare, and the least contributing one goes;
-//! 4. once the tolerance is met, take poles away, the least contributing first, as long as relocation can make up for it.
+//! 2. poles: from a neighbour where there is one, from AAA where not; relocate them by vector fitting, refit the
+//!    residues by least squares;
+//! 3. where the fresh error exceeds the tolerance and the error on the grid does not explain it, the worst fresh rungs
+//!    join the grid and new ones check it; where the grid itself is not met, a pole is added where the error is
+//!    largest; where it is met far too well, or where a model within the tolerance generates energy, there are poles to
+//!    spare, and the least contributing one goes;
+//! 4. once the tolerance is met, take poles away, the least contributing first, as long as relocation can make up for
+//!    it.
 //!
 //! A fit that does not get there is an error with what was reached, never a worse model.
 
@@ -128,7 +131,8 @@ pub fn fit_wavenumber(
 }
 
 impl Attempt<'_> {
-    /// How relocations eliminate residues unless they have to be exact: poles that are yet to be found come out fewer by reflections.
+    /// How relocations eliminate residues unless they have to be exact: poles that are yet to be found come out fewer
+    /// by reflections.
     fn elimination(&self) -> Elimination {
         if self.from_scratch || self.target.tolerance < PRODUCTS_FROM {
             Elimination::Reflections
@@ -143,7 +147,8 @@ impl Attempt<'_> {
         poles: &[Complex64],
         elimination: Elimination,
     ) -> Result<(Vec<Complex64>, Vec<PartialFractions>, Errors), RationalError> {
-        // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs no more.
+        // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs
+        // no more.
         let with_bottom = self.sampled.bottom_exceeds((BELT_FROM * self.target.tolerance).min(0.05));
         let samples = self.sampled.samples(true);
         let pole_samples = if with_bottom { &samples } else { &self.sampled.samples(false) };
@@ -166,8 +171,9 @@ impl Attempt<'_> {
         Ok(poles)
     }
 
-    /// Of poles far beyond the band one is left, on the real axis: within the band they are all the same constant, relocation drives them further with every round, until they
-    /// overflow, and what they do between the band and there is nothing but a threat to passivity.
+    /// Of poles far beyond the band one is left, on the real axis: within the band they are all the same constant,
+    /// relocation drives them further with every round, until they overflow, and what they do between the band and
+    /// there is nothing but a threat to passivity.
     fn bound(&self, poles: &mut Vec<Complex64>) {
         let farthest = FARTHEST * self.sampled.ladder.real[REAL_RUNGS - 1].re;
         let before = poles.len();
@@ -333,7 +339,8 @@ impl Attempt<'_> {
     }
 }
 
-/// A pole that can do something about an error at s: a pair with a tenth of critical damping there, or a real one close to s = 0.
+/// A pole that can do something about an error at s: a pair with a tenth of critical damping there, or a real one close
+/// to s = 0.
 fn new_pole(s: Complex64, lowest: f64) -> Complex64 {
     let frequency = s.norm().max(lowest);
     if s.im > 4.0 * lowest && s.im > s.re {

@@ -60,7 +60,8 @@ fn accumulated(layout: &SegmentLayout, forces: &[f64]) -> VibrationAccumulator {
     accumulator
 }
 
-/// One segment of forces whose plain and squared-window means are zero at every place, so that nothing is taken off, weighted with the window: what the accumulator transforms.
+/// One segment of forces whose plain and squared-window means are zero at every place, so that nothing is taken off,
+/// weighted with the window: what the accumulator transforms.
 fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let width = layout.width();
     let mut forces = noise(layout, layout.length(), 0.0, seed);
@@ -185,7 +186,8 @@ fn points_all_round(layout: SegmentLayout, kind: TransferKind) {
     }
     let patch = accumulator.finish().unwrap();
     for bin in 0..layout.bins() {
-        // By wave: the two halves of the shortest one are a quarter of its power each here, half everywhere (where its elements are).
+        // By wave: the two halves of the shortest one are a quarter of its power each here, half everywhere (where its
+        // elements are).
         let wave = |index: usize| {
             let n = layout.wavenumber(index);
             let share = layout.share(index).powi(2);
@@ -204,7 +206,8 @@ fn points_all_round(layout: SegmentLayout, kind: TransferKind) {
 #[test]
 fn all_elements_have_the_mean_over_the_circumference() {
     let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
-    // Segments of an odd number of revolutions begin half a turn on; few enough bins for the mean pattern, which the first segment does not know, to be taken off exactly in all of them.
+    // Segments of an odd number of revolutions begin half a turn on; few enough bins for the mean pattern, which the
+    // first segment does not know, to be taken off exactly in all of them.
     for (substeps, revolutions, phase, first) in [(1, 1, 0, 5), (2, 1, 1, -3), (3, 1, 2, 40)] {
         let layout = SegmentLayout { elements: 14, ..layout(14, substeps, revolutions, phase) };
         let options = FitOptions::new(&tyre, layout.elements, 20.0).with_tolerance(1e-3);

@@ -122,7 +122,11 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
             let found = &loaded.scene;
             assert_eq!(
                 found.contact.cells_across,
-                Some(row.cells(&found.road, found.rolling.speed() / found.numerics.fmax.unwrap(), found.tyre.contact_width))
+                Some(row.cells(
+                    &found.road,
+                    found.rolling.speed() / found.numerics.fmax.unwrap(),
+                    found.tyre.contact_width
+                ))
             );
             assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
             // The effective settings read back as they are; all of them are given then.

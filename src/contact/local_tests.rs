@@ -60,7 +60,7 @@ fn gauss_seidel(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y
             change = change.max((next - forces[i]).abs());
             forces[i] = next;
         }
-        if change < 1e-16 {
+        if change < 1e-14 {
             break;
         }
     }

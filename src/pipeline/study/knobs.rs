@@ -43,8 +43,8 @@ const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
 const FINEST_POLES: f64 = 1e-6;
 /// Sizes of a cell across and along, and the reference's, relative to [`Road::cell`](crate::scene::Road::cell).
-const CELLS: [f64; 4] = [4.0, 2.0, 1.0, 0.5];
-const FINEST_CELL: f64 = 0.25;
+const CELLS: [f64; 4] = [4.0, 2.0, 1.0, 0.67];
+const FINEST_CELL: f64 = 0.5;
 /// Tolerances of the slices' curves \[m\].
 const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
 /// For the direct history: tolerances of the sums with the reference's, lateral terms, memories \[s\].

@@ -142,9 +142,10 @@ mod tests {
             let tolerance = 10f64.powf(exponent);
             let curve = curve(&heights, tolerance, &mut Scratch::default());
             prop_assert!(curve.error <= tolerance * (1.0 + 1e-6));
+            // Breakpoints nearer than a picometre are one; told is what bins do.
             for y in (0..400).map(|i| f64::from(i) * 1.2e-5) {
                 let error = (curve.displacement_at(y) - brute_force(&heights, y)).abs();
-                prop_assert!(error <= curve.error * (1.0 + 1e-6) + 1e-15, "{error} at {y} for {}", curve.error);
+                prop_assert!(error <= curve.error * (1.0 + 1e-6) + 1e-12, "{error} at {y} for {}", curve.error);
             }
             // Breakpoints are a picometre apart at least, and S is known to some 1e-18 m.
             let slope = |i: usize| (curve.displacement[i] - curve.displacement[i - 1]) / (curve.penetration[i] - curve.penetration[i - 1]);

@@ -80,8 +80,9 @@ fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
         return Ok(Scene::load(path)?);
     }
     let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
-    let made = variants(&Scene::from_str(DEFAULT, "default")?, &axes)?;
-    made.into_iter().next().map_or_else(|| Ok(Scene::load(path)?), |variant| Ok(variant.loaded))
+    let mut made = variants(&Scene::from_str(DEFAULT, "default")?, &axes)?;
+    // One road at one speed.
+    Ok(made.swap_remove(0).loaded)
 }
 
 fn description_text(road: &RoadDescription) -> String {

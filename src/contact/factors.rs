@@ -16,7 +16,7 @@
 //! changes its forces by rounding.
 
 pub use super::ldlt::Singular;
-use super::ldlt::{Aligned, LINE, Ldlt};
+use super::ldlt::{Aligned, LINE, Ldlt, finite, lower_triangle};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::meter::{Clocks, Laps, Spent, Work};
@@ -185,7 +185,7 @@ impl FactorCache {
         // Right-hand sides, the rows of the system and the forces.
         let sums = (points.len() * (size + size * size + size)) as u64;
         self.work += Work { multiply_adds: sums, bytes: 8 * sums };
-        if values.iter().all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
+        finite(values.iter())
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
@@ -234,12 +234,7 @@ impl FactorCache {
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
         let memory = self.factors.part(slot * stride * most, stride * rows);
-        // The lower triangle says it all.
-        for (row, (column, &j)) in memory.chunks_exact_mut(stride).zip(points).enumerate() {
-            for (value, &i) in column[row..].iter_mut().zip(&points[row..]) {
-                *value = influence[i - j];
-            }
-        }
+        lower_triangle(points, influence, memory, stride);
         let done = self.solver.factorise(memory, stride, rows);
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;

@@ -41,6 +41,24 @@ impl Aligned {
     }
 }
 
+/// An error unless all values are finite.
+pub fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> Result<(), Singular> {
+    if values.all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
+}
+
+/// G0 of some points, given by increasing column numbers, from G0 by distance: the lower triangle, which says it all.
+/// Neighbours are copied together.
+pub fn lower_triangle(points: &[usize], influence: &[f64], matrix: &mut [f64], stride: usize) {
+    for (row, (column, &j)) in matrix.chunks_exact_mut(stride).zip(points).enumerate() {
+        let mut open = &mut column[row..points.len()];
+        for run in points[row..].chunk_by(|one, next| one + 1 == *next) {
+            let (values, rest) = open.split_at_mut(run.len());
+            values.copy_from_slice(&influence[run[0] - j..][..run.len()]);
+            open = rest;
+        }
+    }
+}
+
 /// Factorises and solves; columns of matrices and right sides stand `stride` apart.
 pub struct Ldlt {
     arch: Arch,
@@ -98,8 +116,7 @@ impl Ldlt {
             let right = MatMut::from_column_major_slice_with_stride_mut(&mut *right, rows, columns, stride);
             solve::solve_in_place(factor, factor.diagonal(), right, Par::Seq, MemStack::new(&mut self.scratch));
         }
-        let mut solutions = right.chunks(stride.max(1)).take(columns).flat_map(|right| &right[..rows]);
-        if solutions.all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
+        finite(right.chunks(stride.max(1)).take(columns).flat_map(|right| &right[..rows]))
     }
 }
 

@@ -35,7 +35,7 @@
 use pulp::Arch;
 
 use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
-use super::ldlt::{Aligned, LINE, Ldlt, Singular};
+use super::ldlt::{Aligned, LINE, Ldlt, Singular, lower_triangle};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::meter::{Clocks, Laps, Spent, Work};
@@ -122,8 +122,6 @@ pub struct LocalSet {
     /// Where in its curve every column was looked for last; what is found does not depend on it.
     near: Vec<u32>,
     points: Vec<usize>,
-    /// First row and number of points of every run of neighbours among them.
-    runs: Vec<(usize, usize)>,
     /// c (1/s_i - 1) of the points.
     own: Vec<f64>,
     matrix: Aligned,
@@ -152,7 +150,6 @@ impl LocalSet {
             pieces: vec![0; columns],
             near: vec![0; columns],
             points: Vec::with_capacity(columns),
-            runs: Vec::with_capacity(columns),
             own: Vec::with_capacity(columns),
             matrix: Aligned::new(stride * columns),
             right: Aligned::new(stride),
@@ -289,19 +286,14 @@ impl LocalSet {
     /// F on the pieces, then u everywhere.
     fn solve(&mut self, slices: SlicesUnder<'_>, y: &[f64], forces: &mut [f64]) -> Result<(), Singular> {
         self.points.clear();
-        self.runs.clear();
         self.own.clear();
         let right = self.right.part(0, stride(self.pieces.len()));
         for (column, &piece) in self.pieces.iter().enumerate() {
             if let (Some(piece), Some(curve)) = (piece.checked_sub(1), slices.get(column)) {
                 let piece = curve.piece(piece as usize);
-                let (row, softness) = (self.points.len(), piece.slope.recip());
-                right[row] = y[column] + piece.intercept * softness;
+                let softness = piece.slope.recip();
+                right[self.points.len()] = y[column] + piece.intercept * softness;
                 self.own.push(self.compliance * (softness - 1.0));
-                match self.runs.last_mut() {
-                    Some((_, length)) if self.points.last() == Some(&(column - 1)) => *length += 1,
-                    _ => self.runs.push((row, 1)),
-                }
                 self.points.push(column);
             }
         }
@@ -311,16 +303,8 @@ impl LocalSet {
             let mut laps = Laps::begin(self.clocks);
             let stride = stride(rows);
             let memory = self.matrix.part(0, stride * rows);
-            let Self { points, runs, own, influence, .. } = self;
-            for (row, (column, &j)) in memory.chunks_exact_mut(stride).zip(&*points).enumerate() {
-                for &(first, length) in runs.iter().filter(|(first, length)| first + length > row) {
-                    let from = first.max(row);
-                    let distance = points[from] - j;
-                    let length = first + length - from;
-                    column[from..from + length].copy_from_slice(&influence[distance..distance + length]);
-                }
-                column[row] += own[row];
-            }
+            lower_triangle(&self.points, &self.influence, memory, stride);
+            memory.iter_mut().step_by(stride + 1).zip(&self.own).for_each(|(diagonal, own)| *diagonal += own);
             self.solver.factorise(memory, stride, rows)?;
             self.factorisation_time += laps.lap();
             self.solver.solve(memory, right, stride, rows, 1)?;

@@ -109,12 +109,12 @@ impl Search {
 
     /// Adds to `out` what the forces of the last search displace by themselves, springs included \[m\].
     pub fn add_displacement(&self, forces: &[f64], out: &mut [f64]) {
-        let add = |(out, by): (&mut f64, f64)| *out += by;
-        match self {
-            Self::Explicit(search) => out.iter_mut().zip(search.displacement().iter().copied()).for_each(add),
-            Self::Local(search) => out.iter_mut().zip(search.displacement().iter().copied()).for_each(add),
-            Self::Alone { own, .. } => out.iter_mut().zip(forces.iter().map(|force| own * force)).for_each(add),
-        }
+        let (factor, displaced) = match self {
+            Self::Explicit(search) => (1.0, search.displacement()),
+            Self::Local(search) => (1.0, search.displacement()),
+            Self::Alone { own, .. } => (*own, forces),
+        };
+        out.iter_mut().zip(displaced).for_each(|(out, displaced)| *out += factor * displaced);
     }
 
     /// What was done so far.

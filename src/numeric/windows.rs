@@ -37,26 +37,16 @@ impl<W: Iterator<Item = (usize, f64)> + Clone> WithSimd for Windows<'_, W> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        add_windows_in(simd, self.out, self.row, self.windows);
-    }
-}
-
-/// As [`add_windows`], where the vectors are chosen already.
-#[inline(always)]
-pub fn add_windows_in<S: Simd>(
-    simd: S,
-    out: &mut [f64],
-    row: &[f64],
-    windows: impl Iterator<Item = (usize, f64)> + Clone,
-) {
-    // Vectors of `out` stay at hand while all windows pass: four of them, then two, then one.
-    let done = add_kept::<S, 4>(simd, out, 0, row, windows.clone());
-    let done = add_kept::<S, 2>(simd, out, done, row, windows.clone());
-    let done = add_kept::<S, 1>(simd, out, done, row, windows.clone());
-    let rest = &mut out[done..];
-    if !rest.is_empty() {
-        for (from, factor) in windows {
-            add_row(simd, rest, &row[from + done..], factor);
+        let Self { out, row, windows } = self;
+        // Vectors of `out` stay at hand while all windows pass: four of them, then two, then one.
+        let done = add_kept::<S, 4>(simd, out, 0, row, windows.clone());
+        let done = add_kept::<S, 2>(simd, out, done, row, windows.clone());
+        let done = add_kept::<S, 1>(simd, out, done, row, windows.clone());
+        let rest = &mut out[done..];
+        if !rest.is_empty() {
+            for (from, factor) in windows {
+                add_row(simd, rest, &row[from + done..], factor);
+            }
         }
     }
 }

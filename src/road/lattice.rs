@@ -44,7 +44,7 @@ impl Lattice {
         for (key, cells) in [("contact.cells_across", cells_across), ("contact.cells_along", cells_along)] {
             positive(key, cells.unwrap_or(1) as f64)?;
         }
-        let (across, along) = (Self::across(contact_width, road.cell()), Self::along(dx, road.cell()));
+        let (across, along) = (Self::across(contact_width, road.cell()), Road::cells(dx, road.cell()));
         let (columns, along) = match road {
             Road::Smooth => (1, 1),
             Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, along),
@@ -64,12 +64,6 @@ impl Lattice {
     /// Cells of a size across a width \[m\], as nearly as can be.
     pub fn across(contact_width: f64, cell: f64) -> usize {
         (contact_width / cell).round().max(1.0) as usize
-    }
-
-    /// Cells of at most a size along an element \[m\].
-    pub fn along(dx: f64, cell: f64) -> usize {
-        // What fits up to rounding in a scene file fits.
-        (dx / cell - 1e-9).ceil().max(1.0) as usize
     }
 
     /// Length of a cell: the spacing of rows \[m\].

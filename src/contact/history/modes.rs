@@ -41,7 +41,8 @@ use crate::tyre::rational::RationalModel;
 pub const INSTANTS: usize = 8;
 
 /// Multiply-adds of a pass from which it is worth handing work to a second thread, a hand-over costing some 15 us.
-/// Measured at N = 1024, 1.6 million: 17 us an instant on two threads against 22 on one; N = 512 stays below.
+/// Measured with 1.6 million: 17 us an instant on two threads against 22 on one. N = 1024 has 1.0 million with
+/// `sdirk2`, N = 512 0.6 million, which is too little.
 pub const PARALLEL_FROM: u64 = 800_000;
 
 /// The recursion over all poles of a model.
@@ -155,6 +156,8 @@ struct NextBlock<'a> {
 }
 
 impl WithRecursion for NextBlock<'_> {
+    type Output = ();
+
     fn with<R: Recursion>(self, recursion: R) {
         let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, clocks, .. } = self.history;
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.

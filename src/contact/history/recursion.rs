@@ -94,13 +94,8 @@ pub trait Recursion: Copy + Send + Sync {
     /// From g and w.
     fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> Self::Maps<S, P>;
 
-    /// Takes in the forces of a step.
-    fn take_in<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Self::Maps<S, P>,
-        forces: [S::f64s; MOST_STAGES],
-        state: &mut State<S, P>,
-    );
+    /// What unit forces at its instants add to b at its end.
+    fn inputs<S: Simd, const P: usize>(maps: &Self::Maps<S, P>) -> [Number<S, P>; MOST_STAGES];
 
     /// Goes through a step without forces; gives Re b at its instants.
     fn foretell<S: Simd, const P: usize>(
@@ -108,6 +103,20 @@ pub trait Recursion: Copy + Send + Sync {
         maps: &Self::Maps<S, P>,
         state: &mut State<S, P>,
     ) -> [S::f64s; MOST_STAGES];
+
+    /// Takes in the forces of a step.
+    #[inline(always)]
+    fn take_in<S: Simd, const P: usize>(
+        simd: S,
+        maps: &Self::Maps<S, P>,
+        forces: [S::f64s; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) {
+        Self::foretell(simd, maps, state);
+        for (&force, &input) in forces.iter().zip(&Self::inputs(maps)).take(Self::STAGES) {
+            add(simd, force, input, &mut state.end);
+        }
+    }
 }
 
 /// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to
@@ -155,14 +164,8 @@ impl Recursion for Bdf2 {
     }
 
     #[inline(always)]
-    fn take_in<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Poles<S, P>,
-        [force, ..]: [S::f64s; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) {
-        Self::foretell(simd, maps, state);
-        add(simd, force, maps.w, &mut state.end);
+    fn inputs<S: Simd, const P: usize>(maps: &Poles<S, P>) -> [Number<S, P>; MOST_STAGES] {
+        [maps.w; MOST_STAGES]
     }
 
     #[inline(always)]
@@ -196,14 +199,8 @@ impl Recursion for Trapezoidal {
     }
 
     #[inline(always)]
-    fn take_in<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Poles<S, P>,
-        [force, ..]: [S::f64s; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) {
-        Self::foretell(simd, maps, state);
-        add(simd, force, maps.w, &mut state.end);
+    fn inputs<S: Simd, const P: usize>(maps: &Poles<S, P>) -> [Number<S, P>; MOST_STAGES] {
+        [maps.w; MOST_STAGES]
     }
 
     #[inline(always)]
@@ -266,16 +263,8 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     }
 
     #[inline(always)]
-    fn take_in<S: Simd, const P: usize>(
-        simd: S,
-        maps: &StepMaps<S, P>,
-        forces: [S::f64s; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) {
-        state.end = times(simd, maps.whole, state.end);
-        for (&force, &input) in forces.iter().zip(&maps.inputs).take(COUNT) {
-            add(simd, force, input, &mut state.end);
-        }
+    fn inputs<S: Simd, const P: usize>(maps: &StepMaps<S, P>) -> [Number<S, P>; MOST_STAGES] {
+        maps.inputs
     }
 
     #[inline(always)]
@@ -296,12 +285,15 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
 
 /// Work to be done with a rule's recursion.
 pub trait WithRecursion {
+    /// What comes of it.
+    type Output;
+
     /// Does it.
-    fn with<R: Recursion>(self, recursion: R);
+    fn with<R: Recursion>(self, recursion: R) -> Self::Output;
 }
 
 /// Does the work with the recursion of a rule.
-pub fn with_recursion(rule: TimeRule, work: impl WithRecursion) {
+pub fn with_recursion<W: WithRecursion>(rule: TimeRule, work: W) -> W::Output {
     match (rule, rule.runge_kutta()) {
         (TimeRule::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
         (_, Some(method)) => work.with(Stages::<2>(method.bases())),
@@ -313,7 +305,15 @@ pub fn with_recursion(rule: TimeRule, work: impl WithRecursion) {
 
 /// Whether a rule needs b of two steps.
 pub fn looks_back(rule: TimeRule) -> bool {
-    rule == TimeRule::Bdf2
+    struct Looks;
+    impl WithRecursion for Looks {
+        type Output = bool;
+
+        fn with<R: Recursion>(self, _: R) -> bool {
+            R::LOOKS_BACK
+        }
+    }
+    with_recursion(rule, Looks)
 }
 
 /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a

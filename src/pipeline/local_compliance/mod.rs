@@ -11,7 +11,7 @@ pub use calibrate::{Calibration, calibrate};
 
 use crate::contact::local_compliance as formula;
 use crate::road::{Lattice, Limits, RoadSurface};
-use crate::scene::{Scene, Tyre};
+use crate::scene::{Road, Scene, Tyre};
 use crate::tyre::material;
 
 /// The model's own doubt: formula, approach and line pressure give kappa within a factor of two of each other.
@@ -24,7 +24,7 @@ pub fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
 
 /// kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
 pub fn formula_for(scene: &Scene) -> Option<f64> {
-    let lattice = Lattice::choose(&scene.road, crate::scene::Road::CELL, scene.tyre.contact_width, None, None).ok()?;
+    let lattice = Lattice::choose(&scene.road, Road::CELL, scene.tyre.contact_width, None, None).ok()?;
     local_compliance(&scene.tyre, &RoadSurface::open(&scene.road, lattice, Limits::default()).ok()?)
 }
 

@@ -392,7 +392,7 @@ fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     let width = scene.tyre.contact_width;
     let Decisions { cells_across, cells_along, .. } = plan.decisions;
     let columns = cells_across.unwrap_or_else(|| Lattice::across(width, scene.road.cell()));
-    let along = cells_along.unwrap_or_else(|| Lattice::along(plan.element, scene.road.cell()));
+    let along = cells_along.unwrap_or_else(|| Road::cells(plan.element, scene.road.cell()));
     Lattice { dx: plan.element, along, dy: width / columns as f64, columns }
 }
 

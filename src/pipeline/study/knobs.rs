@@ -42,8 +42,9 @@ const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
 const FINEST_POLES: f64 = 1e-6;
-/// Sizes of a cell across and along, and the reference's, relative to [`Road::cell`](crate::scene::Road::cell).
-const CELLS: [f64; 4] = [4.0, 2.0, 1.0, 0.67];
+/// Sizes of a cell across and along, relative to the reference's.
+const CELLS: [f64; 4] = [8.0, 4.0, 2.0, 1.33];
+/// The reference's, relative to [`Scene::cell_for`].
 const FINEST_CELL: f64 = 0.5;
 /// Tolerances of the slices' curves \[m\].
 const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
@@ -72,7 +73,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         TimeRule::Sdirk2 | TimeRule::Sdirk3 => own.time_rule,
         TimeRule::Bdf1 | TimeRule::Bdf2 | TimeRule::Trapezoidal | TimeRule::FirstOrderHold => TimeRule::Bdf2,
     };
-    let cell = FINEST_CELL * scene.road.cell_for(scene.rolling.speed() / highest);
+    let cell = FINEST_CELL * scene.cell_for(highest);
     let cells = |_| Lattice::across(scene.tyre.contact_width, cell);
     Settings {
         elements,
@@ -155,7 +156,7 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     let cells = match reference.cells_across {
         Some(points) if varies && points > 1 => Ok(CELLS
             .map(|share| {
-                let cell = share * scene.road.cell();
+                let cell = share * reference.cell_length;
                 let points = Lattice::across(scene.tyre.contact_width, cell);
                 let settings = Settings { cells_across: Some(points), cell_length: cell, ..reference.clone() };
                 (format!("{:.2} mm", 1e3 * cell), settings)

@@ -6,7 +6,7 @@ use super::front::excess;
 use super::knobs::{Kind, Knob};
 use super::settings::Settings;
 use super::{Point, Study};
-use crate::scene::{FrontRow, History, Need, Preset, Resolution, Scene};
+use crate::scene::{FrontRow, History, Need, Preset, Resolution, Road, Scene};
 
 /// How much more work a preset may take than the cheapest settings found that are as accurate. Errors of elements,
 /// steps and cells have different signs, and here and there two of them cancel (measured on dense asphalt at 80 km/h:
@@ -20,7 +20,7 @@ const COARSEST_POLES: f64 = 1e-2;
 pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
     let own = Settings::of(scene);
     let need = Need { highest, row: Some(row) };
-    let wavelength = scene.rolling.speed() / highest;
+    let cell = row.cell_for(scene, highest);
     let (length, speed) = (scene.tyre.circumference, scene.rolling.speed());
     let Resolution { elements, substeps } = Resolution::new(need, length, speed, row.time_rule, None, None);
     Settings {
@@ -31,8 +31,8 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
         pole_tolerance: row.pole_tolerance,
         lateral_terms: None,
         wavenumber_aliases: None,
-        cells_across: own.cells_across.map(|_| row.cells(&scene.road, wavelength, scene.tyre.contact_width)),
-        cell_length: row.cell_of(&scene.road, wavelength),
+        cells_across: own.cells_across.map(|_| Road::cells(scene.tyre.contact_width, cell)),
+        cell_length: cell,
         slice_tolerance: row.slice_tolerance,
         ..own
     }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::road::Lattice;
-use crate::scene::{History, Scene, SliceCoupling, Slices, TimeRule, Tread};
+use crate::scene::{History, Road, Scene, SliceCoupling, Slices, TimeRule, Tread};
 
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -85,7 +85,7 @@ impl Settings {
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (self.lateral_terms, self.wavenumber_aliases);
         (contact.cells_across, contact.slice_tolerance) = (self.cells_across, self.slice_tolerance);
         let element = tyre.circumference / self.elements as f64;
-        contact.cells_along = Some(Lattice::along(element, self.cell_length));
+        contact.cells_along = Some(Road::cells(element, self.cell_length));
         (contact.slices, contact.slice_coupling) = (self.slices, self.slice_coupling);
         contact.local_compliance = self.local_compliance.filter(|_| self.slice_coupling == SliceCoupling::Local);
         if contact.tread != self.tread {

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Road, TimeRule};
+use super::{Road, Scene, TimeRule};
 
 /// A named row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -116,14 +116,9 @@ impl FrontRow {
         Self::ALL.iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
     }
 
-    /// Widest and longest cell of a road for a texture wavelength V/fmax \[m\].
-    pub fn cell_of(&self, road: &Road, wavelength: f64) -> f64 {
-        self.cell * (road.cell_for(wavelength) / Road::CELL)
-    }
-
-    /// Cells on a length \[m\].
-    pub fn cells(&self, road: &Road, wavelength: f64, length: f64) -> usize {
-        (length / self.cell_of(road, wavelength) - 1e-9).ceil().max(1.0) as usize
+    /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
+    pub fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
+        self.cell * (scene.cell_for(highest) / Road::CELL)
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.

@@ -49,3 +49,11 @@ pub struct Scene {
     /// What is written.
     pub outputs: Outputs,
 }
+
+impl Scene {
+    /// Size of cells for levels up to `highest` \[Hz\], in m: [`Road::cell`], and [`Road::CELLS_IN_A_WAVE`] of them at
+    /// least in the texture wave that excites it.
+    pub fn cell_for(&self, highest: f64) -> f64 {
+        self.road.cell().min(self.rolling.speed() / highest / Road::CELLS_IN_A_WAVE)
+    }
+}

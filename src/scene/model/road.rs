@@ -50,10 +50,10 @@ impl Road {
         (0.5 * shortest).clamp(0.25 * Self::CELL, Self::CELL)
     }
 
-    /// The same for levels up to the frequency that a texture wavelength \[m\] excites: it is held by
-    /// [`Self::CELLS_IN_A_WAVE`] cells at least.
-    pub fn cell_for(&self, wavelength: f64) -> f64 {
-        self.cell().min(wavelength / Self::CELLS_IN_A_WAVE)
+    /// Cells of at most a size on a length \[m\].
+    pub fn cells(length: f64, cell: f64) -> usize {
+        // What fits up to rounding in a scene file fits.
+        (length / cell - 1e-9).ceil().max(1.0) as usize
     }
 }
 

@@ -71,10 +71,8 @@ impl Given {
         let mut choices = row.map_or(Vec::new(), |row| self.take_row(row, highest, preset.is_some(), scene));
         choices.extend(self.resolution(Need { highest, row }, scene, table)?);
         if let Some(row) = row.filter(|_| scene.contact.cells_along.is_none() && !matches!(scene.road, Road::Smooth)) {
-            let wavelength = scene.rolling.speed() / highest;
-            let element = scene.tyre.circumference / scene.numerics.elements as f64;
-            let cells = row.cells(&scene.road, wavelength, element);
-            let cell = row.cell_of(&scene.road, wavelength);
+            let cell = row.cell_for(scene, highest);
+            let cells = Road::cells(scene.tyre.circumference / scene.numerics.elements as f64, cell);
             scene.contact.cells_along = Some(cells);
             let reason = format!("preset \"{}\": cells of at most {} mm along", row.preset.name(), millimetres(cell));
             choices.push(Choice { key: "contact.cells_along", value: cells.to_string(), reason });
@@ -105,6 +103,7 @@ impl Given {
             }
         };
         let mut choices = vec![first];
+        let cell = row.cell_for(scene, highest);
         let mut choose = |key, value: String, reason: String| choices.push(Choice { key, value, reason });
         let Scene { numerics, contact, tyre, .. } = scene;
         if !self.time_rule {
@@ -127,10 +126,8 @@ impl Given {
             choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
         }
         if contact.cells_across.is_none() && scene.effects.texture != Switch::Off && scene.road.varies_across() {
-            let wavelength = scene.rolling.speed() / highest;
-            let points = row.cells(&scene.road, wavelength, tyre.contact_width).max(2);
+            let points = Road::cells(tyre.contact_width, cell).max(2);
             contact.cells_across = Some(points);
-            let cell = row.cell_of(&scene.road, wavelength);
             let reason = format!("{why}: cells of at most {} mm across", millimetres(cell));
             choose("contact.cells_across", points.to_string(), reason);
         }

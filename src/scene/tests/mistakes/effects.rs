@@ -1,6 +1,6 @@
 //! Mistakes in effects, and what `fmax` and `accuracy` choose.
 
-use super::super::super::{FrontRow, History, Preset, Scene, Switch, TimeRule};
+use super::super::super::{FrontRow, History, Preset, Road, Scene, Switch, TimeRule};
 use super::super::BASE;
 use super::{accepted, refused};
 
@@ -122,11 +122,7 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
             let found = &loaded.scene;
             assert_eq!(
                 found.contact.cells_across,
-                Some(row.cells(
-                    &found.road,
-                    found.rolling.speed() / found.numerics.fmax.unwrap(),
-                    found.tyre.contact_width
-                ))
+                Some(Road::cells(found.tyre.contact_width, row.cell_for(found, found.numerics.fmax.unwrap())))
             );
             assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
             // The effective settings read back as they are; all of them are given then.

@@ -1,7 +1,6 @@
 //! The linear systems of the search: G0 of the points in contact, 16 to 512 of them, solved by LU, by Cholesky and by
-//! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by columns and the one in blocks
-//! that it takes for many points, by Levinson's recursion where the points are neighbours, and with one point more than
-//! a kept factor has, each with its residual.
+//! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by panels, by Levinson's recursion
+//! where the points are neighbours, and with one point more than a kept factor has, each with its residual.
 //!
 //! `cargo bench --bench linear_solvers`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -13,7 +12,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
-use tyrewave::contact::ldlt::{LINE, Ldlt};
+use tyrewave::contact::ldlt::{LINE, Ldlt, assemble, room};
 use tyrewave::numeric::Ring;
 use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
@@ -86,18 +85,17 @@ fn solvers(criterion: &mut Criterion) {
             let solve = |d: &[f64]| column(smaller.solve(Mat::from_fn(points - 1, 1, |i, _| d[i])));
             bordered(solve, &row, influence[0], &d[..points - 1], d[points - 1])
         };
-        let stride = points.next_multiple_of(LINE) + LINE;
+        let set: Vec<usize> = (0..points).collect();
+        let stride = points.next_multiple_of(LINE);
         let anew = |solver: &mut Ldlt, memory: &mut [f64], right: &mut [f64]| {
-            for (j, column) in memory.chunks_exact_mut(stride).enumerate() {
-                column[j..points].copy_from_slice(&influence[..points - j]);
-            }
+            assemble(&set, &influence, memory);
             right[..points].copy_from_slice(&d);
-            solver.factorise(memory, stride, points).expect("G0 is positive definite");
-            solver.solve(memory, right, stride, points, 1).expect("G0 is positive definite");
+            solver.factorise(memory, points).expect("G0 is positive definite");
+            solver.solve(memory, right, stride, points).expect("G0 is positive definite");
         };
-        let own = |many: usize| {
-            let (mut memory, mut right) = (vec![0.0; stride * points], vec![0.0; stride]);
-            anew(&mut Ldlt::switching(points, 1, many), &mut memory, &mut right);
+        let by_panels = || {
+            let (mut memory, mut right) = (vec![0.0; room(points)], vec![0.0; stride]);
+            anew(&mut Ldlt::new(points), &mut memory, &mut right);
             right.truncate(points);
             right
         };
@@ -106,8 +104,7 @@ fn solvers(criterion: &mut Criterion) {
             ("LU", column(lu.solve(right()))),
             ("Cholesky", column(cholesky.solve(right()))),
             ("LDLT", column(symmetric.solve(right()))),
-            ("by columns", own(usize::MAX)),
-            ("in place", own(0)),
+            ("by panels", by_panels()),
             ("Levinson", levinson(&influence, &d)),
             ("one more", one_more()),
         ] {
@@ -127,13 +124,10 @@ fn solvers(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new("LDLT", "made anew"), |bench| {
             bench.iter(|| black_box(&matrix).ldlt(Side::Lower).map(|factor| factor.solve(right())));
         });
-        for (name, many) in [("LDLT by columns", usize::MAX), ("LDLT in place", 0)] {
-            let mut solver = Ldlt::switching(points, 1, many);
-            let (mut memory, mut right) = (vec![0.0; stride * points], vec![0.0; stride]);
-            group.bench_function(BenchmarkId::new(name, "made anew"), |bench| {
-                bench.iter(|| anew(&mut solver, black_box(&mut memory), black_box(&mut right)));
-            });
-        }
+        let (mut solver, mut memory, mut values) = (Ldlt::new(points), vec![0.0; room(points)], vec![0.0; stride]);
+        group.bench_function(BenchmarkId::new("LDLT by panels", "made anew"), |bench| {
+            bench.iter(|| anew(&mut solver, black_box(&mut memory), black_box(&mut values)));
+        });
         group.bench_function(BenchmarkId::new("LDLT", "kept"), |bench| {
             bench.iter(|| symmetric.solve(black_box(right())));
         });

@@ -4,6 +4,8 @@
 //! costs atomic additions that all threads share, which an ordinary run must not pay for (and on stable Rust
 //! `stats_alloc` wraps no other allocator in a constant).
 
+mod cli;
+
 use std::process::ExitCode;
 
 use tyrewave::meter::AllocationProbe;
@@ -29,5 +31,5 @@ const PROBE: Option<AllocationProbe> = Some(|| {
 });
 
 fn main() -> ExitCode {
-    tyrewave::cli::start(PROBE)
+    cli::start(PROBE)
 }

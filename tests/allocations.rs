@@ -3,6 +3,7 @@
 //! One test only in this file: whatever else ran beside it would be counted, too.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
+#[path = "suite/common/mod.rs"]
 mod common;
 
 use std::alloc::System;

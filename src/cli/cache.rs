@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand};
 
 use super::{CliError, print};
-use crate::tyre::rational::cache::Cache;
+use tyrewave::tyre::rational::cache::Cache;
 
 const EXAMPLES: &str = "\
 A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \

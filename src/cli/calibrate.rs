@@ -1,13 +1,13 @@
 //! `tyrewave slices --calibrate`: what pressing patches of the road says about the local contact law.
 
 use super::CliError;
-use crate::pipeline::local_compliance::{self, Calibration};
-use crate::pipeline::plan::Decisions;
-use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
-use crate::pipeline::{RunError, local_compliance::calibrate::Fit};
-use crate::results::table::aligned;
-use crate::road::RoadSurface;
-use crate::scene::LoadedScene;
+use tyrewave::pipeline::local_compliance::{self, Calibration};
+use tyrewave::pipeline::plan::Decisions;
+use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits};
+use tyrewave::pipeline::{RunError, local_compliance::calibrate::Fit};
+use tyrewave::results::table::aligned;
+use tyrewave::road::RoadSurface;
+use tyrewave::scene::LoadedScene;
 
 /// Presses at most `most` patches of a scene's road; `None` for one without texture.
 ///

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CliError, print};
-use crate::tyre::cases;
+use tyrewave::tyre::cases;
 
 const EXAMPLES: &str = "\
 The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. The same JSON is printed with the \

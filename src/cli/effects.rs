@@ -7,17 +7,17 @@ use csv::Writer;
 
 use super::options::positive;
 use super::{CliError, Context, side_folder};
-use crate::meter::Meter;
-use crate::pipeline::compare;
-use crate::pipeline::plan::bytes;
-use crate::pipeline::worth::{self, Comparison, Effect, Found, Worth};
-use crate::response::BandLevel;
-use crate::results::folder::ResultsFolder;
-use crate::results::plots::{Axis, LinePlot, Series};
-use crate::results::summary::{Cost, RollingResistance, Summary};
-use crate::results::table::aligned;
-use crate::results::{PlotError, ResultsError};
-use crate::scene::Scene;
+use tyrewave::meter::Meter;
+use tyrewave::pipeline::compare;
+use tyrewave::pipeline::plan::bytes;
+use tyrewave::pipeline::worth::{self, Comparison, Effect, Found, Worth};
+use tyrewave::response::BandLevel;
+use tyrewave::results::folder::ResultsFolder;
+use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::summary::{Cost, RollingResistance, Summary};
+use tyrewave::results::table::aligned;
+use tyrewave::results::{PlotError, ResultsError};
+use tyrewave::scene::Scene;
 
 /// Longest time rolled for each variant unless asked for \[s\].
 const LONGEST: f64 = 3.0;

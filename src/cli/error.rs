@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use super::heights::HeightsError;
-use crate::half_space::HalfSpaceError;
-use crate::pipeline::RunError;
-use crate::pipeline::sweep::SweepError;
-use crate::profile::ProfileError;
-use crate::profile::measure::Found;
-use crate::results::{PlotError, ResultsError};
-use crate::road::slices::SliceError;
-use crate::scene::SceneError;
-use crate::tyre::cases::CasesError;
-use crate::tyre::rational::cache::CacheError;
+use tyrewave::half_space::HalfSpaceError;
+use tyrewave::pipeline::RunError;
+use tyrewave::pipeline::sweep::SweepError;
+use tyrewave::profile::ProfileError;
+use tyrewave::profile::measure::Found;
+use tyrewave::results::{PlotError, ResultsError};
+use tyrewave::road::slices::SliceError;
+use tyrewave::scene::SceneError;
+use tyrewave::tyre::cases::CasesError;
+use tyrewave::tyre::rational::cache::CacheError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;
@@ -108,6 +108,24 @@ pub enum CliError {
         /// What it found.
         found: Box<Found>,
     },
+    /// A run under another load than it was asked for.
+    #[error(
+        "the mean force is {off:+.2} % off the load of {wanted} N, {allowed} % are allowed; the results are in {}; a longer warm_up corrects the height more \
+         exactly, a longer duration averages more, and `tolerance = {right}` in rolling.axle allows it",
+        folder.display()
+    )]
+    MissedLoad {
+        /// Where the results are.
+        folder: PathBuf,
+        /// The load \[N\].
+        wanted: f64,
+        /// How far the mean force is off \[%\].
+        off: f64,
+        /// How far it may be \[%\].
+        allowed: f64,
+        /// A tolerance that would do.
+        right: f64,
+    },
     /// A comparison of performance went against the second one.
     #[error("not as good as what it was held against")]
     Worse,
@@ -131,6 +149,7 @@ impl CliError {
             Self::Results(_) | Self::Print(_) => NOT_WRITABLE,
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
             Self::SweepFailed { .. } | Self::WrongResult { .. } | Self::Worse | Self::Presets { .. } => FAILED,
+            Self::MissedLoad { .. } => FAILED,
             Self::Profile(error) => match error {
                 ProfileError::File { what: "write", .. } => NOT_WRITABLE,
                 ProfileError::File { .. } | ProfileError::Nonsense { .. } => USAGE,
@@ -185,7 +204,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::contact::ContactError;
+    use tyrewave::contact::ContactError;
 
     #[test]
     fn codes_and_messages() {

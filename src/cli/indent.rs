@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use super::heights::{poisson_ratio, positive, read_grid};
 use super::{CliError, print};
-use crate::half_space::convolution::Extent;
-use crate::half_space::rough::{Control, HeightMap, Indentation, Limits, indent};
-use crate::results::npy::{NpyWriter, Row};
+use tyrewave::half_space::convolution::Extent;
+use tyrewave::half_space::rough::{Control, HeightMap, Indentation, Limits, indent};
+use tyrewave::results::npy::{NpyWriter, Row};
 
 const EXAMPLES: &str = "\
 Frictionless contact of the height map (peaks touch first) with a half-space of the given modulus, without periodicity. Printed as JSON: load [N], \

@@ -11,18 +11,18 @@ use serde_json::{Value, json};
 
 use super::influence_cost::CostReport;
 use super::{CliError, Context, side_folder};
-use crate::meter::{Counter, Meter, Stage};
-use crate::pipeline::Progress;
-use crate::pipeline::past::{fetch, fit_options, refused};
-use crate::results::plots::{Axis, HeatMap, LinePlot, Series};
-use crate::results::summary::Cost;
-use crate::results::{ResultsFolder, Summary};
-use crate::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
-use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use crate::tyre::influence_view::{
+use tyrewave::meter::{Counter, Meter, Stage};
+use tyrewave::pipeline::Progress;
+use tyrewave::pipeline::past::{fetch, fit_options, refused};
+use tyrewave::results::plots::{Axis, HeatMap, LinePlot, Series};
+use tyrewave::results::summary::Cost;
+use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
+use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use tyrewave::tyre::influence_view::{
     Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios,
 };
-use crate::tyre::rational::RationalModel;
+use tyrewave::tyre::rational::RationalModel;
 
 const EXAMPLES: &str = "\
 Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static influence beside the half-space's, \

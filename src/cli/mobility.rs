@@ -7,13 +7,13 @@ use serde_json::json;
 
 use super::options::positive;
 use super::{CliError, Context, print, side_folder};
-use crate::meter::{Counter, Meter, Stage};
-use crate::pipeline::Progress;
-use crate::results::plots::{Axis, LinePlot, Series};
-use crate::results::summary::Cost;
-use crate::results::{ResultsFolder, Summary};
-use crate::scene::Scene;
-use crate::tyre::mobility::{Mobility, driving_point};
+use tyrewave::meter::{Counter, Meter, Stage};
+use tyrewave::pipeline::Progress;
+use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::summary::Cost;
+use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::scene::Scene;
+use tyrewave::tyre::mobility::{Mobility, driving_point};
 
 const EXAMPLES: &str = "\
 The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over it. The smaller the patch the \

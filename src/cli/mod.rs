@@ -40,10 +40,10 @@ use indicatif::ProgressBar;
 
 pub use error::CliError;
 pub use interrupt::Interrupt;
-pub use options::{GlobalOptions, When};
+pub use options::GlobalOptions;
 pub use progress::TerminalProgress;
 
-use crate::meter::AllocationProbe;
+use tyrewave::meter::AllocationProbe;
 
 /// What the whole program says under `--help` after the list of commands.
 const AFTER_HELP: &str = "\

@@ -6,14 +6,14 @@ use clap::Args;
 use serde_json::json;
 
 use super::{CliError, Context, print};
-use crate::meter::process::resident_memory;
-use crate::pipeline::Plan;
-use crate::pipeline::plan::calibration::{calibrate, calibrated};
-use crate::pipeline::plan::{Forecast, bytes};
-use crate::pipeline::prepare::open_road;
-use crate::results::profile_table::counter_title;
-use crate::results::table::{aligned, grouped, words};
-use crate::scene::{LoadedScene, Scene};
+use tyrewave::meter::process::resident_memory;
+use tyrewave::pipeline::Plan;
+use tyrewave::pipeline::plan::calibration::{calibrate, calibrated};
+use tyrewave::pipeline::plan::{Forecast, bytes};
+use tyrewave::pipeline::prepare::open_road;
+use tyrewave::results::profile_table::counter_title;
+use tyrewave::results::table::{aligned, grouped, words};
+use tyrewave::scene::{LoadedScene, Scene};
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \

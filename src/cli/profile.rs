@@ -8,12 +8,12 @@ use clap::{Args, Subcommand};
 
 use super::scaling::ScalingArguments;
 use super::{CliError, Context, print};
-use crate::meter::machine::instruction_set;
-use crate::profile::changes::AcceptedChanges;
-use crate::profile::interleave::{Program, measured_by};
-use crate::profile::record::RecordedWorkload;
-use crate::profile::verdict::{Effort, Side, judge};
-use crate::profile::{Measurement, ProfileError, Record, Workload, instructions, measure};
+use tyrewave::meter::machine::instruction_set;
+use tyrewave::profile::changes::AcceptedChanges;
+use tyrewave::profile::interleave::{Program, measured_by};
+use tyrewave::profile::record::RecordedWorkload;
+use tyrewave::profile::verdict::{Effort, Side, judge};
+use tyrewave::profile::{Measurement, ProfileError, Record, Workload, instructions, measure};
 
 /// Where records are committed.
 const RECORDS: &str = "profiles/record";

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CliError, Context};
-use crate::meter::{Timing, Watch};
-use crate::pipeline::RunReport;
-use crate::results::pending_file::PendingFile;
-use crate::results::profile_table::cost_table;
-use crate::results::trace::{chrome_trace, folded_stacks};
+use tyrewave::meter::{Timing, Watch};
+use tyrewave::pipeline::RunReport;
+use tyrewave::results::pending_file::PendingFile;
+use tyrewave::results::profile_table::cost_table;
+use tyrewave::results::trace::{chrome_trace, folded_stacks};
 
 /// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
 #[derive(Clone, Debug, Default, Args)]

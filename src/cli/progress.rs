@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::meter::Stage;
-use crate::pipeline::Progress;
+use tyrewave::meter::Stage;
+use tyrewave::pipeline::Progress;
 
 /// How often the spinner turns while a stage says nothing.
 const TICK: Duration = Duration::from_millis(120);

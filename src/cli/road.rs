@@ -7,16 +7,16 @@ use ndarray::ArrayView2;
 use serde_json::json;
 
 use super::{CliError, Context, side_folder};
-use crate::meter::{Meter, Stage};
-use crate::pipeline::plan::Decisions;
-use crate::pipeline::prepare::{in_scene, road_lattice, road_limits};
-use crate::pipeline::sweep::{Axes, variants};
-use crate::results::plots::RoadMap;
-use crate::results::summary::Cost;
-use crate::results::table::{aligned, words};
-use crate::results::{ResultsFolder, Summary};
-use crate::road::{RoadDescription, describe};
-use crate::scene::{DEFAULT, LoadedScene, Scene};
+use tyrewave::meter::{Meter, Stage};
+use tyrewave::pipeline::plan::Decisions;
+use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits};
+use tyrewave::pipeline::sweep::{Axes, variants};
+use tyrewave::results::plots::RoadMap;
+use tyrewave::results::summary::Cost;
+use tyrewave::results::table::{aligned, words};
+use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::road::{RoadDescription, describe};
+use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 
 const EXAMPLES: &str = "\
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest frequency that the road can excite at \

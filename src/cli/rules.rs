@@ -8,15 +8,15 @@ use serde_json::json;
 
 use super::options::positive;
 use super::{CliError, Context, side_folder};
-use crate::meter::{Meter, Stage};
-use crate::pipeline::Plan;
-use crate::pipeline::progress::Progress;
-use crate::pipeline::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
-use crate::results::folder::ResultsFolder;
-use crate::results::plots::{Axis, LinePlot, Series};
-use crate::results::summary::{Cost, Summary};
-use crate::results::table::{aligned, words};
-use crate::scene::{Scene, TimeRule};
+use tyrewave::meter::{Meter, Stage};
+use tyrewave::pipeline::Plan;
+use tyrewave::pipeline::progress::Progress;
+use tyrewave::pipeline::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
+use tyrewave::results::folder::ResultsFolder;
+use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::summary::{Cost, Summary};
+use tyrewave::results::table::{aligned, words};
+use tyrewave::scene::{Scene, TimeRule};
 
 const EXAMPLES: &str = "\
 Damping and phase error say what a rule makes of a mode: a decay that is not the tyre's, relative to the angular frequency, and a shift of its \

@@ -7,10 +7,10 @@ use clap::Args;
 
 use super::profiling::ProfileOptions;
 use super::{CliError, Context, print};
-use crate::pipeline::plan::bytes;
-use crate::pipeline::{self, RunOptions, RunReport};
-use crate::results::summary::RollingResistance;
-use crate::scene::Scene;
+use tyrewave::pipeline::plan::bytes;
+use tyrewave::pipeline::{self, RunOptions, RunReport};
+use tyrewave::results::summary::{LoadResult, RollingResistance};
+use tyrewave::scene::Scene;
 
 const EXAMPLES: &str = "\
 Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, patch_element.npy (plain NumPy \
@@ -62,14 +62,24 @@ impl RunArguments {
     }
 }
 
-/// Says how a run went, and what it cost if `profile` says anything.
+/// Says how a run went, and what it cost if `profile` says anything; a load that it missed is its error.
 pub(super) fn print_report(report: &RunReport, context: &Context, profile: &str) -> Result<(), CliError> {
     let mut text = if context.options.quiet { String::new() } else { report_text(report) };
     if !profile.is_empty() {
         text.push('\n');
         text.push_str(profile);
     }
-    print(&text)
+    print(&text)?;
+    match report.summary.outcome.load {
+        Some(LoadResult { wanted, relative_error, tolerance, met: false }) => Err(CliError::MissedLoad {
+            folder: report.folder.clone(),
+            wanted,
+            off: 100.0 * relative_error,
+            allowed: 100.0 * tolerance,
+            right: (1.2 * relative_error.abs() * 1e3).ceil() / 1e3,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// The few lines that a run ends with.

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{CliError, Context, print};
-use crate::meter::Meter;
-use crate::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
-use crate::results::folder::ResultsFolder;
-use crate::results::plots::{Axis, LinePlot, Series};
-use crate::results::summary::{Cost, Summary};
-use crate::results::table::aligned;
+use tyrewave::meter::Meter;
+use tyrewave::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
+use tyrewave::results::folder::ResultsFolder;
+use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::summary::{Cost, Summary};
+use tyrewave::results::table::aligned;
 
 /// Cores that the limit is stated for.
 const WORKSTATION: usize = 64;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::heights::{HeightsError, poisson_ratio, positive, read_row};
 use super::{CliError, print};
-use crate::road::slices::{SliceBuilder, SliceScratch};
+use tyrewave::road::slices::{SliceBuilder, SliceScratch};
 
 const EXAMPLES: &str = "\
 Printed as JSON: indentation [m] past the highest point; S [m], the mean displacement normalised by the flat slice on the same grid (S = y for a \
@@ -111,7 +111,7 @@ mod tests {
 
     use super::super::{Command, CommandLine};
     use super::*;
-    use crate::road::slices::SliceError;
+    use tyrewave::road::slices::SliceError;
 
     fn write(path: &Path, heights: &[f64]) {
         let mut bytes = Vec::new();

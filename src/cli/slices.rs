@@ -7,16 +7,16 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{CliError, Context, calibrate, side_folder};
-use crate::meter::{Counter, Meter, Stage};
-use crate::pipeline::plan::Decisions;
-use crate::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
-use crate::results::plots::{Axis, LinePlot, Series};
-use crate::results::summary::Cost;
-use crate::results::{ResultsFolder, Summary};
-use crate::road::slices::statistics::{LevelStatistics, statistics};
-use crate::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
-use crate::road::{Lattice, RoadSurface};
-use crate::scene::{LoadedScene, Scene, Slices};
+use tyrewave::meter::{Counter, Meter, Stage};
+use tyrewave::pipeline::plan::Decisions;
+use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
+use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::summary::Cost;
+use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
+use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
+use tyrewave::road::{Lattice, RoadSurface};
+use tyrewave::scene::{LoadedScene, Scene, Slices};
 
 const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the pressure under them on an elastic half-space, and the \

@@ -7,12 +7,12 @@ use clap::Args;
 use super::options::positive;
 use super::study_report::{csv, json, picture, text, verdict_table};
 use super::{CliError, Context, side_folder};
-use crate::meter::Meter;
-use crate::pipeline::study::presets::{Verdict, verdicts};
-use crate::pipeline::study::{StudyOptions, Sweep, study};
-use crate::results::folder::ResultsFolder;
-use crate::results::summary::{Cost, Summary};
-use crate::scene::Scene;
+use tyrewave::meter::Meter;
+use tyrewave::pipeline::study::presets::{Verdict, verdicts};
+use tyrewave::pipeline::study::{StudyOptions, Sweep, study};
+use tyrewave::results::folder::ResultsFolder;
+use tyrewave::results::summary::{Cost, Summary};
+use tyrewave::scene::Scene;
 
 const EXAMPLES: &str = "\
 Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, poles, cells across, curves; what only the direct history has, where \

@@ -1,12 +1,12 @@
 //! What a study found, as tables, CSV, JSON and a picture.
 
-use crate::pipeline::compare::{Difference, LOWEST_BAND};
-use crate::pipeline::study::presets::{LARGEST_EXCESS, Verdict};
-use crate::pipeline::study::{Kind, Point, Richardson, Study, Swept};
-use crate::results::PlotError;
-use crate::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
-use crate::results::table::{aligned, words};
-use crate::scene::Scene;
+use tyrewave::pipeline::compare::{Difference, LOWEST_BAND};
+use tyrewave::pipeline::study::presets::{LARGEST_EXCESS, Verdict};
+use tyrewave::pipeline::study::{Kind, Point, Richardson, Study, Swept};
+use tyrewave::results::PlotError;
+use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
+use tyrewave::results::table::{aligned, words};
+use tyrewave::scene::Scene;
 
 const HEADER: [&str; 10] = [
     "",

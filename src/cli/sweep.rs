@@ -8,12 +8,12 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::options::positive;
 use super::{CliError, Context, print, side_folder};
-use crate::pipeline::sweep::table::{csv, growth_plot};
-use crate::pipeline::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
-use crate::results::ResultsError;
-use crate::results::plots::ThirdOctavePlot;
-use crate::results::summary::SUMMARY_FILE;
-use crate::scene::Scene;
+use tyrewave::pipeline::sweep::table::{csv, growth_plot};
+use tyrewave::pipeline::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
+use tyrewave::results::ResultsError;
+use tyrewave::results::plots::ThirdOctavePlot;
+use tyrewave::results::summary::SUMMARY_FILE;
+use tyrewave::scene::Scene;
 
 const EXAMPLES: &str = "\
 Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. Several run at a time, on no more threads than \
@@ -139,7 +139,7 @@ impl SweepArguments {
 fn done<'a>(
     variants: &'a [Variant],
     outcomes: &'a [Outcome],
-) -> impl Iterator<Item = (&'a str, &'a [crate::response::BandLevel])> {
+) -> impl Iterator<Item = (&'a str, &'a [tyrewave::response::BandLevel])> {
     variants.iter().zip(outcomes).filter_map(|(variant, outcome)| match outcome {
         Outcome::Done { levels, .. } => Some((variant.name.as_str(), levels.as_slice())),
         Outcome::Stopped | Outcome::Failed(_) => None,
@@ -152,7 +152,7 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
     for (variant, outcome) in variants.iter().zip(outcomes) {
         if let Outcome::Failed(error) = outcome {
             let message = match error {
-                crate::pipeline::RunError::Scene(error) => error.render(colour),
+                tyrewave::pipeline::RunError::Scene(error) => error.render(colour),
                 other => other.to_string(),
             };
             eprintln!("{}: {message}", variant.name);

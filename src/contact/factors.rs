@@ -16,7 +16,7 @@
 //! changes its forces by rounding.
 
 pub use super::ldlt::Singular;
-use super::ldlt::{Aligned, LINE, Ldlt, finite, lower_triangle};
+use super::ldlt::{Aligned, LINE, Ldlt, assemble, assemble_entries, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::meter::{Clocks, Laps, Spent, Work};
@@ -60,6 +60,9 @@ impl Sizes {
     }
 }
 
+/// Numbers of the system of the points by which a set differs from its neighbour, with right side and factor.
+const SMALL: usize = MOST_DIFFERENT * MOST_DIFFERENT + MOST_DIFFERENT.next_multiple_of(LINE) + room(MOST_DIFFERENT);
+
 /// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
 pub fn largest_memory(capacity: usize, points: usize) -> usize {
     let Sizes { points, stride, slots } = Sizes::new(capacity, points);
@@ -78,7 +81,7 @@ pub struct FactorCache {
     pattern: Vec<u64>,
     /// Right-hand sides, one to a stride.
     values: Aligned,
-    /// The system of the points by which a set differs from its neighbour, and its right side.
+    /// The system of the points by which a set differs from its neighbour, its right side and its factor.
     small: Aligned,
     neighbour: NeighbourSet,
     solver: Ldlt,
@@ -106,9 +109,9 @@ impl FactorCache {
             hand: 0,
             pattern: vec![0; words],
             values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
-            small: Aligned::new(MOST_DIFFERENT * (MOST_DIFFERENT + 1)),
+            small: Aligned::new(SMALL),
             neighbour: NeighbourSet::new(points),
-            solver: Ldlt::new(points.max(MOST_DIFFERENT), 1 + MOST_DIFFERENT),
+            solver: Ldlt::new(points.max(MOST_DIFFERENT)),
             counts: FactorCounts::default(),
             work: Work::default(),
             making: Work::default(),
@@ -160,8 +163,8 @@ impl FactorCache {
         let entries = (rows * rows * columns) as u64;
         self.work += Work { multiply_adds: entries, bytes: 8 * (rows * rows) as u64 };
         let Sizes { points: most, stride, .. } = self.sizes;
-        let factor = self.factors.part(slot * stride * most, stride * rows);
-        self.solver.solve(factor, self.values.part(0, stride * columns), stride, rows, columns)
+        let factor = self.factors.part(slot * stride * most, room(rows));
+        self.solver.solve(factor, self.values.part(0, stride * columns), stride, rows)
     }
 
     /// Solves with the factor of the neighbour.
@@ -177,10 +180,14 @@ impl FactorCache {
         self.neighbour.right_sides(points, influence, values, stride, self.values.part(0, stride * columns));
         self.solve_kept(slot, self.neighbour.kept_points(), columns)?;
         let z = (&*self.values.part(0, stride * columns), stride);
-        let (matrix, right) = self.small.part(0, size * (size + 1)).split_at_mut(size * size);
-        self.neighbour.system(points, influence, values, z, matrix, right);
-        self.solver.factorise(matrix, size, size)?;
-        self.solver.solve(matrix, right, size, size, 1)?;
+        let (matrix, rest) = self.small.part(0, SMALL).split_at_mut(MOST_DIFFERENT * MOST_DIFFERENT);
+        let (right, factor) = rest.split_at_mut(MOST_DIFFERENT.next_multiple_of(LINE));
+        let matrix = &mut matrix[..size * size];
+        self.neighbour.system(points, influence, values, z, matrix, &mut right[..size]);
+        assemble_entries(size, |row, column| matrix[column * size + row], factor);
+        self.solver.factorise(factor, size)?;
+        let padded = right.len();
+        self.solver.solve(factor, right, padded, size)?;
         self.neighbour.forces(z, right, values);
         // Right-hand sides, the rows of the system and the forces.
         let sums = (points.len() * (size + size * size + size)) as u64;
@@ -233,9 +240,9 @@ impl FactorCache {
         let mut laps = Laps::begin(self.clocks);
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
-        let memory = self.factors.part(slot * stride * most, stride * rows);
-        lower_triangle(points, influence, memory, stride);
-        let done = self.solver.factorise(memory, stride, rows);
+        let factor = self.factors.part(slot * stride * most, room(rows));
+        assemble(points, influence, factor);
+        let done = self.solver.factorise(factor, rows);
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;
         let work = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };

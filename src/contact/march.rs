@@ -16,7 +16,7 @@ use super::active_set::{Residuals, SearchCounts};
 use super::axle::AxleHeight;
 use super::error::ContactError;
 use super::geometry::Geometry;
-use super::history::{HistoryWork, PastForces};
+use super::history::{HistoryTimes, HistoryWork, PastForces};
 use super::local_set::SlicesUnder;
 use super::search::{Search, SliceLaw};
 use super::slice_queue::SliceQueue;
@@ -70,6 +70,8 @@ pub struct StepTimes {
     pub search: Spent,
     /// Factorisations.
     pub factorisation: Spent,
+    /// Sums and transforms of the history behind the march: of all steps, whether clocks were read or not.
+    pub behind: [Spent; 2],
 }
 
 impl MarchTotals {
@@ -254,8 +256,11 @@ impl March {
         let mut laps = Laps::begin(self.clocks);
         let history = self.history.displacement(first_element, &mut self.old);
         self.times.history += laps.lap();
-        self.times.transforms += history.transform_time;
-        self.totals.history += HistoryWork { transform_time: Spent::default(), ..history };
+        self.times.transforms += history.times.transforms;
+        for (time, behind) in self.times.behind.iter_mut().zip(history.times.behind) {
+            *time += behind;
+        }
+        self.totals.history += HistoryWork { times: HistoryTimes::default(), ..history };
         self.totals.instants += 1;
         let takes_penetrations = self.search.takes_penetrations();
         let row = self.geometry.substep(step) * self.nodes.len() + stage;
@@ -342,7 +347,7 @@ impl March {
             largest_force,
             largest_displacement,
             edge_contacts,
-            history: HistoryWork { sums, transforms, passes, transform_time: Spent::default() },
+            history: HistoryWork { sums, transforms, passes, times: HistoryTimes::default() },
             slices,
             instants,
         };

@@ -7,7 +7,7 @@
 //! - `elastic`: influence functions of the tread surface;
 //! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0, scaled for an
 //!   equal static stiffness if that is wanted). G0 falls with the time step, and what is left out with it: the limit is
-//!   `elastic` (tests/convergence.rs), so that differences from it are differences of the time step;
+//!   `elastic` (tests/suite/convergence.rs), so that differences from it are differences of the time step;
 //! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element
 //!   in series. Without its shear stiffness the tread leaves the carcass softer than the whole tyre is (default tyre,
 //!   12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: [`equal_bedding`] scales

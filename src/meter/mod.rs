@@ -16,15 +16,13 @@
 //! - for a trace, [every](Timing::Every) step is timed, and what happened when is noted, see [`trace`].
 //!
 //! A clock read takes 23 ns; a step at N = 512 that is timed has about six. Measured on the default scene with a smooth
-//! road, where a step is shortest (test `overhead` of `tests/profile.rs`, one thread of a two-core AMD EPYC), against
-//! steps without any clock read:
+//! road, where a step is shortest (test `overhead` of `tests/suite/profile.rs`, one thread of a two-core AMD EPYC),
+//! against steps without any clock read:
 //!
 //! | N | a step | sampled | closely | every |
 //! |---|---|---|---|---|
 //! | 512 | 10.3 us | 0 ns | 15 ns, 0.15 % | 48 ns, 0.47 % |
 //! | 1024 | 21.3 us | 14 ns, 0.06 % | 90 ns, 0.42 % | 177 ns, 0.83 % |
-//!
-//! On the default road a step takes 31 us, its road included.
 
 pub mod clock;
 mod cost;

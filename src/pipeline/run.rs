@@ -196,7 +196,11 @@ impl Run {
 
     /// Hands the times of the march so far to the meter.
     pub(super) fn collect_times(&mut self) {
-        let StepTimes { history, transforms, slices, search, factorisation } = self.prepared.march.take_times();
+        let StepTimes { history, transforms, slices, search, factorisation, behind } = self.prepared.march.take_times();
+        let behind = [Stage::History, Stage::Transforms].into_iter().zip(behind);
+        for (stage, spent) in behind.filter(|(_, spent)| !spent.wall.is_zero()) {
+            self.meter.add_background(stage, spent.wall);
+        }
         for (stage, spent) in [
             (Stage::History, history),
             (Stage::Transforms, transforms),

@@ -394,7 +394,7 @@ impl Context<'_> {
         summary.warnings.clone_from(&self.prepared.warnings);
         if let Some(LoadResult { wanted, relative_error, tolerance, met: false }) = load {
             summary.warnings.push(format!(
-                "the mean force is {:+.2} % off the load of {wanted} N (tolerance {} %): a longer warm_up corrects the height more exactly",
+                "the mean force is {:+.2} % off the load of {wanted} N (tolerance {} %)",
                 100.0 * relative_error,
                 100.0 * tolerance
             ));

@@ -2,6 +2,7 @@
 //!
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
+//! - `far`: the pass over all of them, `behind` the march where there is another thread;
 //! - [`recursion`]: that recursion for one pole and each time rule;
 //! - [`scaled`]: another history with its influence functions scaled;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
@@ -18,13 +19,15 @@
 //! | partitions, counted | 1024 lags | 0.44 M | 0.66 MB | more than 1e-2 |
 //! | partitions, counted | 4096 lags | 0.69 M | 0.92 MB | 1.2e-2 |
 //! | partitions, counted | 16384 lags | 0.98 M | 1.2 MB | 4e-6 |
-//! | poles, from a run | all | 0.40 M | 0.39 MB | 1e-5, the fit's tolerance |
+//! | poles, from a run, blocks of eight | all | 0.40 M | 0.39 MB | 1e-5, the fit's tolerance |
 //! | direct, from a run | 8192 lags | 150 M | | |
 //!
 //! Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
 //! wavenumbers that the fit avoids.
 
+mod behind;
 pub mod direct;
+mod far;
 pub mod modes;
 pub mod recursion;
 pub mod scaled;
@@ -49,8 +52,17 @@ pub struct HistoryWork {
     pub transforms: Work,
     /// Times that transforms were gone through.
     pub passes: u64,
-    /// Time of the transforms, where clocks are read; not a part of the state.
-    pub transform_time: Spent,
+    /// Not a part of the state.
+    pub times: HistoryTimes,
+}
+
+/// Times that a history knows of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HistoryTimes {
+    /// The transforms where the march waited for them, where clocks are read.
+    pub transforms: Spent,
+    /// Sums and transforms behind the march.
+    pub behind: [Spent; 2],
 }
 
 impl AddAssign for HistoryWork {
@@ -58,7 +70,10 @@ impl AddAssign for HistoryWork {
         self.sums += other.sums;
         self.transforms += other.transforms;
         self.passes += other.passes;
-        self.transform_time += other.transform_time;
+        self.times.transforms += other.times.transforms;
+        for (time, other) in self.times.behind.iter_mut().zip(other.times.behind) {
+            *time += other;
+        }
     }
 }
 

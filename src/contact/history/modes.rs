@@ -3,47 +3,40 @@
 //! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
 //! a + F for every pole (MODEL: section 4; the rules stand in [`super::recursion`]). States and coefficients of all
 //! poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits for
-//! them. So they are gone through once in a *block* of [`INSTANTS`] instants:
-//! 1. the block's forces, transformed to wavenumbers, are taken in one after the other;
-//! 2. u_old of the whole next block is foretold as if no more forces came, and transformed back to the elements;
-//! 3. within that block, what its own earlier instants add is a short convolution over the points in contact, with the
-//!    first weights of the same recursion.
+//! them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a block
+//! another thread, if there is one, does so for the next:
+//! 1. the forces of the block before, transformed to wavenumbers, are taken in one after the other;
+//! 2. u_old of the block to come is foretold as if no forces came after them, and transformed back to the elements
+//!    (`far`);
+//! 3. what the block before and the earlier instants of its own add to an instant is a short convolution over the
+//!    points in contact, with the first weights of the same recursion.
 //!
-//! By linearity this is the recursion itself: only rounding differs. Elements are material, so nothing moves but the
-//! elements that are looked at.
+//! By linearity this is the recursion itself: only rounding differs, and nothing depends on who did what. Elements are
+//! material, so nothing moves but the elements that are looked at.
 //!
 //! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops and
-//! 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps), and for each instant two
-//! FFTs of length N, and points x columns x ([`INSTANTS`] - 1)/2 multiply-adds; independent of the memory. Wavenumbers
-//! are independent and so are instants in the transforms: any split over threads gives the same bits.
+//! 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps); in each block what it
+//! takes to pass over one; for each instant two FFTs of length N, and points x columns x (3 [`INSTANTS`] - 1)/2
+//! multiply-adds; independent of the memory.
 
-use std::sync::Arc;
-
-use num_complex::Complex64;
 use pulp::Arch;
-use rayon::prelude::*;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use super::recursion::{Recursion, WithRecursion, coefficients, impulse_response, with_recursion};
+use super::behind::Behind;
+use super::far::Far;
+use super::recursion::{coefficients, impulse_response};
 use super::transfer::first_weight;
-use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use super::{HistoryWork, PastForces};
-use crate::meter::{Clocks, Laps, Work};
+use crate::meter::{Clocks, Spent, Work};
 use crate::numeric::windows::add_windows;
-use crate::numeric::{Ring, StateError, StateReader, StateWriter, transform_multiply_adds};
+use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
 
-/// Instants of a block at most; a block is a whole number of steps. Measured at N = 1024 (bench `contact`, and runs): 4
-/// to 12 differ little, 1 takes three times as long, and from 16 on the short convolution within the block costs more
-/// than the poles save.
-pub const INSTANTS: usize = 8;
-
-/// Multiply-adds of a pass from which it is worth handing work to a second thread, a hand-over costing some 15 us.
-/// Measured with 1.6 million: 17 us an instant on two threads against 22 on one. N = 1024 has 1.0 million with
-/// `sdirk2`, N = 512 0.6 million, which is too little.
-pub const PARALLEL_FROM: u64 = 800_000;
+/// Instants of a block at most; a block is a whole number of steps. The march does the short convolution, which grows
+/// with them, the other thread passes over the states, which happens less often with more of them. Measured in runs on
+/// two threads: 2 and 4 differ little, 8 takes a tenth to a fifth longer at N = 512 and 1024.
+pub const INSTANTS: usize = 4;
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {
@@ -51,29 +44,26 @@ pub struct ModalHistory {
     rule: TimeRule,
     /// Number of the coming instant in its block.
     instant: usize,
-    groups: Vec<WavenumberGroup>,
-    forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
+    /// Instants of a block.
+    instants: usize,
+    far: Behind<Far>,
+    /// u_old \[m\] on the ring at the instants of this block, of the forces up to the block before the last.
+    old: Vec<Vec<f64>>,
+    /// Forces at the instants of the block before and of this one.
     rows: Vec<Row>,
-    /// First weights by stage of the force, lag and distance; see [`Self::first_influences`].
+    /// First weights by stage of the force, lag and distance; see [`first_influences`].
     near: Vec<Vec<f64>>,
-    parallel: bool,
     clocks: Clocks,
     arch: Arch,
 }
 
-/// An instant of a block.
+/// Forces at an instant.
 #[derive(Clone, Debug)]
 struct Row {
     /// Element that [`Self::forces`] begin with, on the ring.
     first: usize,
     /// Forces \[N\] of the points in contact, as distances from [`Self::first`].
     forces: Vec<(usize, f64)>,
-    /// Forces by wavenumber, then displacements by wavenumber.
-    spectrum: Vec<Complex64>,
-    /// Forces on the ring, then u_old of the coming block's instant without that block's own forces \[m\].
-    ring: Vec<f64>,
-    scratch: Vec<Complex64>,
 }
 
 impl ModalHistory {
@@ -94,32 +84,17 @@ impl ModalHistory {
         let elements = model.elements;
         let stages = rule.nodes().len();
         let instants = (instants / stages).max(1) * stages;
-        let groups: Option<Vec<_>> = (0..=elements / 2)
-            .step_by(GROUP)
-            .map(|first| WavenumberGroup::new(model, field, rule, time_step, first, instants))
-            .collect();
-        let groups = groups?;
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, inverse) = (planner.plan_fft_forward(elements), planner.plan_fft_inverse(elements));
-        let row = Row {
-            first: 0,
-            forces: Vec::with_capacity(elements),
-            spectrum: forward.make_output_vec(),
-            ring: forward.make_input_vec(),
-            scratch: vec![Complex64::ZERO; forward.get_scratch_len().max(inverse.get_scratch_len())],
-        };
         // A clone would not keep the room for the forces.
-        let rows = (0..instants).map(|_| Row { forces: Vec::with_capacity(elements), ..row.clone() }).collect();
+        let rows = (0..2 * instants).map(|_| Row { first: 0, forces: Vec::with_capacity(elements) }).collect();
         Some(Self {
             elements,
             rule,
             instant: 0,
-            parallel: groups.iter().map(|group| group.work().multiply_adds).sum::<u64>() >= PARALLEL_FROM,
-            near: first_influences(model, field, rule, time_step, instants)?,
-            groups,
-            forward,
-            inverse,
+            instants,
+            far: Behind::new(Far::new(model, field, rule, time_step, instants)?, rayon::current_num_threads() > 1),
+            old: vec![vec![0.0; elements]; instants],
             rows,
+            near: first_influences(model, field, rule, time_step, 2 * instants - 1)?,
             clocks: Clocks::OFF,
             arch: Arch::new(),
         })
@@ -132,78 +107,45 @@ impl ModalHistory {
             .collect()
     }
 
-    /// Adds what the forces of earlier instants of the block displace.
+    /// A block begins: u_old of it is fetched, the last block's forces are sent out for that of the next.
+    fn turn(&mut self) -> HistoryWork {
+        self.rows.rotate_left(self.instants);
+        let mut far = self.far.take();
+        let mut work = far.work();
+        far.watched = self.clocks.cpu;
+        if !self.clocks.wall {
+            work.times.transforms = Spent::default();
+        }
+        let block = far.rings.iter_mut().zip(&mut self.old).zip(&self.rows);
+        for ((ring, old), row) in block {
+            std::mem::swap(ring, old);
+            ring.fill(0.0);
+            for &(distance, force) in &row.forces {
+                ring[(row.first + distance) % self.elements] = force;
+            }
+        }
+        self.far.begin(far);
+        work
+    }
+
+    /// Adds what the forces of the block before and of earlier instants of this one displace.
     fn add_near(&self, first: usize, out: &mut [f64]) -> Work {
-        let (stages, lags) = (self.rule.nodes().len(), self.rows.len() - 1);
+        let (stages, lags) = (self.rule.nodes().len(), 2 * self.instants - 1);
         let mut points = 0;
-        for (earlier, row) in self.rows[..self.instant].iter().enumerate() {
-            let influence = &self.near[(earlier % stages) * lags + self.instant - earlier - 1];
-            let shift = first + self.elements - row.first;
-            let window =
-                |&(distance, force): &(usize, f64)| ((shift + self.elements - distance) % self.elements, force);
+        let now = self.instants + self.instant;
+        for (earlier, row) in self.rows[..now].iter().enumerate() {
+            let influence = &self.near[(earlier % stages) * lags + now - earlier - 1];
+            // No remainder here: it would take longer than the sums.
+            let shift = (first + self.elements - row.first) % self.elements;
+            let window = |&(distance, force): &(usize, f64)| {
+                let from = if distance > shift { shift + self.elements } else { shift } - distance;
+                (from, force)
+            };
             add_windows(self.arch, out, influence, row.forces.iter().map(window));
             points += row.forces.len();
         }
         let multiply_adds = (points * out.len()) as u64;
         Work { multiply_adds, bytes: 8 * multiply_adds }
-    }
-}
-
-/// Takes in a block's forces and foretells the next block.
-struct NextBlock<'a> {
-    history: &'a mut ModalHistory,
-    work: &'a mut HistoryWork,
-}
-
-impl WithRecursion for NextBlock<'_> {
-    type Output = ();
-
-    fn with<R: Recursion>(self, recursion: R) {
-        let ModalHistory { elements, groups, rows, forward, inverse, arch, parallel, clocks, .. } = self.history;
-        // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
-        let transform = |row: &mut Row| {
-            row.ring.fill(0.0);
-            for &(distance, force) in &row.forces {
-                row.ring[(row.first + distance) % *elements] = force;
-            }
-            row.forces.clear();
-            let _ = forward.process_with_scratch(&mut row.ring, &mut row.spectrum, &mut row.scratch);
-        };
-        let advance = |group: &mut WavenumberGroup, rows: &[Row]| {
-            for (instant, row) in rows.iter().enumerate() {
-                group.take_forces(instant, &row.spectrum);
-            }
-            arch.dispatch(Pass { group, recursion });
-        };
-        // One piece of work stays on this thread.
-        let least = if *parallel { 1 } else { usize::MAX };
-        let mut laps = Laps::begin(*clocks);
-        rows.par_iter_mut().with_min_len(least).for_each(transform);
-        let mut transform_time = laps.lap();
-        groups.par_iter_mut().with_min_len(least).for_each(|group| advance(group, rows));
-        laps.lap();
-        let transform_back = |(instant, row): (usize, &mut Row)| {
-            for group in groups.iter() {
-                group.give_displacement(instant, &mut row.spectrum);
-            }
-            let last = row.spectrum.len() - 1;
-            (row.spectrum[0].im, row.spectrum[last].im) = (0.0, 0.0);
-            let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.ring, &mut row.scratch);
-        };
-        rows.par_iter_mut().with_min_len(least).enumerate().for_each(transform_back);
-        transform_time += laps.lap();
-        let (instants, length) = (rows.len(), *elements as u64);
-        groups.iter().for_each(|group| self.work.sums += group.work());
-        *self.work = HistoryWork {
-            sums: self.work.sums,
-            // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
-            transforms: Work {
-                multiply_adds: (instants as f64 * transform_multiply_adds(*elements)) as u64,
-                bytes: 2 * instants as u64 * 3 * 8 * length,
-            },
-            passes: 1,
-            transform_time,
-        };
     }
 }
 
@@ -214,15 +156,15 @@ fn first_influences(
     field: Field,
     rule: TimeRule,
     time_step: f64,
-    instants: usize,
+    lags: usize,
 ) -> Option<Vec<Vec<f64>>> {
-    let (stages, lags) = (rule.nodes().len(), instants - 1);
+    let stages = rule.nodes().len();
     let mut weights = vec![0.0; (model.largest_wavenumber() + 1) * stages * lags];
-    for (n, weights) in weights.chunks_mut((stages * lags).max(1)).enumerate() {
+    for (n, weights) in weights.chunks_mut(stages * lags).enumerate() {
         let modes = model.modes(n, field)?;
         for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
             let (g, w) = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
-            for (stage, response) in weights.chunks_mut(lags.max(1)).enumerate() {
+            for (stage, response) in weights.chunks_mut(lags).enumerate() {
                 impulse_response(rule, [g, w], stage, response);
             }
         }
@@ -234,13 +176,9 @@ fn first_influences(
 
 impl PastForces for ModalHistory {
     fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
-        let mut work = HistoryWork::default();
-        if self.instant == 0 {
-            with_recursion(self.rule, NextBlock { history: self, work: &mut work });
-        }
+        let mut work = if self.instant == 0 { self.turn() } else { HistoryWork::default() };
         let first = first_element.rem_euclid(self.elements as i64) as usize;
-        let ring = &self.rows[self.instant].ring;
-        let (behind, ahead) = ring.split_at(first);
+        let (behind, ahead) = self.old[self.instant].split_at(first);
         for (value, old) in out.iter_mut().zip(ahead.iter().chain(behind)) {
             *value = *old;
         }
@@ -249,11 +187,11 @@ impl PastForces for ModalHistory {
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {
-        let row = &mut self.rows[self.instant];
+        let row = &mut self.rows[self.instants + self.instant];
         row.first = first_element.rem_euclid(self.elements as i64) as usize;
         row.forces.clear();
         row.forces.extend(forces.iter().copied().enumerate().filter(|(_, force)| *force != 0.0));
-        self.instant = (self.instant + 1) % self.rows.len();
+        self.instant = (self.instant + 1) % self.instants;
     }
 
     fn set_clocks(&mut self, clocks: Clocks) {
@@ -266,14 +204,16 @@ impl PastForces for ModalHistory {
             state.count(row.first as u64);
             state.counts(&row.forces.iter().map(|&(distance, _)| distance as u64).collect::<Vec<_>>());
             state.numbers(&row.forces.iter().map(|&(_, force)| force).collect::<Vec<_>>());
-            state.numbers(&row.ring);
         }
-        self.groups.iter().flat_map(WavenumberGroup::states).for_each(|states| state.numbers(states));
+        let far = self.far.take();
+        self.old.iter().chain(&far.rings).for_each(|ring| state.numbers(ring));
+        far.states().for_each(|states| state.numbers(states));
+        self.far.give_back(far);
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.instant = state.size()?;
-        let mut fits = self.instant < self.rows.len();
+        let mut fits = self.instant < self.instants;
         for row in &mut self.rows {
             row.first = state.size()?;
             let distances = state.counts()?;
@@ -282,12 +222,16 @@ impl PastForces for ModalHistory {
             fits &= distances.iter().all(|&distance| distance < self.elements as u64);
             row.forces.clear();
             row.forces.extend(distances.iter().map(|&distance| distance as usize).zip(forces));
-            state.numbers_into(&mut row.ring)?;
         }
         if !fits {
             return Err(StateError::Value);
         }
-        self.groups.iter_mut().flat_map(WavenumberGroup::states_mut).try_for_each(|states| state.numbers_into(states))
+        let mut far = self.far.take();
+        let rings = self.old.iter_mut().chain(&mut far.rings);
+        let mut read = rings.map(Vec::as_mut_slice).try_for_each(|ring| state.numbers_into(ring));
+        read = read.and_then(|()| far.states_mut().try_for_each(|states| state.numbers_into(states)));
+        self.far.give_back(far);
+        read
     }
 }
 

@@ -104,6 +104,21 @@ pub trait Recursion: Copy + Send + Sync {
         state: &mut State<S, P>,
     ) -> [S::f64s; MOST_STAGES];
 
+    /// Goes through so many steps without forces.
+    #[inline(always)]
+    fn skip<S: Simd, const P: usize>(simd: S, maps: &Self::Maps<S, P>, states: [&mut State<S, P>; 2], steps: usize) {
+        for state in states {
+            for _ in 0..steps {
+                Self::foretell(simd, maps, state);
+            }
+        }
+    }
+
+    /// Products of [`Self::skip`], of two states.
+    fn products_of_skip(steps: usize) -> usize {
+        2 * steps
+    }
+
     /// Takes in the forces of a step.
     #[inline(always)]
     fn take_in<S: Simd, const P: usize>(
@@ -281,6 +296,25 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         displaced[COUNT - 1] = state.end[0];
         displaced
     }
+
+    /// R to the power of the steps, by squares, on both states.
+    #[inline(always)]
+    fn skip<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, [re, im]: [&mut State<S, P>; 2], steps: usize) {
+        let (mut square, mut left) = (maps.whole, steps);
+        while left > 0 {
+            if left % 2 == 1 {
+                (re.end, im.end) = (times(simd, square, re.end), times(simd, square, im.end));
+            }
+            left /= 2;
+            if left > 0 {
+                square = times(simd, square, square);
+            }
+        }
+    }
+
+    fn products_of_skip(steps: usize) -> usize {
+        steps.checked_ilog2().map_or(0, |squares| squares as usize + 2 * steps.count_ones() as usize)
+    }
 }
 
 /// Work to be done with a rule's recursion.
@@ -314,6 +348,19 @@ pub fn looks_back(rule: TimeRule) -> bool {
         }
     }
     with_recursion(rule, Looks)
+}
+
+/// Products of passing over so many steps, see [`Recursion::skip`].
+pub fn products_of_skip(rule: TimeRule, steps: usize) -> usize {
+    struct Skip(usize);
+    impl WithRecursion for Skip {
+        type Output = usize;
+
+        fn with<R: Recursion>(self, _: R) -> usize {
+            R::products_of_skip(self.0)
+        }
+    }
+    with_recursion(rule, Skip(steps))
 }
 
 /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a

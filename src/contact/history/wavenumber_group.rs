@@ -4,7 +4,7 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back};
+use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back, products_of_skip};
 use crate::meter::Work;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
@@ -51,9 +51,10 @@ impl<const PARTS: usize> PoleRows<PARTS> {
     }
 
     /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
-    /// foretold, W and A at their stages.
-    fn multiply_adds(&self, steps: usize, stages: usize) -> usize {
-        self.coefficients.len() / Self::FIXED * 2 * steps * (2 * PARTS * PARTS + PARTS * (2 * stages - 1))
+    /// foretold, W and A at their stages, and the products of passing over a block.
+    fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
+        let of_step = 2 * (2 * PARTS * PARTS + PARTS * (2 * stages - 1));
+        self.coefficients.len() / Self::FIXED * (steps * of_step + skip * PARTS * PARTS)
     }
 
     /// Bytes of a pass: coefficients read, states read and written.
@@ -73,9 +74,11 @@ pub struct WavenumberGroup {
     reals: PoleRows<1>,
     /// Stages of a step.
     stages: usize,
+    /// Products of passing over a block.
+    skip: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
     forces: Vec<f64>,
-    /// u_old of the coming block without its own forces, likewise.
+    /// u_old of the block after the coming one without their forces, likewise.
     displacement: Vec<f64>,
 }
 
@@ -107,6 +110,7 @@ impl WavenumberGroup {
             pairs: PoleRows::new(&pairs, looks_back(rule)),
             reals: PoleRows::new(&reals, looks_back(rule)),
             stages: rule.nodes().len(),
+            skip: products_of_skip(rule, instants / rule.nodes().len()),
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],
         })
@@ -114,12 +118,10 @@ impl WavenumberGroup {
 
     /// What a pass costs.
     pub fn work(&self) -> Work {
-        let stages = self.stages;
+        let Self { pairs, reals, stages, skip, .. } = self;
         let steps = self.forces.len() / (2 * GROUP * stages);
-        Work {
-            multiply_adds: (self.pairs.multiply_adds(steps, stages) + self.reals.multiply_adds(steps, stages)) as u64,
-            bytes: (self.pairs.bytes() + self.reals.bytes()) as u64,
-        }
+        let multiply_adds = pairs.multiply_adds(steps, *stages, *skip) + reals.multiply_adds(steps, *stages, *skip);
+        Work { multiply_adds: multiply_adds as u64, bytes: (self.pairs.bytes() + self.reals.bytes()) as u64 }
     }
 
     /// All that evolves.
@@ -149,8 +151,8 @@ impl WavenumberGroup {
     }
 }
 
-/// A block of instants: takes in the forces of the last one, then foretells u_old over the coming one as if no more
-/// forces came.
+/// Blocks of instants: takes in the forces of the last one, passes over the coming one, then foretells u_old over the
+/// next as if no more forces came.
 pub struct Pass<'a, R> {
     /// The group.
     pub group: &'a mut WavenumberGroup,
@@ -248,7 +250,7 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         Driven { maps, re, im }
     }
 
-    /// Two poles add what they displace in the coming block.
+    /// Two poles add what they displace in the block after the coming one.
     #[inline(always)]
     fn foretell<const PARTS: usize>(
         &mut self,
@@ -257,7 +259,11 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         mut other: Driven<S, R, PARTS>,
     ) {
         let (simd, vectors) = (self.simd, Self::VECTORS);
-        for step in self.displacement.chunks_exact_mut(2 * vectors * R::STAGES) {
+        let of_step = 2 * vectors * R::STAGES;
+        let steps = self.displacement.len() / of_step;
+        R::skip(simd, &one.maps, [&mut one.re, &mut one.im], steps);
+        R::skip(simd, &other.maps, [&mut other.re, &mut other.im], steps);
+        for step in self.displacement.chunks_exact_mut(of_step) {
             let first = [R::foretell(simd, &one.maps, &mut one.re), R::foretell(simd, &one.maps, &mut one.im)];
             let second = [R::foretell(simd, &other.maps, &mut other.re), R::foretell(simd, &other.maps, &mut other.im)];
             for stage in 0..R::STAGES {

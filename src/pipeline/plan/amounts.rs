@@ -31,7 +31,7 @@ const COARSE_TOLERANCE: f64 = 1e-3;
 /// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
 const PEAKS: f64 = 1e-3;
 /// Multiply-adds of the recursion for a pole (conjugates counted), without padding: for each stage, and for each step.
-const PER_POLE: [f64; 2] = [4.0, 5.3];
+const PER_POLE: [f64; 2] = [4.0, 7.3];
 /// Wavenumbers of a group, to whose multiple they are padded.
 const GROUP: f64 = 8.0;
 /// Windows of multiply-adds of the search for a point in contact, on smooth and on rough roads: guess, solution,
@@ -229,18 +229,17 @@ impl Amounts {
         let (wavenumbers, steps) = (wavenumbers(scene), plan.steps as f64);
         let padded = (wavenumbers / GROUP).ceil() * GROUP / wavenumbers;
         let pass = (PER_POLE[0] + PER_POLE[1] / stages) * padded * self.poles;
-        let instant = pass + 0.5 * (INSTANTS as f64 - 1.0) * points * columns;
+        let near = 0.5 * (3.0 * INSTANTS as f64 - 1.0) * points * columns;
         let transform = transform_multiply_adds(numerics.elements);
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
-        let place = if pass * INSTANTS as f64 >= crate::contact::history::modes::PARALLEL_FROM as f64 {
-            Place::MarchOnAll
-        } else {
-            Place::March
-        };
-        self.add(Stage::History, Unit::of_poles(numerics.time_rule), steps * stages * instant, place);
-        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * stages * transform, place);
+        self.add(Stage::History, Unit::of_poles(numerics.time_rule), steps * stages * pass, Place::Behind);
+        self.add(Stage::History, Unit::SearchMultiplyAdd, steps * stages * near, Place::March);
+        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * stages * transform, Place::Behind);
         self.hold("poles and their states", self.poles * (POLE_BYTES[0] + POLE_BYTES[1] * stages));
-        self.hold("forces and displacements of a block", elements * (INSTANTS as f64) * (48.0 + 16.0 * stages));
+        let instants = INSTANTS as f64;
+        // Two rings, a spectrum and two blocks' forces; the first influences of so many lags, the ring twice over.
+        let of_element = 56.0 * instants + 16.0 * stages * (2.0 * instants - 1.0);
+        self.hold("forces, displacements and influences of blocks", elements * of_element);
     }
 
     fn road(&mut self, scene: &Scene, plan: &Plan) {

@@ -2,8 +2,8 @@
 //!
 //! A stated error is the largest difference of a third octave of the contact force, 100 Hz to fmax, from the limit for
 //! small time steps, elements and cells, with the axle at the same height. The rows were set from made dense asphalt at
-//! 80 km/h and hold on other roads at other speeds (README's table; an ignored test, tests/presets.rs). `tyrewave study
-//! SCENE --check-presets` measures them on any scene.
+//! 80 km/h and hold on other roads at other speeds (README's table; an ignored test, tests/suite/presets.rs).
+//! `tyrewave study SCENE --check-presets` measures them on any scene.
 
 use serde::{Deserialize, Serialize};
 

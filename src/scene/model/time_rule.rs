@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 /// | `first-order-hold` | 2 in the force | 0 | 0 | mean of g | unstable where the tyre is inertia-like: refused |
 ///
 /// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre
-/// (tests/time_rules.rs: 0.95, 1.99, 2.00, 2.00, 2.99, 2.00).
+/// (tests/suite/time_rules.rs: 0.95, 1.99, 2.00, 2.00, 2.99, 2.00).
 ///
 /// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the
 /// same symmetric positive definite G0, and one cached factor serves all stages. Fully implicit ones (Radau IIA) couple
@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an
 /// error two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is
-/// (tests/convergence.rs).
+/// (tests/suite/convergence.rs).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeRule {

@@ -32,7 +32,7 @@ use crate::scene::Tyre;
 /// First bytes of an entry.
 const MAGIC: &[u8; 8] = b"TWAVEINF";
 /// Version of the layout and of the algorithm: raise it whenever a fit of the same input may come out differently.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 /// Largest size of all entries together unless set otherwise \[bytes\].
 pub const DEFAULT_LIMIT: u64 = 512 << 20;
 /// Extension of an entry.

@@ -307,6 +307,15 @@ impl Work<'_> {
         }
     }
 
+    /// What a carcass's errors are relative to where it yields less than that: what the whole tyre yields at rest. Next
+    /// to the springs of the bedding on it, short waves of the carcass are nothing.
+    fn least_scale(&self, wavenumber: usize) -> f64 {
+        match (self.options.driven, self.ladder.real_at.first()) {
+            (Field::UnderTread, Some(at)) => self.sum.value(wavenumber, at, Field::Surface).value.norm(),
+            _ => 0.0,
+        }
+    }
+
     fn fitted(&self, rank: usize, start: Start) -> Result<Fitted, FitError> {
         let Visit { wavenumber, stride } = self.tree.visit(rank);
         let one = |start: &Start, target: &Target| {
@@ -325,6 +334,7 @@ impl Work<'_> {
             _ => (6, 0.7),
         };
         let target = Target {
+            least_scale: self.least_scale(wavenumber),
             tolerance: self.options.tolerance,
             most_poles: self.options.most_poles,
             constant: self.options.constant,

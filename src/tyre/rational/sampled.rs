@@ -4,7 +4,8 @@
 //! axis only check.
 //!
 //! Errors of the driven face are relative to its *local scale*, |H_n(s)| but no less than 0.003 of its largest value
-//! over the band; those of the belt to the largest |D_n|.
+//! over the band, and for the carcass under a bedding no less than the whole tyre's at rest; those of the belt to the
+//! largest |D_n|.
 
 use num_complex::Complex64;
 
@@ -51,6 +52,8 @@ pub struct Sampled<'a> {
     pub scales: [f64; 2],
     /// The second scale, where it is given.
     bottom_scale: f64,
+    /// Least local scale of the driven face.
+    least_scale: f64,
     pub evaluations: u64,
 }
 
@@ -81,7 +84,7 @@ impl Errors {
 
 impl<'a> Sampled<'a> {
     /// Nothing sampled yet. `bottom_scale` 0: the largest |D_n| of this wavenumber.
-    pub fn new(ladder: &'a Ladder, grid: Vec<usize>, bottom_scale: f64) -> Self {
+    pub fn new(ladder: &'a Ladder, grid: Vec<usize>, bottom_scale: f64, least_scale: f64) -> Self {
         Self {
             ladder,
             axis: vec![None; RUNGS + 1],
@@ -91,6 +94,7 @@ impl<'a> Sampled<'a> {
             probes: Vec::new(),
             scales: [0.0; 2],
             bottom_scale,
+            least_scale,
             evaluations: 0,
         }
     }
@@ -170,7 +174,8 @@ impl<'a> Sampled<'a> {
     /// What an error of the driven face is relative to where its value is `value`.
     pub fn local_scale(&self, value: Complex64) -> f64 {
         let largest = self.scales[0];
-        value.norm_sqr().sqrt().max(LEAST_SCALE * largest).min(largest).max(f64::MIN_POSITIVE)
+        let scale = value.norm_sqr().sqrt().max(LEAST_SCALE * largest).min(largest);
+        scale.max(self.least_scale).max(f64::MIN_POSITIVE)
     }
 
     /// How much more an error counts where the driven face's value is `value` than where it is largest.

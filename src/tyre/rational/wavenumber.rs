@@ -54,6 +54,8 @@ pub struct Target {
     pub constant: bool,
     /// Largest |D_n| of all wavenumbers: what the error of the belt is relative to. 0: of this wavenumber.
     pub bottom_scale: f64,
+    /// Least local scale of the driven face's errors.
+    pub least_scale: f64,
     /// How many times poles may be taken away.
     pub removals: usize,
     /// Poles are only taken away where the error is below this fraction of the tolerance.
@@ -124,7 +126,7 @@ pub fn fit_wavenumber(
     } else {
         start.grid.clone()
     };
-    let mut sampled = Sampled::new(ladder, grid, target.bottom_scale);
+    let mut sampled = Sampled::new(ladder, grid, target.bottom_scale, target.least_scale);
     sampled.refresh(sample);
     let mut attempt = Attempt { target, sampled, relocations: 0, from_scratch: start.poles.is_empty() };
     attempt.run(start, sample)

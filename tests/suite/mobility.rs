@@ -1,5 +1,4 @@
 //! Driving-point mobility of the default tyre against an independent calculation.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::tyre::mobility::driving_point;

@@ -1,8 +1,5 @@
 //! Long rollouts: no drift, and memory that does not grow with the length.
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::fs;
 use std::ops::Range;
@@ -11,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use common::{mean_and_deviation, read_array, read_summary, scene_text, tyre_tables};
+use crate::common::{mean_and_deviation, read_array, read_summary, scene_text, tyre_tables};
 
 /// Resident memory of a process now, and its peak so far \[bytes\]; `None` once it has ended.
 fn memory(process: u32) -> Option<[f64; 2]> {
@@ -88,7 +85,7 @@ fn force(out: &Path) -> Vec<f64> {
 
 /// A smooth road at 80 km/h and N = 64 by poles, for a number of steps.
 fn smooth(steps: u64) -> (String, u64) {
-    let time_step = common::CIRCUMFERENCE / 64.0 / (80.0 / 3.6);
+    let time_step = crate::common::CIRCUMFERENCE / 64.0 / (80.0 / 3.6);
     let warm_up = 1000;
     let rolling = format!(
         "speed_kmh = 80.0\nwarm_up = {:?}\nduration = {:?}\naxle = {{ indentation = 0.012, ramp = 0.1 }}",

@@ -1,14 +1,11 @@
 //! Vibration of whole runs: against the time domain, its energy, and that it costs nothing where it is not wanted.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use common::{Results, read_array, run, scene, scene_text};
+use crate::common::{Results, read_array, run, scene, scene_text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
@@ -88,7 +85,7 @@ fn largest_difference(segment: f64) -> f64 {
     let loaded = scene(&text);
     let options = fit_options(&loaded.scene, Field::Surface);
     let model = fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model;
-    let step = common::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
+    let step = crate::common::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
     let rule = TimeRule::Bdf2;
     let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
@@ -354,7 +351,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         time_step: step,
         phase: geometry.substep(settled),
         first_position: geometry.position(first, 0),
-        circumference: common::CIRCUMFERENCE,
+        circumference: crate::common::CIRCUMFERENCE,
     };
     // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the
     // forces' shares leave of each other, and blurred forces leave more.

@@ -1,15 +1,12 @@
 //! The stage profile: its numbers agree with each other, its files with their formats, and it changes no bit of a
 //! result.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
-use common::{read_summary, scene_text};
+use crate::common::{read_summary, scene_text};
 use serde_json::{Value, json};
 use tyrewave::meter::process::cpu_time;
 use tyrewave::meter::{Stage, Timing};

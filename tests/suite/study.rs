@@ -1,11 +1,8 @@
 //! A study: errors fall with refinement, work is exact, the front is one.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::sync::atomic::AtomicBool;
 
-use common::{scene, scene_text};
+use crate::common::{scene, scene_text};
 use tyrewave::pipeline::Unwatched;
 use tyrewave::pipeline::study::{Kind, Study, StudyOptions, front, study};
 use tyrewave::scene::LoadedScene;

@@ -1,9 +1,6 @@
 //! The smooth road: the force settles, the patch profile is smooth, and the elements converge.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
-mod common;
-
-use common::{Results, mean_and_deviation, run, scene_text};
+use crate::common::{Results, mean_and_deviation, run, scene_text};
 
 /// Fails unless the force of the last quarter stands still within `bound` of its mean, and returns that ratio.
 fn assert_settled(results: &Results, bound: f64) -> f64 {
@@ -86,8 +83,8 @@ fn refining_the_elements_converges() {
             .replace("lateral_terms = 4\nwavenumber_aliases = 2\n", "");
         let results = run(&text);
         let profile = last_profile(&results);
-        let element = common::CIRCUMFERENCE / elements as f64;
-        let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b)) / (element * common::CONTACT_WIDTH);
+        let element = crate::common::CIRCUMFERENCE / elements as f64;
+        let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b)) / (element * crate::common::CONTACT_WIDTH);
         let mean = results.report.summary.outcome.mean_force.unwrap();
         println!("| {elements} | {mean:.2} | {:.2} | {:.2} |", 1e3 * contact_length(&profile, element), 1e-3 * peak);
         forces.push(mean);

@@ -1,9 +1,6 @@
 //! The third-octave bands of `spectra.csv` share the mean square of the written time signal among them.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
-mod common;
-
-use common::{Results, run, scene_text};
+use crate::common::{Results, run, scene_text};
 use num_complex::Complex64;
 use rustfft::FftPlanner;
 

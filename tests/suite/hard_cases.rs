@@ -1,12 +1,11 @@
 //! The hard cases of the model, each with a bound; the numbers are those of its list. Cases 1 and 2 (compliance) have
 //! their own file, 4 (smooth road) and 9 (threads) too.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::f64::consts::PI;
 
-use common::{CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid};
+use crate::common::{
+    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
+};
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;

@@ -1,9 +1,6 @@
 //! The axle: held by a load or by a height; and the tread laws on the same axle.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
-mod common;
-
-use common::{mean_and_deviation, run, scene_text};
+use crate::common::{mean_and_deviation, run, scene_text};
 
 #[test]
 fn a_load_is_carried_on_smooth_and_rough_roads() {

@@ -1,14 +1,11 @@
 //! A run does what its plan says, and takes what it says.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
-use common::{read_summary, scene, scene_text};
+use crate::common::{read_summary, scene, scene_text};
 use serde_json::Value;
 use tyrewave::meter::{Counter, Stage};
 use tyrewave::pipeline::plan::Unit;

@@ -1,6 +1,5 @@
 //! Performance as it is recorded: every workload finds what it must and takes what the committed record says; a planted
 //! slowdown is found, none is found where there is none.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

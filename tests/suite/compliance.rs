@@ -1,5 +1,4 @@
 //! Surface compliance against 50-digit reference values, analytic limits and the hard grid.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use num_complex::Complex64;
 use serde_json::Value;

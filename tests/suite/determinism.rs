@@ -1,11 +1,8 @@
 //! Hard case 9: the same bytes whatever the number of threads.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::fs;
 
-use common::{Results, run, scene_text};
+use crate::common::{Results, run, scene_text};
 
 const ARRAYS: [&str; 5] = ["time.npy", "total_force.npy", "patch_force.npy", "patch_element.npy", "spectra.csv"];
 

@@ -1,7 +1,4 @@
 //! A sweep from its command line to its table, and again.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use common::{read_summary, scene_text};
+use crate::common::{read_summary, scene_text};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\nlevels = [46.0, 46.0, 46.0, 46.0, 46.0]";
 

@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops where a value is missing")]
 
-mod common;
-
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use common::shared_road;
+use crate::common::shared_road;
 use tyrewave::meter::Stage;
 use tyrewave::pipeline::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};

@@ -3,13 +3,10 @@
 //!
 //! Forces are compared as spectra over the same stretch of time, below 1 kHz: a Hann window, exact Fourier sums at
 //! common frequencies.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::f64::consts::{PI, TAU};
 
-use common::{run, scene, shared_road, try_run, tyre_tables};
+use crate::common::{run, scene, shared_road, try_run, tyre_tables};
 use num_complex::Complex64;
 use tyrewave::scene::TimeRule;
 
@@ -188,7 +185,7 @@ fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
     assert!(worst < 0.05, "{worst} dB");
 }
 
-/// Long version: `cargo test --release --test convergence -- --ignored --nocapture`.
+/// Long version: `cargo test --release --test suite convergence -- --ignored --nocapture`.
 #[test]
 #[ignore = "minutes: tables of successive differences on four roads at three speeds"]
 fn tables_of_convergence() {

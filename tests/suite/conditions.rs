@@ -1,13 +1,12 @@
 //! The three conditions of the contact problem, derived again from what a run has written, by the longest way there is:
 //! weights from a plain double sum over wavenumbers and lateral terms, the history element by element round the tyre,
 //! slices cell by cell.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::f64::consts::PI;
 
-use common::{CIRCUMFERENCE, CONTACT_WIDTH, Results, grid_road, run, scene, scene_text, shared_road, write_grid};
+use crate::common::{
+    CIRCUMFERENCE, CONTACT_WIDTH, Results, grid_road, run, scene, scene_text, shared_road, write_grid,
+};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +16,7 @@ use tyrewave::scene::Tyre;
 use tyrewave::tyre::compliance::Stack;
 
 const SPEED: f64 = 80.0 / 3.6;
-/// As in [`common::scene_text`].
+/// As in [`crate::common::scene_text`].
 const LATERAL_TERMS: usize = 4;
 const ALIASES: i64 = 2;
 

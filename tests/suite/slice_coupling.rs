@@ -1,14 +1,11 @@
 //! The two couplings of the slice law: the paper's equation 4, and each slice's own spring in series with the coupled
 //! tread.
 //!
-//! `cargo test --release --test slice_coupling -- --ignored --nocapture`
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
+//! `cargo test --release --test suite slice_coupling -- --ignored --nocapture`
 
 use std::fs;
 
-use common::{CIRCUMFERENCE, Results, grid_road, run, scene_text, write_grid};
+use crate::common::{CIRCUMFERENCE, Results, grid_road, run, scene_text, write_grid};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;

@@ -1,7 +1,4 @@
 //! Bad input through the program: a clear message, the documented exit code, and nothing written.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +6,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use common::{read_array, read_summary, scene_text, shared_road};
+use crate::common::{read_array, read_summary, scene_text, shared_road};
 use tempfile::TempDir;
 
 const USAGE: i32 = 2;
@@ -44,6 +41,25 @@ fn names(folder: &Path) -> Vec<String> {
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
+}
+
+#[test]
+fn a_missed_load_keeps_its_results_and_is_no_success() {
+    let missed = |tolerance: &str| {
+        let rolling = ROLLING
+            .replace("{ indentation = 0.012, ramp = 0.05 }", &format!("{{ load = 3400.0, tolerance = {tolerance} }}"));
+        let folder = folder_with(&scene_text(64, "kind = \"made\"", &rolling, "memory = 0.1", ""));
+        let output = tyrewave(folder.path(), &["run", "scene.toml"]);
+        let complete = read_summary(&folder.path().join("results/scene"))["complete"] == true;
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), complete)
+    };
+    let (code, message, complete) = missed("1e-9");
+    assert_eq!((code, complete), (Some(1), true), "{message}");
+    for word in ["off the load of 3400 N", "results/scene", "warm_up", "tolerance = 0"] {
+        assert!(message.contains(word), "{word}: {message}");
+    }
+    let (code, message, complete) = missed("0.5");
+    assert_eq!((code, complete), (Some(0), true), "{message}");
 }
 
 /// Runs `scene.toml` in the folder: it must end with the code, say all the words, and leave the folder as it was.

@@ -1,12 +1,11 @@
 //! An axle with a mass: free vibration on the tyre, lift-off and landing, limits.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use common::{CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid};
+use crate::common::{
+    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tyrewave::contact::axle::{AxleHeight, LoadControl, StaticContact};

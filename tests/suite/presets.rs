@@ -1,11 +1,8 @@
 //! Presets keep the errors that they state, on roads and at speeds that they were not derived from.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::sync::atomic::AtomicBool;
 
-use common::{scene, shared_road, tyre_tables};
+use crate::common::{scene, shared_road, tyre_tables};
 use tyrewave::pipeline::Unwatched;
 use tyrewave::pipeline::study::presets::{Verdict, verdicts};
 use tyrewave::pipeline::study::{Study, StudyOptions, Sweep, study};

@@ -1,12 +1,9 @@
 //! Time rules side by side: order, stability of the inverse, and the hard cases of the model that touch them.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
-
-mod common;
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-use common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
+use crate::common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
 use num_complex::Complex64;
 use tyrewave::contact::ContactError;
 use tyrewave::contact::axle::AxleHeight;

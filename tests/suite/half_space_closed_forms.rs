@@ -1,5 +1,4 @@
 //! Contact with the half-space against closed forms: sphere, circular punch, strip punch, sinusoid to full contact.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use std::f64::consts::PI;
 

@@ -1,13 +1,12 @@
 //! What the README says is so.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
 use std::fs;
 use std::process::Command;
 
 use tyrewave::scene::{Axle, DEFAULT, Scene};
 
-const README: &str = include_str!("../README.md");
-const LONGER: &str = include_str!("README.md");
+const README: &str = include_str!("../../README.md");
+const LONGER: &str = include_str!("../README.md");
 
 /// Texts of the fenced blocks of a language.
 fn blocks(language: &str) -> Vec<&'static str> {
@@ -57,7 +56,7 @@ fn commands_exist_with_the_options_shown() {
 #[test]
 fn ignored_tests_named_exist_and_every_ignored_test_is_named() {
     let mut ignored = 0;
-    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests")).unwrap() {
+    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite")).unwrap() {
         let path = entry.unwrap().path();
         let Ok(text) = fs::read_to_string(&path) else { continue };
         for after in text.split("\n#[ignore").skip(1) {

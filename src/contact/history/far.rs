@@ -1,0 +1,132 @@
+//! What the forces up to the last block do in the block after the coming one: the pass over the states of all poles.
+
+use std::sync::Arc;
+
+use num_complex::Complex64;
+use pulp::Arch;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+use super::behind::Task;
+use super::recursion::{Recursion, WithRecursion, with_recursion};
+use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
+use super::{HistoryTimes, HistoryWork};
+use crate::meter::{Clocks, Laps, Spent, Work};
+use crate::numeric::transform_multiply_adds;
+use crate::scene::TimeRule;
+use crate::tyre::influence::Field;
+use crate::tyre::rational::RationalModel;
+
+/// States of all poles, and what a pass over them takes and gives.
+pub struct Far {
+    rule: TimeRule,
+    groups: Vec<WavenumberGroup>,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
+    /// On the ring at every instant of a block: forces \[N\] before the pass, displacements \[m\] after it.
+    pub rings: Vec<Vec<f64>>,
+    /// The same by wavenumber.
+    spectra: Vec<Vec<Complex64>>,
+    scratch: Vec<Complex64>,
+    /// Whether processor time is read beside wall time.
+    pub watched: bool,
+    /// Time of the last pass, and of its transforms.
+    times: [Spent; 2],
+    /// Whether it went on behind the march.
+    behind: bool,
+    arch: Arch,
+}
+
+impl Far {
+    /// At rest, for blocks of so many instants; `None` if the model does not hold the field.
+    pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, instants: usize) -> Option<Self> {
+        let elements = model.elements;
+        let groups: Option<Vec<_>> = (0..=elements / 2)
+            .step_by(GROUP)
+            .map(|first| WavenumberGroup::new(model, field, rule, time_step, first, instants))
+            .collect();
+        let mut planner = RealFftPlanner::<f64>::new();
+        let (forward, inverse) = (planner.plan_fft_forward(elements), planner.plan_fft_inverse(elements));
+        Some(Self {
+            rule,
+            groups: groups?,
+            rings: vec![forward.make_input_vec(); instants],
+            spectra: vec![forward.make_output_vec(); instants],
+            scratch: vec![Complex64::ZERO; forward.get_scratch_len().max(inverse.get_scratch_len())],
+            forward,
+            inverse,
+            watched: false,
+            times: Default::default(),
+            behind: false,
+            arch: Arch::new(),
+        })
+    }
+
+    /// All that evolves but [`Self::rings`].
+    pub fn states(&self) -> impl Iterator<Item = &[f64]> {
+        self.groups.iter().flat_map(WavenumberGroup::states)
+    }
+
+    /// As [`Self::states`], to be changed.
+    pub fn states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
+    }
+
+    /// What a pass costs, and the time that the last one took.
+    pub fn work(&self) -> HistoryWork {
+        let (instants, length) = (self.rings.len(), self.rings.first().map_or(0, Vec::len));
+        let nothing = Default::default();
+        let (here, behind) = if self.behind { (nothing, self.times) } else { (self.times, nothing) };
+        let mut sums = Work::default();
+        self.groups.iter().for_each(|group| sums += group.work());
+        HistoryWork {
+            sums,
+            // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
+            transforms: Work {
+                multiply_adds: (instants as f64 * transform_multiply_adds(length)) as u64,
+                bytes: 2 * instants as u64 * 3 * 8 * length as u64,
+            },
+            passes: 1,
+            times: HistoryTimes { transforms: here[1], behind },
+        }
+    }
+}
+
+impl Task for Far {
+    fn carry_out(&mut self, behind: bool) {
+        self.behind = behind;
+        with_recursion(self.rule, OverAllPoles(self));
+    }
+}
+
+/// A pass over the states.
+struct OverAllPoles<'a>(&'a mut Far);
+
+impl WithRecursion for OverAllPoles<'_> {
+    type Output = ();
+
+    fn with<R: Recursion>(self, recursion: R) {
+        let Far { groups, forward, inverse, rings, spectra, scratch, watched, times, arch, .. } = self.0;
+        let mut laps = Laps::begin(Clocks { wall: true, cpu: *watched });
+        // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
+        for (ring, spectrum) in rings.iter_mut().zip(&mut *spectra) {
+            let _ = forward.process_with_scratch(ring, spectrum, scratch);
+        }
+        times[1] = laps.lap();
+        for group in &mut *groups {
+            for (instant, spectrum) in spectra.iter().enumerate() {
+                group.take_forces(instant, spectrum);
+            }
+            arch.dispatch(Pass { group, recursion });
+            for (instant, spectrum) in spectra.iter_mut().enumerate() {
+                group.give_displacement(instant, spectrum);
+            }
+        }
+        times[0] = laps.lap();
+        for (ring, spectrum) in rings.iter_mut().zip(spectra) {
+            let last = spectrum.len() - 1;
+            (spectrum[0].im, spectrum[last].im) = (0.0, 0.0);
+            let _ = inverse.process_with_scratch(spectrum, ring, scratch);
+        }
+        times[1] += laps.lap();
+    }
+}

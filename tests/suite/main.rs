@@ -1,0 +1,35 @@
+//! The integration tests: one program, so that the library is linked once.
+//!
+//! Tests that count allocations have programs of their own beside this one: whatever ran with them would be counted.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+
+mod axle;
+mod axle_mass;
+mod bad_input;
+mod common;
+mod compliance;
+mod conditions;
+mod convergence;
+mod determinism;
+mod half_space_closed_forms;
+mod hard_cases;
+mod histories;
+mod influence;
+mod layers;
+mod mobility;
+mod performance;
+mod plans;
+mod presets;
+mod profile;
+mod readme;
+mod resume;
+mod rollout;
+mod slice_coupling;
+mod slice_laws;
+mod smooth;
+mod spectra;
+mod study;
+mod sweep;
+mod time_rules;
+mod tread_laws;
+mod vibration;

@@ -14,6 +14,7 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::active_set::ActiveSet;
 use tyrewave::contact::factors::{FactorCache, FactorCounts};
+use tyrewave::contact::history::modes::INSTANTS;
 use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
 use tyrewave::pipeline::past::fetch;
@@ -147,7 +148,8 @@ fn modal(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("history by poles, {elements} elements"));
         group.sample_size(20).throughput(Throughput::Elements(ROUND as u64));
         // All lengths where a round is cheapest; else the plain recursion and the length that runs take.
-        let lengths: &[usize] = if elements <= 128 || wanted.is_some() { &[1, 4, 8, 16, 24, 40] } else { &[1, 8] };
+        let lengths: &[usize] =
+            if elements <= 128 || wanted.is_some() { &[1, 2, INSTANTS, 8, 16, 40] } else { &[1, INSTANTS] };
         for &instants in lengths {
             let (mut blocks, mut old) = (history(instants), vec![0.0; columns]);
             roll(&mut blocks, &mut old, 0, ROUND);

@@ -1,5 +1,6 @@
 //! Influence functions: compliance in lanes against scalar, fitted against brute force, both sides in one run, each
 //! with a physical checksum.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -9,41 +10,15 @@ use std::time::Instant;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::meter::peak::multiply_add_rate;
-use tyrewave::scene::{Foundation, Law, Layer, Material, TimeRule, Tyre};
+use tyrewave::scene::{DEFAULT, Scene, TimeRule, Tyre};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::flops::{FIRST_LAYER, FURTHER_LAYER};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
 use tyrewave::tyre::rational::{Cache, FitOptions, fit};
 
+/// The default tyre on a wider strip.
 fn tyre() -> Tyre {
-    let material = |modulus, loss_factor, poisson, density| Material {
-        law: Law::PowerLaw,
-        modulus,
-        loss_factor,
-        poisson,
-        density,
-        reference_frequency: 1000.0,
-        corner_frequency: 1.0,
-        weights: Vec::new(),
-        times: Vec::new(),
-    };
-    let layer = |thickness, tension, material| Layer { name: String::new(), thickness, tension, material };
-    Tyre {
-        circumference: 1.95,
-        width: 0.2,
-        contact_width: 0.15,
-        foundation: Foundation {
-            normal: 1.8e6,
-            tangential: 1e6,
-            loss_factor: 0.1,
-            reference_frequency: 1000.0,
-            corner_frequency: 1.0,
-        },
-        layers: vec![
-            layer(6e-3, [6e4, 2e4], material(5e8, 0.08, 0.3, 1300.0)),
-            layer(13e-3, [0.0; 2], material(8e6, 0.25, 0.49, 1150.0)),
-        ],
-    }
+    Tyre { contact_width: 0.15, ..Scene::from_str(DEFAULT, "default").expect("the default scene").scene.tyre }
 }
 
 fn compliance(criterion: &mut Criterion) {

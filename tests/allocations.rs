@@ -86,7 +86,7 @@ fn no_step_allocates_whether_its_factor_is_found_or_made() {
         ("direct", "bedding", "bdf1", 256, 64),
         ("direct", "uncoupled", "trapezoidal", 256, 64),
         ("modal", "elastic implicit", "bdf2", 256, 64),
-        // Enough poles for the wavenumbers to be shared out among threads.
+        // With two threads the poles are gone through on the other.
         ("modal", "elastic", "bdf2", 512, 4096),
     ];
     // Segments of one revolution: some are completed among the counted steps.

@@ -1,9 +1,9 @@
 //! `tyrewave cache`: the influence models kept on disk.
 
 use clap::{Args, Subcommand};
+use tyrewave::tyre::rational::cache::Cache;
 
 use super::{CliError, print};
-use tyrewave::tyre::rational::cache::Cache;
 
 const EXAMPLES: &str = "\
 A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \

@@ -1,6 +1,5 @@
 //! `tyrewave slices --calibrate`: what pressing patches of the road says about the local contact law.
 
-use super::CliError;
 use tyrewave::pipeline::local_compliance::{self, Calibration};
 use tyrewave::pipeline::plan::Decisions;
 use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits};
@@ -8,6 +7,8 @@ use tyrewave::pipeline::{RunError, local_compliance::calibrate::Fit};
 use tyrewave::results::table::aligned;
 use tyrewave::road::RoadSurface;
 use tyrewave::scene::LoadedScene;
+
+use super::CliError;
 
 /// Presses at most `most` patches of a scene's road; `None` for one without texture.
 ///

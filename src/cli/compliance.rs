@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use tyrewave::tyre::cases;
 
 use super::{CliError, print};
-use tyrewave::tyre::cases;
 
 const EXAMPLES: &str = "\
 The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. The same JSON is printed with the \

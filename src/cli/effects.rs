@@ -4,9 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use csv::Writer;
-
-use super::options::positive;
-use super::{CliError, Context, side_folder};
 use tyrewave::meter::Meter;
 use tyrewave::pipeline::compare;
 use tyrewave::pipeline::plan::bytes;
@@ -18,6 +15,9 @@ use tyrewave::results::summary::{Cost, RollingResistance, Summary};
 use tyrewave::results::table::aligned;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::scene::Scene;
+
+use super::options::positive;
+use super::{CliError, Context, side_folder};
 
 /// Longest time rolled for each variant unless asked for \[s\].
 const LONGEST: f64 = 3.0;

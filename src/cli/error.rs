@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 
 use thiserror::Error;
-
-use super::heights::HeightsError;
 use tyrewave::half_space::HalfSpaceError;
 use tyrewave::pipeline::RunError;
 use tyrewave::pipeline::sweep::SweepError;
 use tyrewave::profile::ProfileError;
 use tyrewave::profile::measure::Found;
+use tyrewave::results::summary::LoadResult;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::scene::SceneError;
 use tyrewave::tyre::cases::CasesError;
 use tyrewave::tyre::rational::cache::CacheError;
+
+use super::heights::HeightsError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;
@@ -110,21 +111,16 @@ pub enum CliError {
     },
     /// A run under another load than it was asked for.
     #[error(
-        "the mean force is {off:+.2} % off the load of {wanted} N, {allowed} % are allowed; the results are in {}; a longer warm_up corrects the height more \
-         exactly, a longer duration averages more, and `tolerance = {right}` in rolling.axle allows it",
-        folder.display()
+        "{load}; the results are in {}; a longer warm_up corrects the height more exactly, a longer duration averages \
+         more, and `tolerance = {}` in rolling.axle allows it",
+        folder.display(),
+        (1.2e3 * load.relative_error.abs()).ceil() / 1e3
     )]
     MissedLoad {
         /// Where the results are.
         folder: PathBuf,
-        /// The load \[N\].
-        wanted: f64,
-        /// How far the mean force is off \[%\].
-        off: f64,
-        /// How far it may be \[%\].
-        allowed: f64,
-        /// A tolerance that would do.
-        right: f64,
+        /// The load and the mean force.
+        load: LoadResult,
     },
     /// A comparison of performance went against the second one.
     #[error("not as good as what it was held against")]

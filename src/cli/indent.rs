@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use clap::Args;
 use serde::Serialize;
-
-use super::heights::{poisson_ratio, positive, read_grid};
-use super::{CliError, print};
 use tyrewave::half_space::convolution::Extent;
 use tyrewave::half_space::rough::{Control, HeightMap, Indentation, Limits, indent};
 use tyrewave::results::npy::{NpyWriter, Row};
+
+use super::heights::{poisson_ratio, positive, read_grid};
+use super::{CliError, print};
 
 const EXAMPLES: &str = "\
 Frictionless contact of the height map (peaks touch first) with a half-space of the given modulus, without periodicity. Printed as JSON: load [N], \

@@ -8,9 +8,6 @@ use clap::Args;
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
-
-use super::influence_cost::CostReport;
-use super::{CliError, Context, side_folder};
 use tyrewave::meter::{Counter, Meter, Stage};
 use tyrewave::pipeline::Progress;
 use tyrewave::pipeline::past::{fetch, fit_options, refused};
@@ -23,6 +20,9 @@ use tyrewave::tyre::influence_view::{
     Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios,
 };
 use tyrewave::tyre::rational::RationalModel;
+
+use super::influence_cost::CostReport;
+use super::{CliError, Context, side_folder};
 
 const EXAMPLES: &str = "\
 Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static influence beside the half-space's, \

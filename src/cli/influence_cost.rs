@@ -3,14 +3,14 @@
 use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
-
-use super::CliError;
 use tyrewave::numeric::StraightLine;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::table::{aligned, grouped};
 use tyrewave::scene::Tyre;
 use tyrewave::tyre::rational::scaling::{FitCost, cost, cut};
 use tyrewave::tyre::rational::{FitError, FitOptions};
+
+use super::CliError;
 
 /// Elements of the table.
 const ELEMENTS: [usize; 5] = [512, 1024, 2048, 4096, 8192];

@@ -4,9 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-
-use super::options::positive;
-use super::{CliError, Context, print, side_folder};
 use tyrewave::meter::{Counter, Meter, Stage};
 use tyrewave::pipeline::Progress;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
@@ -14,6 +11,9 @@ use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::scene::Scene;
 use tyrewave::tyre::mobility::{Mobility, driving_point};
+
+use super::options::positive;
+use super::{CliError, Context, print, side_folder};
 
 const EXAMPLES: &str = "\
 The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over it. The smaller the patch the \

@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-
-use super::{CliError, Context, print};
 use tyrewave::meter::process::resident_memory;
 use tyrewave::pipeline::Plan;
 use tyrewave::pipeline::plan::calibration::{calibrate, calibrated};
@@ -14,6 +12,8 @@ use tyrewave::pipeline::prepare::open_road;
 use tyrewave::results::profile_table::counter_title;
 use tyrewave::results::table::{aligned, grouped, words};
 use tyrewave::scene::{LoadedScene, Scene};
+
+use super::{CliError, Context, print};
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \

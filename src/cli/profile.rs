@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::{Args, Subcommand};
-
-use super::scaling::ScalingArguments;
-use super::{CliError, Context, print};
 use tyrewave::meter::machine::instruction_set;
 use tyrewave::profile::changes::AcceptedChanges;
 use tyrewave::profile::interleave::{Program, measured_by};
 use tyrewave::profile::record::RecordedWorkload;
 use tyrewave::profile::verdict::{Effort, Side, judge};
 use tyrewave::profile::{Measurement, ProfileError, Record, Workload, instructions, measure};
+
+use super::scaling::ScalingArguments;
+use super::{CliError, Context, print};
 
 /// Where records are committed.
 const RECORDS: &str = "profiles/record";

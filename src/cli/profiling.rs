@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-
-use super::{CliError, Context};
 use tyrewave::meter::{Timing, Watch};
 use tyrewave::pipeline::RunReport;
 use tyrewave::results::pending_file::PendingFile;
 use tyrewave::results::profile_table::cost_table;
 use tyrewave::results::trace::{chrome_trace, folded_stacks};
+
+use super::{CliError, Context};
 
 /// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
 #[derive(Clone, Debug, Default, Args)]

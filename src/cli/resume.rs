@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use tyrewave::pipeline;
 
 use super::profiling::ProfileOptions;
 use super::run::print_report;
 use super::{CliError, Context};
-use tyrewave::pipeline;
 
 const EXAMPLES: &str = "\
 While a run goes on it stands in RESULTS.partial-NUMBER, with a checkpoint of its state every minute (outputs.checkpoint_interval in the scene, in seconds; 0 for \

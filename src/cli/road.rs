@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ndarray::ArrayView2;
 use serde_json::json;
-
-use super::{CliError, Context, side_folder};
 use tyrewave::meter::{Meter, Stage};
 use tyrewave::pipeline::plan::Decisions;
 use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits};
@@ -17,6 +15,8 @@ use tyrewave::results::table::{aligned, words};
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::road::{RoadDescription, describe};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
+
+use super::{CliError, Context, side_folder};
 
 const EXAMPLES: &str = "\
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest frequency that the road can excite at \

@@ -5,9 +5,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-
-use super::options::positive;
-use super::{CliError, Context, side_folder};
 use tyrewave::meter::{Meter, Stage};
 use tyrewave::pipeline::Plan;
 use tyrewave::pipeline::progress::Progress;
@@ -17,6 +14,9 @@ use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::{aligned, words};
 use tyrewave::scene::{Scene, TimeRule};
+
+use super::options::positive;
+use super::{CliError, Context, side_folder};
 
 const EXAMPLES: &str = "\
 Damping and phase error say what a rule makes of a mode: a decay that is not the tyre's, relative to the angular frequency, and a shift of its \

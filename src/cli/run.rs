@@ -4,13 +4,13 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use tyrewave::pipeline::plan::bytes;
+use tyrewave::pipeline::{self, RunOptions, RunReport};
+use tyrewave::results::summary::RollingResistance;
+use tyrewave::scene::Scene;
 
 use super::profiling::ProfileOptions;
 use super::{CliError, Context, print};
-use tyrewave::pipeline::plan::bytes;
-use tyrewave::pipeline::{self, RunOptions, RunReport};
-use tyrewave::results::summary::{LoadResult, RollingResistance};
-use tyrewave::scene::Scene;
 
 const EXAMPLES: &str = "\
 Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, patch_element.npy (plain NumPy \
@@ -71,13 +71,7 @@ pub(super) fn print_report(report: &RunReport, context: &Context, profile: &str)
     }
     print(&text)?;
     match report.summary.outcome.load {
-        Some(LoadResult { wanted, relative_error, tolerance, met: false }) => Err(CliError::MissedLoad {
-            folder: report.folder.clone(),
-            wanted,
-            off: 100.0 * relative_error,
-            allowed: 100.0 * tolerance,
-            right: (1.2 * relative_error.abs() * 1e3).ceil() / 1e3,
-        }),
+        Some(load) if !load.met => Err(CliError::MissedLoad { folder: report.folder.clone(), load }),
         _ => Ok(()),
     }
 }

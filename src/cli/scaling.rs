@@ -4,14 +4,14 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-
-use super::{CliError, Context, print};
 use tyrewave::meter::Meter;
 use tyrewave::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::aligned;
+
+use super::{CliError, Context, print};
 
 /// Cores that the limit is stated for.
 const WORKSTATION: usize = 64;

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
+use tyrewave::road::slices::{SliceBuilder, SliceScratch};
 
 use super::heights::{HeightsError, poisson_ratio, positive, read_row};
 use super::{CliError, print};
-use tyrewave::road::slices::{SliceBuilder, SliceScratch};
 
 const EXAMPLES: &str = "\
 Printed as JSON: indentation [m] past the highest point; S [m], the mean displacement normalised by the flat slice on the same grid (S = y for a \

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
-
-use super::{CliError, Context, calibrate, side_folder};
 use tyrewave::meter::{Counter, Meter, Stage};
 use tyrewave::pipeline::plan::Decisions;
 use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
@@ -17,6 +15,8 @@ use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
 use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use tyrewave::road::{Lattice, RoadSurface};
 use tyrewave::scene::{LoadedScene, Scene, Slices};
+
+use super::{CliError, Context, calibrate, side_folder};
 
 const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the pressure under them on an elastic half-space, and the \

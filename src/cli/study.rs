@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
-
-use super::options::positive;
-use super::study_report::{csv, json, picture, text, verdict_table};
-use super::{CliError, Context, side_folder};
 use tyrewave::meter::Meter;
 use tyrewave::pipeline::study::presets::{Verdict, verdicts};
 use tyrewave::pipeline::study::{StudyOptions, Sweep, study};
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::scene::Scene;
+
+use super::options::positive;
+use super::study_report::{csv, json, picture, text, verdict_table};
+use super::{CliError, Context, side_folder};
 
 const EXAMPLES: &str = "\
 Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, poles, cells across, curves; what only the direct history has, where \

@@ -5,15 +5,15 @@ use std::time::Duration;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
-use super::options::positive;
-use super::{CliError, Context, print, side_folder};
 use tyrewave::pipeline::sweep::table::{csv, growth_plot};
 use tyrewave::pipeline::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
 use tyrewave::results::ResultsError;
 use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::scene::Scene;
+
+use super::options::positive;
+use super::{CliError, Context, print, side_folder};
 
 const EXAMPLES: &str = "\
 Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. Several run at a time, on no more threads than \

@@ -24,8 +24,9 @@ use crate::numeric::{StateError, StateReader, StateWriter};
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 pub(super) const PATIENCE: u32 = 10;
 
-/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of
-/// the patch.
+/// Sweeps of the guess: each costs about half a cached solve, or a quarter of one made anew; two settle which points
+/// enter and leave at the ends of the patch. Where slices yield by themselves (dense asphalt, N = 1024) an instant takes
+/// 2.00 solves without them, 1.09 with one (1.03 at N = 4096, 2.4 at N = 64), 1.00 with two.
 pub(super) const SWEEPS: usize = 2;
 
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.

@@ -16,7 +16,7 @@
 //! changes its forces by rounding.
 
 pub use super::ldlt::Singular;
-use super::ldlt::{Aligned, LINE, Ldlt, assemble, assemble_entries, finite, room};
+use super::ldlt::{Aligned, LINE, Ldlt, assemble, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::meter::{Clocks, Laps, Spent, Work};
@@ -60,8 +60,8 @@ impl Sizes {
     }
 }
 
-/// Numbers of the system of the points by which a set differs from its neighbour, with right side and factor.
-const SMALL: usize = MOST_DIFFERENT * MOST_DIFFERENT + MOST_DIFFERENT.next_multiple_of(LINE) + room(MOST_DIFFERENT);
+/// Unknowns of the system of the points by which a set differs from its neighbour at most, in whole lines.
+const SMALL: usize = MOST_DIFFERENT.next_multiple_of(LINE);
 
 /// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
 pub fn largest_memory(capacity: usize, points: usize) -> usize {
@@ -81,7 +81,7 @@ pub struct FactorCache {
     pattern: Vec<u64>,
     /// Right-hand sides, one to a stride.
     values: Aligned,
-    /// The system of the points by which a set differs from its neighbour, its right side and its factor.
+    /// The right side of the system of the points by which a set differs from its neighbour, and the system.
     small: Aligned,
     neighbour: NeighbourSet,
     solver: Ldlt,
@@ -109,7 +109,7 @@ impl FactorCache {
             hand: 0,
             pattern: vec![0; words],
             values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
-            small: Aligned::new(SMALL),
+            small: Aligned::new(SMALL + room(MOST_DIFFERENT)),
             neighbour: NeighbourSet::new(points),
             solver: Ldlt::new(points.max(MOST_DIFFERENT)),
             counts: FactorCounts::default(),
@@ -180,14 +180,10 @@ impl FactorCache {
         self.neighbour.right_sides(points, influence, values, stride, self.values.part(0, stride * columns));
         self.solve_kept(slot, self.neighbour.kept_points(), columns)?;
         let z = (&*self.values.part(0, stride * columns), stride);
-        let (matrix, rest) = self.small.part(0, SMALL).split_at_mut(MOST_DIFFERENT * MOST_DIFFERENT);
-        let (right, factor) = rest.split_at_mut(MOST_DIFFERENT.next_multiple_of(LINE));
-        let matrix = &mut matrix[..size * size];
-        self.neighbour.system(points, influence, values, z, matrix, &mut right[..size]);
-        assemble_entries(size, |row, column| matrix[column * size + row], factor);
-        self.solver.factorise(factor, size)?;
-        let padded = right.len();
-        self.solver.solve(factor, right, padded, size)?;
+        let (right, matrix) = self.small.part(0, SMALL + room(size)).split_at_mut(SMALL);
+        self.neighbour.system(points, influence, values, z, matrix, right);
+        self.solver.factorise(matrix, size)?;
+        self.solver.solve(matrix, right, SMALL, size)?;
         self.neighbour.forces(z, right, values);
         // Right-hand sides, the rows of the system and the forces.
         let sums = (points.len() * (size + size * size + size)) as u64;

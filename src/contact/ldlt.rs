@@ -2,9 +2,10 @@
 //!
 //! A matrix lies in *tiles*: [`LINE`] rows of a column side by side, all columns of such a block of rows one after the
 //! other, so that what is taken off a block of rows goes through memory in one stretch. Four columns are done together
-//! and taken off all that follow. Without pivoting: for positive definite matrices, and those near them. Measured with
-//! assembly and solution, 32 to 192 points take half the time of whole columns taken off two by two, which took 0.35 to
-//! 0.42 of the time of faer's blocks (bench `linear_solvers`).
+//! and taken off all that follow. Without exchanges: for matrices that are positive definite, or
+//! made of a positive and a negative definite block. Measured with assembly and solution, 32 to 192 points take half
+//! the time of whole columns taken off two by two, which took 0.35 to 0.42 of the time of faer's blocks (bench
+//! `linear_solvers`).
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -132,8 +133,11 @@ impl Ldlt {
         stride: usize,
         rows: usize,
     ) -> Result<(), Singular> {
+        if rows == 0 {
+            return Ok(());
+        }
         let (padded, factor) = (rows.next_multiple_of(LINE), &factor[..room(rows)]);
-        for right in right_sides.chunks_exact_mut(stride).take(if rows > 0 { usize::MAX } else { 0 }) {
+        for right in right_sides.chunks_exact_mut(stride) {
             let right = &mut right[..padded];
             right[rows..].fill(0.0);
             let sums = self.scratch.part(0, LINE * rows);

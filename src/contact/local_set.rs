@@ -34,7 +34,7 @@
 
 use pulp::Arch;
 
-use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SearchCounts};
+use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
@@ -44,9 +44,6 @@ use crate::road::slices::StiffnessCurve;
 
 /// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
 const NO_SLOPE: f64 = f64::EPSILON;
-/// Sweeps of the guess. Measured on dense asphalt, N = 1024: without them an instant takes 2.00 solves, with one 1.09
-/// (1.03 at N = 4096, 2.4 at N = 64), with two 1.00; a sweep takes a quarter of a solve's time.
-const SWEEPS: usize = 2;
 /// Doublings of the fallback's sweeps: 4 to 2^17.
 const MOST_ROUNDS: u32 = 16;
 

@@ -62,16 +62,14 @@ pub struct MarchTotals {
 pub struct StepTimes {
     /// The history, without its transforms.
     pub history: Spent,
-    /// Transforms of the history.
-    pub transforms: Spent,
+    /// What the history says itself.
+    pub past: HistoryTimes,
     /// Required displacements.
     pub slices: Spent,
     /// The search, without its factorisations.
     pub search: Spent,
     /// Factorisations.
     pub factorisation: Spent,
-    /// Sums and transforms of the history behind the march: of all steps, whether clocks were read or not.
-    pub behind: [Spent; 2],
 }
 
 impl MarchTotals {
@@ -198,7 +196,7 @@ impl March {
         let mut times = std::mem::take(&mut self.times);
         times.factorisation = self.search.take_factorisation_time();
         times.search -= times.factorisation;
-        times.history -= times.transforms;
+        times.history -= times.past.transforms;
         times
     }
 
@@ -256,10 +254,7 @@ impl March {
         let mut laps = Laps::begin(self.clocks);
         let history = self.history.displacement(first_element, &mut self.old);
         self.times.history += laps.lap();
-        self.times.transforms += history.times.transforms;
-        for (time, behind) in self.times.behind.iter_mut().zip(history.times.behind) {
-            *time += behind;
-        }
+        self.times.past += history.times;
         self.totals.history += HistoryWork { times: HistoryTimes::default(), ..history };
         self.totals.instants += 1;
         let takes_penetrations = self.search.takes_penetrations();

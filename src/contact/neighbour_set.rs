@@ -17,6 +17,7 @@
 
 use std::cmp::Ordering;
 
+use super::ldlt::assemble_entries;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Most points by which a set may differ.
@@ -144,8 +145,8 @@ impl NeighbourSet {
         }
     }
 
-    /// The system for lambda and F_A, its lower triangle column by column in `matrix` and its right side in `right`,
-    /// from Z.
+    /// The system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in `right`, from
+    /// Z.
     pub fn system(
         &self,
         points: &[usize],
@@ -168,19 +169,18 @@ impl NeighbourSet {
                 }
             }
         };
-        for column in 0..size {
-            for different in column..size {
-                let value = row(different, 1 + column);
-                matrix[column * size + different] = match (column < gone, different < gone) {
-                    (true, true) => value,
-                    (true, false) => -value,
-                    _ => {
-                        let (a, b) = (self.come[different - gone], self.come[column - gone]);
-                        value - influence[points[a].abs_diff(points[b])]
-                    }
-                };
+        let entry = |different: usize, column: usize| {
+            let value = row(different, 1 + column);
+            match (column < gone, different < gone) {
+                (true, true) => value,
+                (true, false) => -value,
+                _ => {
+                    let (a, b) = (self.come[different - gone], self.come[column - gone]);
+                    value - influence[points[a].abs_diff(points[b])]
+                }
             }
-        }
+        };
+        assemble_entries(size, entry, matrix);
         for (different, right) in right[..size].iter_mut().enumerate() {
             *right = match different.checked_sub(gone) {
                 None => -row(different, 0),

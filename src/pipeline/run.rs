@@ -196,14 +196,14 @@ impl Run {
 
     /// Hands the times of the march so far to the meter.
     pub(super) fn collect_times(&mut self) {
-        let StepTimes { history, transforms, slices, search, factorisation, behind } = self.prepared.march.take_times();
-        let behind = [Stage::History, Stage::Transforms].into_iter().zip(behind);
+        let StepTimes { history, past, slices, search, factorisation } = self.prepared.march.take_times();
+        let behind = [Stage::History, Stage::Transforms].into_iter().zip(past.behind);
         for (stage, spent) in behind.filter(|(_, spent)| !spent.wall.is_zero()) {
             self.meter.add_background(stage, spent.wall);
         }
         for (stage, spent) in [
             (Stage::History, history),
-            (Stage::Transforms, transforms),
+            (Stage::Transforms, past.transforms),
             (Stage::Penetration, slices),
             (Stage::ActiveSet, search),
             (Stage::Factorisation, factorisation),

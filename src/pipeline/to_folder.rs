@@ -392,13 +392,7 @@ impl Context<'_> {
                 .collect::<BTreeMap<_, _>>(),
         };
         summary.warnings.clone_from(&self.prepared.warnings);
-        if let Some(LoadResult { wanted, relative_error, tolerance, met: false }) = load {
-            summary.warnings.push(format!(
-                "the mean force is {:+.2} % off the load of {wanted} N (tolerance {} %)",
-                100.0 * relative_error,
-                100.0 * tolerance
-            ));
-        }
+        summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
         if totals.edge_contacts > 0 {
             summary.warnings.push(format!(
                 "in {} steps the outermost element of the window was in contact: the patch may be longer than the window",

@@ -12,8 +12,7 @@
 //! * the fit: a graph of tasks, one for each wavenumber, whose longest chain has log2 N links; N/2 tasks keep 64 cores
 //!   busy from N = 512 on;
 //! * the road and its slices, made ahead of the march on one other core;
-//! * the history, by groups of wavenumbers, and the transforms, by instants: only from some thousand elements on, where
-//!   a block of eight steps takes longer than handing it out;
+//! * the history by poles with its transforms, a block ahead of the march on one other core; direct sums on all;
 //! * runs: a sweep keeps as many cores busy as it has variants, which is what such a machine is best at.
 //!
 //! The search for the points in contact stays on one core. By Amdahl's law ([`ThreadLadder::limit`]) it, the

@@ -1,6 +1,7 @@
 //! `summary.json`: what was run, how it went and what it cost, for people and for scripts.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -118,6 +119,14 @@ pub struct LoadResult {
     pub tolerance: f64,
     /// Whether it was met.
     pub met: bool,
+}
+
+impl fmt::Display for LoadResult {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { wanted, relative_error, tolerance, .. } = self;
+        let [off, allowed] = [relative_error, tolerance].map(|share| 100.0 * share);
+        write!(formatter, "the mean force is {off:+.2} % off the load of {wanted} N (tolerance {allowed} %)")
+    }
 }
 
 /// Largest residuals of the three conditions of the contact problem over all steps, and the work of the search.

@@ -3,9 +3,6 @@
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{
-    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
-};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tyrewave::contact::axle::{AxleHeight, LoadControl, StaticContact};
@@ -16,6 +13,10 @@ use tyrewave::pipeline::prepare::{Prepared, prepare};
 use tyrewave::pipeline::{Plan, RunError};
 use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::scene::LoadedScene;
+
+use crate::common::{
+    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
+};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 

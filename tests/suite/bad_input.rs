@@ -6,8 +6,9 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::common::{read_array, read_summary, scene_text, shared_road};
 use tempfile::TempDir;
+
+use crate::common::{read_array, read_summary, scene_text, shared_road};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;

@@ -2,9 +2,11 @@
 
 use num_complex::Complex64;
 use serde_json::Value;
-use tyrewave::scene::{Foundation, Law, Layer, Material, Tyre};
+use tyrewave::scene::{Law, Layer, Material, Tyre};
 use tyrewave::tyre::cases;
 use tyrewave::tyre::compliance::Stack;
+
+use crate::common::default_tyre;
 
 const BOUND: f64 = 1e-10;
 
@@ -71,23 +73,11 @@ fn layer(thickness: f64, tension: [f64; 2], material: Material) -> Layer {
     Layer { name: "layer".into(), thickness, tension, material }
 }
 
-fn default_tyre(poisson: f64) -> Tyre {
-    Tyre {
-        circumference: 1.95,
-        width: 0.2,
-        contact_width: 0.12,
-        foundation: Foundation {
-            normal: 1.8e6,
-            tangential: 1e6,
-            loss_factor: 0.1,
-            reference_frequency: 1000.0,
-            corner_frequency: 1.0,
-        },
-        layers: vec![
-            layer(0.006, [6e4, 2e4], material(Law::PowerLaw, 5e8, 0.3, 1300.0, 0.08)),
-            layer(0.013, [0.0; 2], material(Law::PowerLaw, 8e6, poisson, 1150.0, 0.25)),
-        ],
-    }
+/// The default tyre with another Poisson's ratio of its tread.
+fn tread_of(poisson: f64) -> Tyre {
+    let mut tyre = default_tyre();
+    tyre.layers[1].material.poisson = poisson;
+    tyre
 }
 
 #[test]
@@ -95,7 +85,7 @@ fn hard_case_2_finite_and_passive_on_the_hard_grid() {
     let pi = std::f64::consts::PI;
     let mut checked = 0;
     for poisson in [0.0, 0.3, 0.49, 0.4999, 0.49999] {
-        let stack = Stack::new(&default_tyre(poisson));
+        let stack = Stack::new(&tread_of(poisson));
         let mut points = vec![Complex64::new(0.0, 0.0)];
         for frequency in [1e-3, 1.0, 30.0, 95.8, 500.0, 2e3, 2e4] {
             points.push(Complex64::new(0.0, 2.0 * pi * frequency));
@@ -136,10 +126,8 @@ fn hard_case_2_finite_and_passive_on_the_hard_grid() {
 fn grazing_incidence_and_the_switch_between_ways_leave_no_step() {
     // Lossless layer: exponents pass through zero where the wavenumber meets a wave's own. C_zz must be smooth across
     // it and across the thresholds.
-    let tyre = Tyre {
-        layers: vec![layer(0.02, [0.0; 2], material(Law::Elastic, 5e8, 0.3, 1300.0, 0.0))],
-        ..default_tyre(0.3)
-    };
+    let tyre =
+        Tyre { layers: vec![layer(0.02, [0.0; 2], material(Law::Elastic, 5e8, 0.3, 1300.0, 0.0))], ..tread_of(0.3) };
     let stack = Stack::new(&tyre);
     let s = Complex64::new(0.0, 2.0 * std::f64::consts::PI * 2e4);
     let at = stack.at(s);
@@ -160,7 +148,7 @@ fn grazing_incidence_and_the_switch_between_ways_leave_no_step() {
 
 #[test]
 fn static_uniform_load_compresses_foundation_and_layers() {
-    let tyre = default_tyre(0.49);
+    let tyre = tread_of(0.49);
     let stack = Stack::new(&tyre);
     let (surface, bottom) = stack.at(Complex64::ZERO).full(0.0, 0.0);
     let gamma = |loss: f64| 1e-3_f64.powf(2.0 * loss.atan() / std::f64::consts::PI);
@@ -176,7 +164,7 @@ fn static_uniform_load_compresses_foundation_and_layers() {
 
 #[test]
 fn cutting_a_layer_in_two_changes_nothing_and_the_matrix_is_reciprocal() {
-    let tyre = default_tyre(0.49);
+    let tyre = tread_of(0.49);
     let mut cut = tyre.clone();
     let tread = cut.layers.pop().unwrap();
     for part in [0.3, 0.7] {
@@ -206,7 +194,7 @@ fn cutting_a_layer_in_two_changes_nothing_and_the_matrix_is_reciprocal() {
 #[test]
 fn resonances_of_the_default_tyre_lie_where_they_were_found() {
     // MODEL section 10: m = 1 resonances of the surface compliance for n = 0..6.
-    let stack = Stack::new(&default_tyre(0.49));
+    let stack = Stack::new(&tread_of(0.49));
     let pi = std::f64::consts::PI;
     for (n, expected) in [91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0].into_iter().enumerate() {
         let kx = 2.0 * pi * n as f64 / 1.95;

@@ -4,9 +4,6 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{
-    CIRCUMFERENCE, CONTACT_WIDTH, Results, grid_road, run, scene, scene_text, shared_road, write_grid,
-};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -14,6 +11,10 @@ use rustfft::FftPlanner;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::Tyre;
 use tyrewave::tyre::compliance::Stack;
+
+use crate::common::{
+    CIRCUMFERENCE, CONTACT_WIDTH, Results, grid_road, run, scene, scene_text, shared_road, write_grid,
+};
 
 const SPEED: f64 = 80.0 / 3.6;
 /// As in [`crate::common::scene_text`].

@@ -6,9 +6,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::common::{run, scene, shared_road, try_run, tyre_tables};
 use num_complex::Complex64;
 use tyrewave::scene::TimeRule;
+
+use crate::common::{run, scene, shared_road, try_run, tyre_tables};
 
 const HIGHEST: f64 = 1000.0;
 

@@ -3,9 +3,6 @@
 
 use std::f64::consts::PI;
 
-use crate::common::{
-    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
-};
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;
@@ -13,6 +10,10 @@ use tyrewave::pipeline::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
 use tyrewave::tyre::convolution_quadrature::symbol;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
+
+use crate::common::{
+    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
+};
 
 const SPEED: f64 = 80.0 / 3.6;
 const SMOOTH: &str = "kind = \"smooth\"";

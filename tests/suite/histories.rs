@@ -5,10 +5,11 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use crate::common::shared_road;
 use tyrewave::meter::Stage;
 use tyrewave::pipeline::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};
+
+use crate::common::shared_road;
 
 /// A run of the default tyre on its road at a fixed height.
 fn rolled(change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {

@@ -6,48 +6,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use num_complex::Complex64;
-use tyrewave::scene::{Foundation, Law, Layer, Material, TimeRule, Tyre};
+use tyrewave::scene::{Law, Layer, Material, TimeRule, Tyre};
 use tyrewave::tyre::convolution_quadrature::{Weights, symbol};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::rational::cache::{Cache, Unusable, key};
 use tyrewave::tyre::rational::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
 
+use crate::common::default_tyre;
+
 /// Nobody stops a test.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-fn material(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
-    Material {
-        law: Law::PowerLaw,
-        modulus,
-        loss_factor,
-        poisson,
-        density,
-        reference_frequency: 1000.0,
-        corner_frequency: 1.0,
-        weights: Vec::new(),
-        times: Vec::new(),
-    }
-}
-
-/// The default tyre.
+/// The default tyre on a wider strip.
 fn tyre() -> Tyre {
-    let layer = |name: &str, thickness, tension, material| Layer { name: name.into(), thickness, tension, material };
-    Tyre {
-        circumference: 1.95,
-        width: 0.2,
-        contact_width: 0.15,
-        foundation: Foundation {
-            normal: 1.8e6,
-            tangential: 1e6,
-            loss_factor: 0.1,
-            reference_frequency: 1000.0,
-            corner_frequency: 1.0,
-        },
-        layers: vec![
-            layer("belt", 6e-3, [6e4, 2e4], material(5e8, 0.08, 0.3, 1300.0)),
-            layer("tread", 13e-3, [0.0; 2], material(8e6, 0.25, 0.49, 1150.0)),
-        ],
-    }
+    Tyre { contact_width: 0.15, ..default_tyre() }
 }
 
 fn options(tyre: &Tyre, elements: usize, tolerance: f64, top_frequency: f64) -> FitOptions {

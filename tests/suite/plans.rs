@@ -5,12 +5,13 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{read_summary, scene, scene_text};
 use serde_json::Value;
 use tyrewave::meter::{Counter, Stage};
 use tyrewave::pipeline::plan::Unit;
 use tyrewave::pipeline::{Plan, Run};
 use tyrewave::scene::{DEFAULT, LoadedScene};
+
+use crate::common::{read_summary, scene, scene_text};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.4\naxle = { load = 3400 }";
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-3";

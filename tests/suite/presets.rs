@@ -2,11 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{scene, shared_road, tyre_tables};
 use tyrewave::pipeline::Unwatched;
 use tyrewave::pipeline::study::presets::{Verdict, verdicts};
 use tyrewave::pipeline::study::{Study, StudyOptions, Sweep, study};
 use tyrewave::scene::LoadedScene;
+
+use crate::common::{scene, shared_road, tyre_tables};
 
 /// Reference and presets of a scene.
 fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)>) -> (Study, Vec<Verdict>) {

@@ -6,12 +6,13 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{read_summary, scene_text};
 use serde_json::{Value, json};
 use tyrewave::meter::process::cpu_time;
 use tyrewave::meter::{Stage, Timing};
 use tyrewave::pipeline::{Plan, Run};
 use tyrewave::scene::{DEFAULT, Road, Scene};
+
+use crate::common::{read_summary, scene_text};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.6\naxle = { load = 3400 }";
 

@@ -7,11 +7,12 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::common::{read_summary, scene_text, write_grid};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::common::{read_summary, scene_text, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;

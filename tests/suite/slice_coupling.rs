@@ -5,7 +5,6 @@
 
 use std::fs;
 
-use crate::common::{CIRCUMFERENCE, Results, grid_road, run, scene_text, write_grid};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
@@ -13,6 +12,8 @@ use tyrewave::meter::{Counter, Stage};
 use tyrewave::response::BandLevel;
 use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;
+
+use crate::common::{CIRCUMFERENCE, Results, grid_road, run, scene_text, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
 

@@ -9,6 +9,8 @@ use std::sync::atomic::AtomicBool;
 use tyrewave::pipeline::{RunOptions, Unwatched, run};
 use tyrewave::scene::{DEFAULT, Scene};
 
+use crate::common::write_grid;
+
 /// Third-octave levels by nominal frequency, the mean force and the contact length.
 fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64) {
     let begin = DEFAULT.find("[road]").unwrap();
@@ -124,7 +126,7 @@ fn a_repeated_road_has_its_slices_made_once() {
     // A grid at the run's own elements: 20 rows, passed over many times.
     let heights: Vec<f64> = (0..20 * 6).map(|i| 5e-4 * f64::from((i * 7 % 11) as u8)).collect();
     let file = folder.path().join("grid.npy");
-    write_grid(&file, &heights, 20, 6);
+    write_grid(&file, 6, &heights);
     let begin = DEFAULT.find("[road]").unwrap();
     let end = DEFAULT.find("[rolling]").unwrap();
     let road = format!("[road]\nkind = \"grid\"\nfile = {file:?}\ndx = {dx}\ndy = 0.02\nat_end = \"repeat\"\n");
@@ -139,19 +141,4 @@ fn a_repeated_road_has_its_slices_made_once() {
     let made = report.meter.counted(tyrewave::meter::Counter::Slices);
     let steps = report.meter.counted(tyrewave::meter::Counter::Steps);
     assert!(made == 512 && steps > 2 * made, "{made} slices for {steps} steps");
-}
-
-/// A two-dimensional little-endian `.npy` array.
-fn write_grid(path: &Path, heights: &[f64], rows: usize, columns: usize) {
-    use npyz::WriterBuilder;
-    let mut bytes = Vec::new();
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&[rows as u64, columns as u64])
-        .writer(&mut bytes)
-        .begin_nd()
-        .unwrap();
-    writer.extend(heights.iter().copied()).unwrap();
-    writer.finish().unwrap();
-    std::fs::write(path, bytes).unwrap();
 }

@@ -1,8 +1,9 @@
 //! The third-octave bands of `spectra.csv` share the mean square of the written time signal among them.
 
-use crate::common::{Results, run, scene_text};
 use num_complex::Complex64;
 use rustfft::FftPlanner;
+
+use crate::common::{Results, run, scene_text};
 
 /// Rows of spectra.csv: lower edge, upper edge, mean square.
 fn bands(results: &Results) -> Vec<[f64; 3]> {

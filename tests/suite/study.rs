@@ -2,10 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{scene, scene_text};
 use tyrewave::pipeline::Unwatched;
 use tyrewave::pipeline::study::{Kind, Study, StudyOptions, front, study};
 use tyrewave::scene::LoadedScene;
+
+use crate::common::{scene, scene_text};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
 const MADE: &str = "kind = \"made\"\nseed = 2";

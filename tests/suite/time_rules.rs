@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
 use num_complex::Complex64;
 use tyrewave::contact::ContactError;
 use tyrewave::contact::axle::AxleHeight;
@@ -19,6 +18,8 @@ use tyrewave::road::slices::SliceBuilder;
 use tyrewave::scene::{TimeRule, Tread};
 use tyrewave::tyre::influence::Field;
 use tyrewave::tyre::rational::{FitOptions, RationalModel};
+
+use crate::common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";

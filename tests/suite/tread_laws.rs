@@ -6,11 +6,12 @@
 
 use std::fs;
 
-use crate::common::{Results, run, scene_text};
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;
+
+use crate::common::{Results, run, scene_text};
 
 /// The laws as the scene has them, the reference first.
 const LAWS: [(&str, &str); 3] = [

@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use crate::common::{Results, read_array, run, scene, scene_text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
@@ -24,6 +23,8 @@ use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::scene::TimeRule;
 use tyrewave::tyre::influence::Field;
+
+use crate::common::{Results, read_array, run, scene, scene_text};
 
 const SPEED: f64 = 80.0 / 3.6;
 

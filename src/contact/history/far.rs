@@ -29,6 +29,8 @@ pub struct Far {
     scratch: Vec<Complex64>,
     /// Whether processor time is read beside wall time.
     pub watched: bool,
+    /// What a pass costs.
+    cost: HistoryWork,
     /// Time of the last pass, and of its transforms.
     times: [Spent; 2],
     /// Whether it went on behind the march.
@@ -44,17 +46,26 @@ impl Far {
             .step_by(GROUP)
             .map(|first| WavenumberGroup::new(model, field, rule, time_step, first, instants))
             .collect();
+        let groups = groups?;
+        // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
+        let transforms = Work {
+            multiply_adds: (instants as f64 * transform_multiply_adds(elements)) as u64,
+            bytes: (2 * instants * 3 * 8 * elements) as u64,
+        };
+        let mut cost = HistoryWork { transforms, passes: 1, ..HistoryWork::default() };
+        groups.iter().for_each(|group| cost.sums += group.work());
         let mut planner = RealFftPlanner::<f64>::new();
         let (forward, inverse) = (planner.plan_fft_forward(elements), planner.plan_fft_inverse(elements));
         Some(Self {
             rule,
-            groups: groups?,
+            groups,
             rings: vec![forward.make_input_vec(); instants],
             spectra: vec![forward.make_output_vec(); instants],
             scratch: vec![Complex64::ZERO; forward.get_scratch_len().max(inverse.get_scratch_len())],
             forward,
             inverse,
             watched: false,
+            cost,
             times: Default::default(),
             behind: false,
             arch: Arch::new(),
@@ -73,21 +84,11 @@ impl Far {
 
     /// What a pass costs, and the time that the last one took.
     pub fn work(&self) -> HistoryWork {
-        let (instants, length) = (self.rings.len(), self.rings.first().map_or(0, Vec::len));
-        let nothing = Default::default();
-        let (here, behind) = if self.behind { (nothing, self.times) } else { (self.times, nothing) };
-        let mut sums = Work::default();
-        self.groups.iter().for_each(|group| sums += group.work());
-        HistoryWork {
-            sums,
-            // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
-            transforms: Work {
-                multiply_adds: (instants as f64 * transform_multiply_adds(length)) as u64,
-                bytes: 2 * instants as u64 * 3 * 8 * length as u64,
-            },
-            passes: 1,
-            times: HistoryTimes { transforms: here[1], behind },
-        }
+        let times = match self.behind {
+            true => HistoryTimes { behind: self.times, ..HistoryTimes::default() },
+            false => HistoryTimes { transforms: self.times[1], ..HistoryTimes::default() },
+        };
+        HistoryWork { times, ..self.cost }
     }
 }
 

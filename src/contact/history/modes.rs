@@ -44,10 +44,8 @@ pub struct ModalHistory {
     rule: TimeRule,
     /// Number of the coming instant in its block.
     instant: usize,
-    /// Instants of a block.
-    instants: usize,
     far: Behind<Far>,
-    /// u_old \[m\] on the ring at the instants of this block, of the forces up to the block before the last.
+    /// u_old \[m\] on the ring at each instant of this block, of the forces up to the block before the last.
     old: Vec<Vec<f64>>,
     /// Forces at the instants of the block before and of this one.
     rows: Vec<Row>,
@@ -90,7 +88,6 @@ impl ModalHistory {
             elements,
             rule,
             instant: 0,
-            instants,
             far: Behind::new(Far::new(model, field, rule, time_step, instants)?, rayon::current_num_threads() > 1),
             old: vec![vec![0.0; elements]; instants],
             rows,
@@ -109,7 +106,7 @@ impl ModalHistory {
 
     /// A block begins: u_old of it is fetched, the last block's forces are sent out for that of the next.
     fn turn(&mut self) -> HistoryWork {
-        self.rows.rotate_left(self.instants);
+        self.rows.rotate_left(self.old.len());
         let mut far = self.far.take();
         let mut work = far.work();
         far.watched = self.clocks.cpu;
@@ -130,9 +127,9 @@ impl ModalHistory {
 
     /// Adds what the forces of the block before and of earlier instants of this one displace.
     fn add_near(&self, first: usize, out: &mut [f64]) -> Work {
-        let (stages, lags) = (self.rule.nodes().len(), 2 * self.instants - 1);
+        let (stages, lags) = (self.rule.nodes().len(), 2 * self.old.len() - 1);
         let mut points = 0;
-        let now = self.instants + self.instant;
+        let now = self.old.len() + self.instant;
         for (earlier, row) in self.rows[..now].iter().enumerate() {
             let influence = &self.near[(earlier % stages) * lags + now - earlier - 1];
             // No remainder here: it would take longer than the sums.
@@ -187,11 +184,11 @@ impl PastForces for ModalHistory {
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {
-        let row = &mut self.rows[self.instants + self.instant];
+        let row = &mut self.rows[self.old.len() + self.instant];
         row.first = first_element.rem_euclid(self.elements as i64) as usize;
         row.forces.clear();
         row.forces.extend(forces.iter().copied().enumerate().filter(|(_, force)| *force != 0.0));
-        self.instant = (self.instant + 1) % self.instants;
+        self.instant = (self.instant + 1) % self.old.len();
     }
 
     fn set_clocks(&mut self, clocks: Clocks) {
@@ -213,7 +210,7 @@ impl PastForces for ModalHistory {
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.instant = state.size()?;
-        let mut fits = self.instant < self.instants;
+        let mut fits = self.instant < self.old.len();
         for row in &mut self.rows {
             row.first = state.size()?;
             let distances = state.counts()?;

@@ -337,30 +337,17 @@ pub fn with_recursion<W: WithRecursion>(rule: TimeRule, work: W) -> W::Output {
     }
 }
 
-/// Whether a rule needs b of two steps.
-pub fn looks_back(rule: TimeRule) -> bool {
-    struct Looks;
-    impl WithRecursion for Looks {
-        type Output = bool;
+/// Whether a rule needs b of two steps, and the products of passing over so many steps, see [`Recursion::skip`].
+pub fn looks_back_and_skips(rule: TimeRule, steps: usize) -> (bool, usize) {
+    struct Known(usize);
+    impl WithRecursion for Known {
+        type Output = (bool, usize);
 
-        fn with<R: Recursion>(self, _: R) -> bool {
-            R::LOOKS_BACK
+        fn with<R: Recursion>(self, _: R) -> (bool, usize) {
+            (R::LOOKS_BACK, R::products_of_skip(self.0))
         }
     }
-    with_recursion(rule, Looks)
-}
-
-/// Products of passing over so many steps, see [`Recursion::skip`].
-pub fn products_of_skip(rule: TimeRule, steps: usize) -> usize {
-    struct Skip(usize);
-    impl WithRecursion for Skip {
-        type Output = usize;
-
-        fn with<R: Recursion>(self, _: R) -> usize {
-            R::products_of_skip(self.0)
-        }
-    }
-    with_recursion(rule, Skip(steps))
+    with_recursion(rule, Known(steps))
 }
 
 /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a

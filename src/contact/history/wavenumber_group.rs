@@ -4,7 +4,7 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back, products_of_skip};
+use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back_and_skips};
 use crate::meter::Work;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
@@ -104,13 +104,14 @@ impl WavenumberGroup {
             pairs.push(poles.by_ref().take(modes.pairs).collect());
             reals.push(poles.collect());
         }
+        let (looks_back, skip) = looks_back_and_skips(rule, instants / rule.nodes().len());
         Some(Self {
             first,
             count,
-            pairs: PoleRows::new(&pairs, looks_back(rule)),
-            reals: PoleRows::new(&reals, looks_back(rule)),
+            pairs: PoleRows::new(&pairs, looks_back),
+            reals: PoleRows::new(&reals, looks_back),
             stages: rule.nodes().len(),
-            skip: products_of_skip(rule, instants / rule.nodes().len()),
+            skip,
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],
         })

@@ -131,13 +131,13 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
 /// Multiply-adds that a plan has for making the road.
 pub fn planned_road(amounts: &Amounts) -> f64 {
     let prices = UnitCosts::default();
-    let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind);
+    let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
+    let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
     behind.map(|amount| amount.amount * prices.of(amount.unit) / prices.of(Unit::TextureMultiplyAdd)).sum()
 }
 
-/// Multiply-adds that a plan has for the march.
+/// Multiply-adds that a plan has for the march, and for the history behind it.
 pub fn planned_march(amounts: &Amounts) -> f64 {
-    let march = amounts.work.iter().filter(|amount| matches!(amount.place, Place::March | Place::MarchOnAll));
     let counts = |unit: Unit| {
         matches!(
             unit,
@@ -152,5 +152,5 @@ pub fn planned_march(amounts: &Amounts) -> f64 {
                 | Unit::SearchMultiplyAdd
         )
     };
-    march.filter(|amount| counts(amount.unit)).map(|amount| amount.amount).sum()
+    amounts.work.iter().filter(|amount| counts(amount.unit)).map(|amount| amount.amount).sum()
 }

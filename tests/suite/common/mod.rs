@@ -11,12 +11,17 @@ use tempfile::TempDir;
 use tyrewave::pipeline::RunReport;
 use tyrewave::pipeline::{self, RunError, RunOptions, Unwatched};
 use tyrewave::results::npy::{NpyWriter, Row};
-use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
+use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Tyre};
 
 /// The default tyre's circumference \[m\].
 pub const CIRCUMFERENCE: f64 = 1.95;
 /// Its contact width \[m\].
 pub const CONTACT_WIDTH: f64 = 0.12;
+
+/// The default tyre.
+pub fn default_tyre() -> Tyre {
+    scene(DEFAULT).scene.tyre
+}
 
 /// The tables `[tyre]` and `[[tyre.layers]]` of the default scene.
 pub fn tyre_tables() -> String {

@@ -17,7 +17,7 @@ use tyrewave::contact::factors::{FactorCache, FactorCounts};
 use tyrewave::contact::history::modes::INSTANTS;
 use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
-use tyrewave::pipeline::past::fetch;
+use tyrewave::run::past::fetch;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};

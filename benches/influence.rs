@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
-use tyrewave::meter::peak::multiply_add_rate;
+use tyrewave::counters::peak::multiply_add_rate;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule, Tyre};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::flops::{FIRST_LAYER, FURTHER_LAYER};

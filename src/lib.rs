@@ -1,8 +1,8 @@
 //! `tyrewave`: the sound of a tyre rolling on a rough road.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it: [`scene`] -> [`tyre`] and
-//! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`pipeline`] -> [`profile`]. [`numeric`] and
-//! [`meter`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
+//! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`profile`]. [`numeric`] and
+//! [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
 //! half-space, knows no tyre and serves the road's slices. The command line is the program's own and uses what everybody
 //! can.
 //!
@@ -10,13 +10,16 @@
 //! displacement u > 0 is inwards.
 
 pub mod contact;
+pub mod counters;
 pub mod half_space;
-pub mod meter;
+pub mod local_compliance;
 pub mod numeric;
-pub mod pipeline;
+pub mod plan;
 pub mod profile;
 pub mod response;
 pub mod results;
 pub mod road;
+pub mod run;
 pub mod scene;
+pub mod study;
 pub mod tyre;

@@ -8,7 +8,7 @@ mod cli;
 
 use std::process::ExitCode;
 
-use tyrewave::meter::AllocationProbe;
+use tyrewave::counters::AllocationProbe;
 
 #[cfg(not(feature = "count-allocations"))]
 #[global_allocator]
@@ -24,7 +24,7 @@ const PROBE: Option<AllocationProbe> = None;
 #[cfg(feature = "count-allocations")]
 const PROBE: Option<AllocationProbe> = Some(|| {
     let stats = ALLOCATOR.stats();
-    tyrewave::meter::Allocations {
+    tyrewave::counters::Allocations {
         count: (stats.allocations + stats.reallocations) as u64,
         bytes: stats.bytes_allocated as u64,
     }

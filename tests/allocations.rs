@@ -14,11 +14,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::contact::slice_queue::SliceQueue;
-use tyrewave::meter::{Clocks, Meter};
-use tyrewave::pipeline::Plan;
-use tyrewave::pipeline::prepare::prepare;
-use tyrewave::pipeline::vibration::VibrationRecorder;
+use tyrewave::counters::{Clocks, Meter};
+use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::run::prepare::prepare;
+use tyrewave::run::vibration::VibrationRecorder;
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

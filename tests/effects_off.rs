@@ -12,9 +12,10 @@ use std::sync::atomic::AtomicBool;
 
 use common::{scene, scene_text};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use tyrewave::meter::{Counter, Stage, Work};
-use tyrewave::pipeline::{Plan, Run};
+use tyrewave::counters::{Counter, Stage, Work};
+use tyrewave::plan::Plan;
 use tyrewave::results::profile_table::profile_table;
+use tyrewave::run::Run;
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

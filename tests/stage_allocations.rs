@@ -12,8 +12,9 @@ use std::time::Duration;
 
 use common::{scene, scene_text};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use tyrewave::meter::{Allocations, Meter, Phase, Spent, Stage, Watch};
-use tyrewave::pipeline::{Plan, Run};
+use tyrewave::counters::{Allocations, Meter, Phase, Spent, Stage, Watch};
+use tyrewave::plan::Plan;
+use tyrewave::run::Run;
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

@@ -1,11 +1,12 @@
 //! `tyrewave slices --calibrate`: what pressing patches of the road says about the local contact law.
 
-use tyrewave::pipeline::local_compliance::{self, Calibration};
-use tyrewave::pipeline::plan::Decisions;
-use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits};
-use tyrewave::pipeline::{RunError, local_compliance::calibrate::Fit};
+use tyrewave::local_compliance::calibrate::Fit;
+use tyrewave::local_compliance::{self, Calibration};
+use tyrewave::plan::Decisions;
 use tyrewave::results::table::aligned;
 use tyrewave::road::RoadSurface;
+use tyrewave::run::RunError;
+use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
 use tyrewave::scene::LoadedScene;
 
 use super::CliError;

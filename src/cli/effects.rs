@@ -4,10 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use csv::Writer;
-use tyrewave::meter::Meter;
-use tyrewave::pipeline::compare;
-use tyrewave::pipeline::plan::bytes;
-use tyrewave::pipeline::worth::{self, Comparison, Effect, Found, Worth};
+use tyrewave::counters::Meter;
+use tyrewave::plan::bytes;
 use tyrewave::response::BandLevel;
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
@@ -15,6 +13,8 @@ use tyrewave::results::summary::{Cost, RollingResistance, Summary};
 use tyrewave::results::table::aligned;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::scene::Scene;
+use tyrewave::study::compare;
+use tyrewave::study::effects::{self, Comparison, Effect, Found, Worth};
 
 use super::options::positive;
 use super::{CliError, Context, side_folder};
@@ -59,7 +59,7 @@ impl EffectsArguments {
         let begin = std::time::Instant::now();
         let duration = self.duration.unwrap_or(loaded.scene.rolling.duration.min(LONGEST));
         let mut progress = context.progress();
-        let comparison = worth::compare(&loaded, duration, context.interrupt.flag(), &mut progress)?;
+        let comparison = effects::compare(&loaded, duration, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         let folder = ResultsFolder::create(&target)?;
         let text = text(&comparison);

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 use tyrewave::half_space::HalfSpaceError;
-use tyrewave::pipeline::RunError;
-use tyrewave::pipeline::sweep::SweepError;
 use tyrewave::profile::ProfileError;
 use tyrewave::profile::measure::Found;
 use tyrewave::results::summary::LoadResult;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
+use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
+use tyrewave::study::sweep::SweepError;
 use tyrewave::tyre::cases::CasesError;
 use tyrewave::tyre::rational::cache::CacheError;
 

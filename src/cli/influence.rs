@@ -8,12 +8,12 @@ use clap::Args;
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
-use tyrewave::meter::{Counter, Meter, Stage};
-use tyrewave::pipeline::Progress;
-use tyrewave::pipeline::past::{fetch, fit_options, refused};
+use tyrewave::counters::{Counter, Meter, Stage};
 use tyrewave::results::plots::{Axis, HeatMap, LinePlot, Series};
 use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::run::Progress;
+use tyrewave::run::past::{fetch, fit_options, refused};
 use tyrewave::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::influence_view::{

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use tyrewave::meter::{Counter, Meter, Stage};
-use tyrewave::pipeline::Progress;
+use tyrewave::counters::{Counter, Meter, Stage};
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::run::Progress;
 use tyrewave::scene::Scene;
 use tyrewave::tyre::mobility::{Mobility, driving_point};
 

@@ -43,7 +43,7 @@ pub use interrupt::Interrupt;
 pub use options::GlobalOptions;
 pub use progress::TerminalProgress;
 
-use tyrewave::meter::AllocationProbe;
+use tyrewave::counters::AllocationProbe;
 
 /// What the whole program says under `--help` after the list of commands.
 const AFTER_HELP: &str = "\

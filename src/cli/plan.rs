@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use tyrewave::meter::process::resident_memory;
-use tyrewave::pipeline::Plan;
-use tyrewave::pipeline::plan::calibration::{calibrate, calibrated};
-use tyrewave::pipeline::plan::{Forecast, bytes};
-use tyrewave::pipeline::prepare::open_road;
+use tyrewave::counters::process::resident_memory;
+use tyrewave::plan::Plan;
+use tyrewave::plan::{Forecast, bytes};
 use tyrewave::results::profile_table::counter_title;
 use tyrewave::results::table::{aligned, grouped, words};
+use tyrewave::run::prepare::open_road;
 use tyrewave::scene::{LoadedScene, Scene};
+use tyrewave::study::calibration::{calibrate, calibrated};
 
 use super::{CliError, Context, print};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use clap::{Args, Subcommand};
-use tyrewave::meter::machine::instruction_set;
+use tyrewave::counters::machine::instruction_set;
 use tyrewave::profile::changes::AcceptedChanges;
 use tyrewave::profile::interleave::{Program, measured_by};
 use tyrewave::profile::record::RecordedWorkload;

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use tyrewave::meter::{Timing, Watch};
-use tyrewave::pipeline::RunReport;
+use tyrewave::counters::{Timing, Watch};
 use tyrewave::results::pending_file::PendingFile;
 use tyrewave::results::profile_table::cost_table;
 use tyrewave::results::trace::{chrome_trace, folded_stacks};
+use tyrewave::run::RunReport;
 
 use super::{CliError, Context};
 

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use tyrewave::meter::Stage;
-use tyrewave::pipeline::Progress;
+use tyrewave::counters::Stage;
+use tyrewave::run::Progress;
 
 /// How often the spinner turns while a stage says nothing.
 const TICK: Duration = Duration::from_millis(120);

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ndarray::ArrayView2;
 use serde_json::json;
-use tyrewave::meter::{Meter, Stage};
-use tyrewave::pipeline::plan::Decisions;
-use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits};
-use tyrewave::pipeline::sweep::{Axes, variants};
+use tyrewave::counters::{Meter, Stage};
+use tyrewave::plan::Decisions;
 use tyrewave::results::plots::RoadMap;
 use tyrewave::results::summary::Cost;
 use tyrewave::results::table::{aligned, words};
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::road::{RoadDescription, describe};
+use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
+use tyrewave::study::sweep::{Axes, variants};
 
 use super::{CliError, Context, side_folder};
 

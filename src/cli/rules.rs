@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use tyrewave::meter::{Meter, Stage};
-use tyrewave::pipeline::Plan;
-use tyrewave::pipeline::progress::Progress;
-use tyrewave::pipeline::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
+use tyrewave::counters::{Meter, Stage};
+use tyrewave::plan::Plan;
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::{aligned, words};
+use tyrewave::run::progress::Progress;
 use tyrewave::scene::{Scene, TimeRule};
+use tyrewave::study::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 
 use super::options::positive;
 use super::{CliError, Context, side_folder};

@@ -4,9 +4,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use tyrewave::pipeline::plan::bytes;
-use tyrewave::pipeline::{self, RunOptions, RunReport};
+use tyrewave::plan::bytes;
 use tyrewave::results::summary::RollingResistance;
+use tyrewave::run::{self, RunOptions, RunReport};
 use tyrewave::scene::Scene;
 
 use super::profiling::ProfileOptions;
@@ -49,7 +49,7 @@ impl RunArguments {
         let options = RunOptions { target: self.results_folder(), threads: context.threads };
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
         let mut progress = context.progress();
-        let report = pipeline::run_watched(&loaded, &options, watch, context.interrupt.flag(), &mut progress)?;
+        let report = run::run_watched(&loaded, &options, watch, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         print_report(&report, context, &profile.complete(&report)?)
     }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use tyrewave::meter::Meter;
+use tyrewave::counters::Meter;
 use tyrewave::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};

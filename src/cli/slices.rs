@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
-use tyrewave::meter::{Counter, Meter, Stage};
-use tyrewave::pipeline::plan::Decisions;
-use tyrewave::pipeline::prepare::{in_scene, road_lattice, road_limits, slice_builder};
+use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::plan::Decisions;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
 use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use tyrewave::road::{Lattice, RoadSurface};
+use tyrewave::run::prepare::{in_scene, road_lattice, road_limits, slice_builder};
 use tyrewave::scene::{LoadedScene, Scene, Slices};
 
 use super::{CliError, Context, calibrate, side_folder};

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use tyrewave::meter::Meter;
-use tyrewave::pipeline::study::presets::{Verdict, verdicts};
-use tyrewave::pipeline::study::{StudyOptions, Sweep, study};
+use tyrewave::counters::Meter;
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::scene::Scene;
+use tyrewave::study::accuracy::presets::{Verdict, verdicts};
+use tyrewave::study::accuracy::{StudyOptions, Sweep, study};
 
 use super::options::positive;
 use super::study_report::{csv, json, picture, text, verdict_table};

@@ -1,12 +1,12 @@
 //! What a study found, as tables, CSV, JSON and a picture.
 
-use tyrewave::pipeline::compare::{Difference, LOWEST_BAND};
-use tyrewave::pipeline::study::presets::{LARGEST_EXCESS, Verdict};
-use tyrewave::pipeline::study::{Kind, Point, Richardson, Study, Swept};
 use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
 use tyrewave::results::table::{aligned, words};
 use tyrewave::scene::Scene;
+use tyrewave::study::accuracy::presets::{LARGEST_EXCESS, Verdict};
+use tyrewave::study::accuracy::{Kind, Point, Richardson, Study, Swept};
+use tyrewave::study::compare::{Difference, LOWEST_BAND};
 
 const HEADER: [&str; 10] = [
     "",

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use tyrewave::pipeline::sweep::table::{csv, growth_plot};
-use tyrewave::pipeline::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
 use tyrewave::results::ResultsError;
 use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::scene::Scene;
+use tyrewave::study::sweep::table::{csv, growth_plot};
+use tyrewave::study::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
 
 use super::options::positive;
 use super::{CliError, Context, print, side_folder};
@@ -152,7 +152,7 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
     for (variant, outcome) in variants.iter().zip(outcomes) {
         if let Outcome::Failed(error) = outcome {
             let message = match error {
-                tyrewave::pipeline::RunError::Scene(error) => error.render(colour),
+                tyrewave::run::RunError::Scene(error) => error.render(colour),
                 other => other.to_string(),
             };
             eprintln!("{}: {message}", variant.name);

@@ -18,7 +18,7 @@ use pulp::Arch;
 
 use super::factors::{FactorCache, FactorCounts, Singular};
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
-use crate::meter::{Clocks, Spent, Work};
+use crate::counters::{Clocks, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.

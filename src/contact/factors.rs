@@ -19,7 +19,7 @@ pub use super::ldlt::Singular;
 use super::ldlt::{Aligned, LINE, Ldlt, assemble, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
-use crate::meter::{Clocks, Laps, Spent, Work};
+use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.

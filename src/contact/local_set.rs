@@ -38,7 +38,7 @@ use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCount
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
-use crate::meter::{Clocks, Laps, Spent, Work};
+use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;
 

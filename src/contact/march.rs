@@ -21,7 +21,7 @@ use super::local_set::SlicesUnder;
 use super::search::{Search, SliceLaw};
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
-use crate::meter::{Clocks, Laps, Spent, Work};
+use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
 

@@ -5,7 +5,7 @@ use super::error::ContactError;
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
 use super::sweeps::move_on;
 use super::tread::ContactKernel;
-use crate::meter::{Clocks, Spent};
+use crate::counters::{Clocks, Spent};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::{Numerics, Tread};
 

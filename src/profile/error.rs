@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::pipeline::RunError;
+use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::tyre::rational::FitError;
 

@@ -13,11 +13,12 @@ use serde::{Deserialize, Serialize};
 
 use super::error::ProfileError;
 use super::workload::{Truth, Workload};
-use crate::meter::machine::instruction_set;
-use crate::meter::process::thread_cpu_time;
-use crate::meter::{Counter, Meter, Stage, Watch};
+use crate::counters::machine::instruction_set;
+use crate::counters::process::thread_cpu_time;
+use crate::counters::{Counter, Meter, Stage, Watch};
 use crate::numeric::nanoseconds;
-use crate::pipeline::{Plan, Run, RunError};
+use crate::plan::Plan;
+use crate::run::{Run, RunError};
 use crate::scene::{DEFAULT, History, LoadedScene, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::rational::{FitOptions, fit_unless_stopped};
@@ -143,7 +144,7 @@ fn name<T: Serialize>(value: &T) -> String {
 
 /// Force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is controlled, its
 /// variation elsewhere.
-fn force(workload: Workload, results: &crate::pipeline::Results) -> f64 {
+fn force(workload: Workload, results: &crate::run::Results) -> f64 {
     let force = match workload {
         Workload::Smooth => results.mean_force,
         _ => results.rms_force_variation,

@@ -29,10 +29,11 @@ use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
 use super::error::ProfileError;
-use crate::meter::{Counter, Stage, Watch};
+use crate::counters::{Counter, Stage, Watch};
 use crate::numeric::StraightLine;
-use crate::pipeline::{Plan, Run, RunError, RunOptions, Unwatched, run};
+use crate::plan::Plan;
 use crate::road::slices::{SliceBuilder, SliceScratch};
+use crate::run::{Run, RunError, RunOptions, Unwatched, run};
 use crate::scene::{Axle, DEFAULT, LoadedScene, Outputs, Road, Scene, Switch};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::rational::scaling::cut;

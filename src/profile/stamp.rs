@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
-use crate::meter::machine::{instruction_set, processor};
+use crate::counters::machine::{instruction_set, processor};
 
 /// Program, compiler and machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]

@@ -5,8 +5,8 @@ use std::time::Duration;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::meter::process::peak_memory;
-use crate::meter::{Counter, MachinePeak, Meter, Stage, idle_share};
+use crate::counters::process::peak_memory;
+use crate::counters::{Counter, MachinePeak, Meter, Stage, idle_share};
 
 /// Stage times, counters and rates. Numbers that were not measured are `null`.
 #[derive(Clone, Debug, Serialize)]
@@ -202,7 +202,7 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::meter::{Allocations, StageCost, Work};
+    use crate::counters::{Allocations, StageCost, Work};
 
     #[test]
     fn what_was_measured_has_numbers_and_the_rest_is_null() {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::cost::Cost;
 use super::table::{aligned, grouped};
-use crate::meter::{Counter, MachinePeak, Meter, Stage, StageCost};
+use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost};
 
 /// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed
 /// as the rest. What was at work in the background stands beside and is no part of it.

@@ -196,7 +196,7 @@ pub(super) mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::meter::{Counter, Meter, Stage};
+    use crate::counters::{Counter, Meter, Stage};
 
     pub(in crate::results) fn example() -> Summary {
         let mut meter = Meter::default();

@@ -12,8 +12,8 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::error::ResultsError;
-use crate::meter::trace::{Row, Trace, What};
-use crate::meter::{Phase, Stage};
+use crate::counters::trace::{Row, Trace, What};
+use crate::counters::{Phase, Stage};
 
 /// Chrome's trace events of a run that has ended.
 ///
@@ -89,7 +89,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use super::*;
-    use crate::meter::{Meter, Spent, Watch};
+    use crate::counters::{Meter, Spent, Watch};
 
     fn busy(microseconds: u64) {
         let begin = Instant::now();

@@ -8,10 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use tyrewave::contact::axle::{AxleHeight, LoadControl, StaticContact};
 use tyrewave::contact::moving_axle::{MovingAxle, SprungMass};
 use tyrewave::contact::slice_queue::SliceQueue;
-use tyrewave::meter::Meter;
-use tyrewave::pipeline::prepare::{Prepared, prepare};
-use tyrewave::pipeline::{Plan, RunError};
+use tyrewave::counters::Meter;
+use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::run::RunError;
+use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::LoadedScene;
 
 use crate::common::{

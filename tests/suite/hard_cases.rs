@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;
-use tyrewave::pipeline::RunError;
+use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
 use tyrewave::tyre::convolution_quadrature::symbol;
 use tyrewave::tyre::influence::{Field, InfluenceSum};

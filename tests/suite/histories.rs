@@ -5,8 +5,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::meter::Stage;
-use tyrewave::pipeline::{RunOptions, RunReport, Unwatched, run};
+use tyrewave::counters::Stage;
+use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};
 
 use crate::common::shared_road;

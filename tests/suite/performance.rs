@@ -7,11 +7,12 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use tyrewave::meter::machine::instruction_set;
-use tyrewave::pipeline::{Plan, Run};
+use tyrewave::counters::machine::instruction_set;
+use tyrewave::plan::Plan;
 use tyrewave::profile::changes::{AcceptedChanges, differences};
 use tyrewave::profile::record::RecordedWorkload;
 use tyrewave::profile::{Record, Workload, measure};
+use tyrewave::run::Run;
 use tyrewave::scene::History;
 
 fn folder() -> &'static Path {

@@ -6,9 +6,10 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use tyrewave::meter::{Counter, Stage};
-use tyrewave::pipeline::plan::Unit;
-use tyrewave::pipeline::{Plan, Run};
+use tyrewave::counters::{Counter, Stage};
+use tyrewave::plan::Plan;
+use tyrewave::plan::Unit;
+use tyrewave::run::Run;
 use tyrewave::scene::{DEFAULT, LoadedScene};
 
 use crate::common::{read_summary, scene, scene_text};

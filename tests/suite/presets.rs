@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::pipeline::Unwatched;
-use tyrewave::pipeline::study::presets::{Verdict, verdicts};
-use tyrewave::pipeline::study::{Study, StudyOptions, Sweep, study};
+use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
+use tyrewave::study::accuracy::presets::{Verdict, verdicts};
+use tyrewave::study::accuracy::{Study, StudyOptions, Sweep, study};
 
 use crate::common::{scene, shared_road, tyre_tables};
 

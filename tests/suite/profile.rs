@@ -7,9 +7,10 @@ use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
-use tyrewave::meter::process::cpu_time;
-use tyrewave::meter::{Stage, Timing};
-use tyrewave::pipeline::{Plan, Run};
+use tyrewave::counters::process::cpu_time;
+use tyrewave::counters::{Stage, Timing};
+use tyrewave::plan::Plan;
+use tyrewave::run::Run;
 use tyrewave::scene::{DEFAULT, Road, Scene};
 
 use crate::common::{read_summary, scene_text};

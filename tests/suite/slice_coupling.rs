@@ -8,7 +8,7 @@ use std::fs;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
-use tyrewave::meter::{Counter, Stage};
+use tyrewave::counters::{Counter, Stage};
 use tyrewave::response::BandLevel;
 use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;

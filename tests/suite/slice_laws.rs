@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::pipeline::{RunOptions, Unwatched, run};
+use tyrewave::run::{RunOptions, Unwatched, run};
 use tyrewave::scene::{DEFAULT, Scene};
 
 use crate::common::write_grid;
@@ -138,7 +138,7 @@ fn a_repeated_road_has_its_slices_made_once() {
     loaded.scene.outputs.plots = false;
     let options = RunOptions { target: folder.path().join("out"), threads: 1 };
     let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
-    let made = report.meter.counted(tyrewave::meter::Counter::Slices);
-    let steps = report.meter.counted(tyrewave::meter::Counter::Steps);
+    let made = report.meter.counted(tyrewave::counters::Counter::Slices);
+    let steps = report.meter.counted(tyrewave::counters::Counter::Steps);
     assert!(made == 512 && steps > 2 * made, "{made} slices for {steps} steps");
 }

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::pipeline::Unwatched;
-use tyrewave::pipeline::study::{Kind, Study, StudyOptions, front, study};
+use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
+use tyrewave::study::accuracy::{Kind, Study, StudyOptions, front, study};
 
 use crate::common::{scene, scene_text};
 

@@ -11,16 +11,16 @@ use realfft::RealFftPlanner;
 use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::contact::slice_queue::SliceQueue;
-use tyrewave::meter::{Counter, Meter, Stage};
-use tyrewave::pipeline::Plan;
-use tyrewave::pipeline::past::{fetch, fit_options};
-use tyrewave::pipeline::prepare::prepare;
+use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::plan::Plan;
 use tyrewave::response::vibration::{
     SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField,
     field_spectra, point_spectrum,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::run::past::{fetch, fit_options};
+use tyrewave::run::prepare::prepare;
 use tyrewave::scene::TimeRule;
 use tyrewave::tyre::influence::Field;
 

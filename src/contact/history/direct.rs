@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::{HistoryWork, PastForces};
 use crate::contact::tread::{LagKernel, padded};
-use crate::meter::Work;
+use crate::counters::Work;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.

@@ -10,7 +10,7 @@ use super::behind::Task;
 use super::recursion::{Recursion, WithRecursion, with_recursion};
 use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use super::{HistoryTimes, HistoryWork};
-use crate::meter::{Clocks, Laps, Spent, Work};
+use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::transform_multiply_adds;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;

@@ -40,7 +40,7 @@ pub use scaled::ScaledHistory;
 
 use std::ops::AddAssign;
 
-use crate::meter::{Clocks, Spent, Work};
+use crate::counters::{Clocks, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// What a history has done.

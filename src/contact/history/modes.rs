@@ -26,7 +26,7 @@ use super::far::Far;
 use super::recursion::{coefficients, impulse_response};
 use super::transfer::first_weight;
 use super::{HistoryWork, PastForces};
-use crate::meter::{Clocks, Spent, Work};
+use crate::counters::{Clocks, Spent, Work};
 use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;

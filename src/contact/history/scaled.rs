@@ -1,7 +1,7 @@
 //! A history whose influence functions are scaled.
 
 use super::{HistoryWork, PastForces};
-use crate::meter::Clocks;
+use crate::counters::Clocks;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Another history with all displacements multiplied by a factor.

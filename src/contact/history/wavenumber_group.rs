@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back_and_skips};
-use crate::meter::Work;
+use crate::counters::Work;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;

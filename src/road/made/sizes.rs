@@ -1,7 +1,7 @@
 //! How a synthesis is divided and how large it is: known from its spectrum and lattice before any array is made.
 
 use super::target::TargetSpectrum;
-use crate::meter::Work;
+use crate::counters::Work;
 use crate::numeric::{transform_length, transform_multiply_adds};
 use crate::road::error::RoadError;
 use crate::road::lattice::{Lattice, positive};

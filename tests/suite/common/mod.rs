@@ -8,9 +8,9 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::pipeline::RunReport;
-use tyrewave::pipeline::{self, RunError, RunOptions, Unwatched};
 use tyrewave::results::npy::{NpyWriter, Row};
+use tyrewave::run::RunReport;
+use tyrewave::run::{self, RunError, RunOptions, Unwatched};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Tyre};
 
 /// The default tyre's circumference \[m\].
@@ -58,7 +58,7 @@ pub struct Results {
 pub fn try_run(loaded: &LoadedScene) -> Result<Results, RunError> {
     let folder = tempfile::tempdir().unwrap();
     let options = RunOptions { target: folder.path().join("run"), threads: rayon::current_num_threads() };
-    let report = pipeline::run(loaded, &options, &AtomicBool::new(false), &mut Unwatched)?;
+    let report = run::run(loaded, &options, &AtomicBool::new(false), &mut Unwatched)?;
     Ok(Results { folder, report })
 }
 

@@ -1,0 +1,452 @@
+//! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene,
+//! before any of it is done.
+//!
+//! What only the run can know is expected: the length of the patch from a static solution with a few hundred elements,
+//! the poles of a fit that is not in the cache from those of the default tyre, the share of active sets that need a
+//! factorisation from rough roads of all kinds.
+
+use serde::Serialize;
+
+use crate::contact::axle::{StaticTyre, window_reach};
+use crate::contact::factors::largest_memory;
+use crate::contact::history::modes::INSTANTS;
+use crate::counters::{Counter, Stage};
+use crate::numeric::transform_multiply_adds;
+use crate::plan::Plan;
+use crate::plan::decisions::Decisions;
+use crate::plan::unit::Unit;
+use crate::response::vibration::{ElementVelocities, SegmentLayout};
+use crate::road::Lattice;
+use crate::road::made::{Sizes, TargetSpectrum};
+use crate::run::road_ahead::CHUNK_ROWS;
+use crate::run::vibration::point_bytes;
+use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
+
+/// Elements of the static solution that patch and window are expected from.
+const COARSE: usize = 384;
+/// Its tolerance.
+const COARSE_TOLERANCE: f64 = 1e-3;
+/// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
+const PEAKS: f64 = 1e-3;
+/// Multiply-adds of the recursion for a pole (conjugates counted), without padding: for each stage, and for each step.
+const PER_POLE: [f64; 2] = [4.0, 7.3];
+/// Wavenumbers of a group, to whose multiple they are padded.
+const GROUP: f64 = 8.0;
+/// Windows of multiply-adds of the search for a point in contact, on smooth and on rough roads: guess, solution,
+/// displacement; on rough roads with factorisations.
+const WINDOWS: [f64; 2] = [3.4, 6.9];
+/// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
+/// `tyrewave influence --cost`).
+const FITS: [(f64, f64, f64); 7] = [
+    (128.0, 3940.0, 0.93),
+    (256.0, 7309.0, 0.92),
+    (512.0, 11_101.0, 1.0),
+    (1024.0, 18_437.0, 1.12),
+    (2048.0, 30_141.0, 1.42),
+    (4096.0, 49_604.0, 2.08),
+    (8192.0, 88_053.0, 4.46),
+];
+/// Time of a fit by decade of its tolerance, from 1e-3, relative to 1e-5.
+const BY_TOLERANCE: [f64; 5] = [0.46, 0.65, 1.0, 1.6, 4.1];
+/// Growth of the number of poles with a decade of tolerance.
+const POLES_BY_DECADE: f64 = 1.25;
+/// Growth of a fit's time with the number of layers: exponent, relative to two.
+const BY_LAYERS: f64 = 0.37;
+/// Evaluations of the compliance for a fit.
+const FIT_EVALUATIONS: f64 = 2e6;
+/// Bytes for a pole: the model, and the recursion's coefficients and states.
+const POLE_BYTES: [f64; 2] = [30.0, 110.0];
+/// Bytes that a fit holds for each thread, and what the allocator keeps of them.
+const FIT_BYTES: f64 = 26e6;
+/// Share of it that the allocator still keeps in the steps (measured).
+const KEPT_OF_FIT: f64 = 0.3;
+/// Bytes that the allocator keeps for each thread that draws texture (measured).
+const THREAD_BYTES: f64 = 8e6;
+/// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
+const TEXTURE_RESERVE: f64 = 1.6;
+/// Arrays of the streamed spectrum, in segments.
+const SPECTRUM_ARRAYS: f64 = 8.0;
+/// Share of steps whose set is factorised, on a rough road.
+const FACTORISED: f64 = 0.15;
+/// Time of drawing a map over that of other plots (measured).
+const MAP_PLOTS: f64 = 20.0;
+/// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
+const VIBRATION_RESERVE: f64 = 1.8;
+/// Rounds of the implicit coupling's search for a solution.
+const ROUNDS: f64 = 1.9;
+/// Solves of a step, on a rough road.
+const SOLVES: f64 = 1.1;
+
+/// Where work is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// On one thread, before the steps.
+    Before,
+    /// On all threads, before the steps.
+    BeforeOnAll,
+    /// In the steps, on the marching thread.
+    March,
+    /// In the steps, on all threads.
+    MarchOnAll,
+    /// Beside the steps, on the threads that they leave free.
+    Behind,
+}
+
+/// Work of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Amount {
+    /// The stage that does it.
+    pub stage: Stage,
+    /// What it is counted in.
+    pub unit: Unit,
+    /// How much of it.
+    pub amount: f64,
+    /// Where.
+    pub place: Place,
+}
+
+/// What the contact is expected to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Expected {
+    /// Points in contact.
+    pub points: f64,
+    /// Columns of the window.
+    pub columns: f64,
+    /// Length of the patch \[m\].
+    pub length: f64,
+}
+
+/// Work and memory of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Amounts {
+    /// The contact.
+    pub expected: Expected,
+    /// Poles of the model, conjugates counted; 0 without one.
+    pub poles: f64,
+    /// Work by stage, in the order of the data's way.
+    pub work: Vec<Amount>,
+    /// What the exact counters are expected to say.
+    pub counters: Vec<(Counter, f64)>,
+    /// Memory by what holds it \[bytes\].
+    pub memory: Vec<(&'static str, f64)>,
+    /// Memory for each thread beside, in the steps \[bytes\].
+    pub memory_per_thread: f64,
+    /// Memory for each thread in the fit, which is over before the steps \[bytes\].
+    pub fit_memory_per_thread: f64,
+    /// Result arrays \[bytes\].
+    pub result_bytes: f64,
+}
+
+impl Amounts {
+    /// For a planned scene. `kept`: poles of the model that the cache holds for it.
+    pub fn new(scene: &Scene, plan: &Plan, kept: Option<usize>) -> Self {
+        let mut amounts = Self {
+            expected: expected(scene, &plan.decisions.tyre, plan.element),
+            poles: 0.0,
+            work: Vec::new(),
+            counters: Vec::new(),
+            memory: Vec::new(),
+            memory_per_thread: 0.0,
+            fit_memory_per_thread: 0.0,
+            result_bytes: 0.0,
+        };
+        if plan.needs_model(scene) {
+            amounts.model(scene, kept);
+        }
+        match scene.numerics.history {
+            History::Direct => amounts.direct(scene, plan),
+            History::Modal => amounts.modal(scene, plan),
+        }
+        amounts.road(scene, plan);
+        amounts.contact(scene, plan);
+        if let Some(vibration) = &plan.decisions.vibration {
+            amounts.vibration(scene, plan, vibration);
+        }
+        amounts.results(scene, plan);
+        amounts
+    }
+
+    /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit
+    /// before them.
+    pub fn memory_on(&self, threads: usize) -> f64 {
+        let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
+        let fit = self.fit_memory_per_thread * threads as f64;
+        fit.max(steps + KEPT_OF_FIT * fit)
+    }
+
+    fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
+        self.work.push(Amount { stage, unit, amount, place });
+    }
+
+    /// Adds to what a counter is expected to say.
+    fn count(&mut self, counter: Counter, amount: f64) {
+        match self.counters.iter_mut().find(|known| known.0 == counter) {
+            Some(known) => known.1 += amount,
+            None => self.counters.push((counter, amount)),
+        }
+    }
+
+    fn hold(&mut self, what: &'static str, bytes: f64) {
+        self.memory.push((what, bytes));
+    }
+
+    fn direct(&mut self, scene: &Scene, plan: &Plan) {
+        let (wavenumbers, lags, steps) = (wavenumbers(scene), plan.lags as f64, plan.steps as f64);
+        let Expected { points, columns, .. } = self.expected;
+        let evaluations = wavenumbers * lags * terms(scene, plan);
+        self.add(Stage::Influence, Unit::Evaluation, evaluations, Place::BeforeOnAll);
+        self.count(Counter::ComplianceEvaluations, evaluations);
+        // The first steps have less of a past.
+        let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
+        self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
+        self.hold("weights and forces of the past", 8.0 * lags * (3.0 * wavenumbers + 3.0 * columns + 9.0));
+    }
+
+    /// The fitted model that the recursion and the vibration need.
+    fn model(&mut self, scene: &Scene, kept: Option<usize>) {
+        let numerics = &scene.numerics;
+        let elements = numerics.elements as f64;
+        let decades = -numerics.pole_tolerance.log10();
+        let (poles, _) = fit_of(elements);
+        self.poles = kept.map_or(poles * POLES_BY_DECADE.powf(decades - 5.0), |kept| kept as f64);
+        if kept.is_none() {
+            let share = fit_share(elements, numerics.pole_tolerance, scene.tyre.layers.len());
+            self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
+            self.fit_memory_per_thread = FIT_BYTES;
+        }
+        self.count(Counter::ComplianceEvaluations, if kept.is_none() { FIT_EVALUATIONS } else { 0.0 });
+    }
+
+    fn modal(&mut self, scene: &Scene, plan: &Plan) {
+        let numerics = &scene.numerics;
+        let elements = numerics.elements as f64;
+        self.count(Counter::Poles, self.poles);
+        let Expected { points, columns, .. } = self.expected;
+        let stages = numerics.time_rule.nodes().len() as f64;
+        let (wavenumbers, steps) = (wavenumbers(scene), plan.steps as f64);
+        let padded = (wavenumbers / GROUP).ceil() * GROUP / wavenumbers;
+        let pass = (PER_POLE[0] + PER_POLE[1] / stages) * padded * self.poles;
+        let near = 0.5 * (3.0 * INSTANTS as f64 - 1.0) * points * columns;
+        let transform = transform_multiply_adds(numerics.elements);
+        self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
+        self.add(Stage::History, Unit::of_poles(numerics.time_rule), steps * stages * pass, Place::Behind);
+        self.add(Stage::History, Unit::SearchMultiplyAdd, steps * stages * near, Place::March);
+        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * stages * transform, Place::Behind);
+        self.hold("poles and their states", self.poles * (POLE_BYTES[0] + POLE_BYTES[1] * stages));
+        let instants = INSTANTS as f64;
+        // Two rings, a spectrum and two blocks' forces; the first influences of so many lags, the ring twice over.
+        let of_element = 56.0 * instants + 16.0 * stages * (2.0 * instants - 1.0);
+        self.hold("forces, displacements and influences of blocks", elements * of_element);
+    }
+
+    fn road(&mut self, scene: &Scene, plan: &Plan) {
+        let lattice = lattice(scene, plan);
+        let across = lattice.columns as f64;
+        let rows = plan.steps as f64 / scene.numerics.substeps as f64 + self.expected.columns;
+        let length = rows * plan.element;
+        match &scene.road {
+            Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Behind),
+            Road::Made(made) => {
+                let limit = scene.numerics.memory_bytes();
+                let sizes =
+                    TargetSpectrum::of(made).and_then(|target| Sizes::new(&target, made.spacing, lattice, limit));
+                // A road that cannot be made is refused when it is opened.
+                if let Ok(sizes) = sizes {
+                    let opening = sizes.opening();
+                    // Asked for in chunks of the run's own.
+                    let asked = (rows / CHUNK_ROWS as f64).ceil() * CHUNK_ROWS as f64;
+                    let drawing = sizes.drawing(asked * plan.element, asked * lattice.along as f64);
+                    let unit = Unit::TextureMultiplyAdd;
+                    self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
+                    self.add(Stage::Road, unit, drawing, Place::Behind);
+                    self.hold("texture of the road", TEXTURE_RESERVE * opening.bytes as f64);
+                    self.memory_per_thread += THREAD_BYTES;
+                }
+            }
+            Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => {
+                self.add(Stage::Road, Unit::ResampledHeight, rows * lattice.cells() as f64, Place::Behind);
+                self.hold("heights of the road", 8.0 * length * across);
+            }
+        }
+        let (unit, cells) = match plan.decisions.slices {
+            Slices::HalfSpace => (Unit::HalfSpacePair, rows * lattice.cells() as f64 * across),
+            Slices::Winkler | Slices::None => (Unit::SpringCell, rows * lattice.cells() as f64),
+        };
+        self.add(Stage::Slices, unit, cells, Place::Behind);
+        self.count(Counter::Slices, rows);
+    }
+
+    fn contact(&mut self, scene: &Scene, plan: &Plan) {
+        let Expected { points, columns, .. } = self.expected;
+        let smooth = matches!(scene.road, Road::Smooth);
+        let solutions = plan.steps as f64 * scene.numerics.time_rule.nodes().len() as f64;
+        self.add(Stage::Axle, Unit::StaticPair, columns * columns, Place::Before);
+        let column = if smooth { Unit::LevelColumn } else { Unit::RoughColumn };
+        self.add(Stage::Penetration, column, solutions * columns, Place::March);
+        self.count(Counter::Steps, plan.steps as f64);
+        if plan.decisions.tread == Tread::Uncoupled {
+            // Each point by itself: as simple as pressing it into a level slice.
+            self.add(Stage::ActiveSet, Unit::LevelColumn, solutions * columns, Place::March);
+            return;
+        }
+        let (point, windows, solves, factorised) = if smooth {
+            (Unit::SmoothPoint, WINDOWS[0], 1.0, 0.0)
+        } else {
+            (Unit::RoughPoint, WINDOWS[1], SOLVES, FACTORISED)
+        };
+        self.add(Stage::ActiveSet, point, solutions * points, Place::March);
+        let mut search = windows * points * columns;
+        let mut factorisations = solutions * factorised;
+        if plan.decisions.slice_coupling != SliceCoupling::Explicit {
+            search += ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
+            factorisations = solutions * ROUNDS;
+            // Pieces of curves to be looked up.
+            self.add(Stage::ActiveSet, point, 2.0 * solutions * points, Place::March);
+        }
+        self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search, Place::March);
+        self.count(Counter::Solves, solutions * solves);
+        self.count(Counter::Factorisations, factorisations);
+        self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
+    }
+
+    fn vibration(&mut self, scene: &Scene, plan: &Plan, vibration: &Vibration) {
+        let (elements, substeps) = (scene.numerics.elements, scene.numerics.substeps);
+        let steps = plan.steps - plan.warm_up_steps;
+        let revolution = (elements * substeps) as u64;
+        // A run too short for it has none.
+        let Some(revolutions) = SegmentLayout::revolutions_for(vibration.segment, revolution, plan.time_step, steps)
+        else {
+            return;
+        };
+        let layout = SegmentLayout {
+            elements,
+            substeps,
+            revolutions,
+            columns: self.expected.columns as usize,
+            rule: scene.numerics.time_rule,
+            time_step: plan.time_step,
+            phase: 0,
+            first_position: 0.0,
+            circumference: scene.tyre.circumference,
+        };
+        let segments = (2.0 * steps as f64 / layout.length() as f64 - 1.0).max(1.0).floor();
+        let unit = Unit::VibrationMultiplyAdd;
+        let wanted = [vibration.tread, vibration.belt, vibration.tangential].map(usize::from).iter().sum::<usize>();
+        let mut multiply_adds = layout.multiply_adds();
+        if !vibration.elements.is_empty() {
+            multiply_adds += ElementVelocities::multiply_adds(&layout, wanted * vibration.elements.len());
+        }
+        self.add(Stage::Vibration, unit, segments * multiply_adds, Place::March);
+        let fields = wanted as f64;
+        // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is
+        // one.
+        let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
+        let times = if at_places { 2.0 * fields + 1.0 } else { fields + 1.0 };
+        let poles = 0.5 * self.poles;
+        let bins = (layout.stages() * layout.bins()) as f64;
+        self.add(Stage::Vibration, Unit::VibrationPole, times * poles * bins, Place::Before);
+        if vibration.tangential {
+            self.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
+        }
+        if scene.outputs.plots {
+            // A map has a thousand times as much to draw as a spectrum has.
+            let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
+            self.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
+        }
+        let evaluations = times * wavenumbers(scene) * bins;
+        self.count(Counter::VibrationEvaluations, evaluations);
+        let held = point_bytes(&layout, wanted, vibration);
+        self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
+    }
+
+    fn results(&mut self, scene: &Scene, plan: &Plan) {
+        let (steps, outputs) = (plan.steps as f64, &scene.outputs);
+        if outputs.arrays {
+            self.result_bytes = 8.0 * steps * (self.expected.columns + 3.0);
+            self.add(Stage::Output, Unit::OutputByte, self.result_bytes, Place::March);
+            self.count(Counter::BytesWritten, self.result_bytes);
+        }
+        if outputs.plots {
+            self.add(Stage::Response, Unit::Plot, 2.0, Place::Before);
+            let drawn =
+                (crate::run::to_folder::LENGTHS_DRAWN * self.expected.length / plan.speed / plan.time_step).min(steps);
+            self.hold("steps that are drawn", 8.0 * drawn * (self.expected.columns + 2.0));
+        }
+        if outputs.plots || outputs.spectra {
+            let segment = (crate::plan::SEGMENT / plan.time_step).min(2.0 * steps);
+            self.hold("spectrum", 8.0 * SPECTRUM_ARRAYS * segment);
+        }
+    }
+}
+
+fn wavenumbers(scene: &Scene) -> f64 {
+    (scene.numerics.elements / 2 + 1) as f64
+}
+
+/// The lattice of the road, without a look at its file.
+fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
+    let width = scene.tyre.contact_width;
+    let Decisions { cells_across, cells_along, .. } = plan.decisions;
+    let columns = cells_across.unwrap_or_else(|| Lattice::across(width, scene.road.cell()));
+    let along = cells_along.unwrap_or_else(|| Road::cells(plan.element, scene.road.cell()));
+    Lattice { dx: plan.element, along, dy: width / columns as f64, columns }
+}
+
+/// Terms of the sums over m and aliases for one wavenumber and frequency.
+fn terms(scene: &Scene, plan: &Plan) -> f64 {
+    let (tyre, numerics) = (&scene.tyre, &scene.numerics);
+    let tread = &tyre.layers[tyre.layers.len() - 1];
+    let shear_speed = (tread.material.modulus / (2.0 * (1.0 + tread.material.poisson) * tread.material.density)).sqrt();
+    let cut_off = thickness_limit(tread.thickness, numerics.influence_tolerance)
+        .max(2.0 / (plan.time_step * shear_speed * LARGEST_ARGUMENT.sqrt()));
+    let lateral = numerics.lateral_terms.map_or(cut_off * tyre.width / std::f64::consts::TAU, |terms| terms as f64);
+    let aliases = match (numerics.lateral_terms, numerics.wavenumber_aliases) {
+        (_, Some(aliases)) => 2.0 * aliases as f64 + 1.0,
+        (Some(_), None) => 100.0,
+        (None, None) => (2.0 * cut_off * plan.element / std::f64::consts::TAU).max(1.0),
+    };
+    lateral.max(1.0) * aliases
+}
+
+/// Between the lines of a table by its first column, linear in the logarithms; beyond its ends by the last two.
+fn fit_of(elements: f64) -> (f64, f64) {
+    let place = FITS.iter().position(|entry| entry.0 > elements).unwrap_or(FITS.len() - 1).max(1);
+    let (low, high) = (FITS[place - 1], FITS[place]);
+    let part = (elements / low.0).ln() / (high.0 / low.0).ln();
+    let between = |a: f64, b: f64| a * (b / a).powf(part);
+    (between(low.1, high.1), between(low.2, high.2))
+}
+
+/// Time of a fit relative to that of the default tyre with 512 elements to 1e-5.
+pub fn fit_share(elements: f64, tolerance: f64, layers: usize) -> f64 {
+    fit_of(elements).1 * by_tolerance(-tolerance.log10()) * (0.5 * layers as f64).powf(BY_LAYERS)
+}
+
+fn by_tolerance(decades: f64) -> f64 {
+    let place = (decades - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
+    let low = (place as usize).min(BY_TOLERANCE.len() - 2);
+    let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);
+    a * (b / a).powf(place - low as f64)
+}
+
+/// The contact on a smooth road.
+fn expected(scene: &Scene, tyre: &Tyre, element: f64) -> Expected {
+    let sum = InfluenceSum::with(tyre, Projection::new(tyre, COARSE), Truncation::Tail, COARSE_TOLERANCE, 1.0);
+    let row = sum.static_row(Field::Surface);
+    let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
+    let axle = &scene.rolling.axle;
+    let found = at_rest.under(axle);
+    let elements = scene.numerics.elements as f64;
+    // What has no static solution is refused when it is looked for.
+    let (depth, length) = found.map_or((0.01, 0.1), |found| (found.indentation, found.length));
+    let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
+    let reach = window_reach(axle, depth, peaks, tyre.radius(), element);
+    Expected {
+        points: (length / element).clamp(1.0, elements),
+        columns: (2.0 * (reach / element).ceil() + 2.0).clamp(4.0, elements),
+        length,
+    }
+}

@@ -1,0 +1,56 @@
+//! Costs of units of work that were measured on this machine, kept beside the fitted models.
+
+use std::fs;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::unit::UnitCosts;
+use crate::counters::machine::{instruction_set, processor};
+use crate::numeric::digest::sha256;
+use crate::results::pending_file::PendingFile;
+use crate::tyre::rational::cache::Cache;
+
+/// Name of the record in the cache folder.
+const FILE: &str = "calibration.json";
+
+#[derive(Deserialize, Serialize)]
+struct Record {
+    /// Which build on which processor.
+    machine: String,
+    costs: UnitCosts,
+}
+
+/// Costs measured before, by this build on this kind of processor; typical ones where there are none.
+pub fn known() -> UnitCosts {
+    let read = || {
+        let record: Record = serde_json::from_slice(&fs::read(file()?).ok()?).ok()?;
+        (record.machine == machine()).then_some(record.costs)
+    };
+    read().unwrap_or_default()
+}
+
+/// Keeps costs for [`known`]; a record that cannot be kept is no error, it is measured again.
+pub fn keep(costs: UnitCosts) {
+    let record = Record { machine: machine(), costs };
+    if let Some(path) = file()
+        && let Ok(text) = serde_json::to_string_pretty(&record)
+        && path.parent().map_or(Ok(()), fs::create_dir_all).is_ok()
+    {
+        // Another process may do the same: each has a file of its own until it is complete.
+        let _ = PendingFile::create(&path).and_then(|file| file.complete(&text));
+    }
+}
+
+fn file() -> Option<PathBuf> {
+    Cache::open().ok().map(|cache| cache.folder().join(FILE))
+}
+
+/// The build (size and time of the program's file) and the processor.
+fn machine() -> String {
+    let program = std::env::current_exe().and_then(fs::metadata).ok();
+    let size = program.as_ref().map_or(0, fs::Metadata::len);
+    let time = program.and_then(|file| file.modified().ok()).map(|time| format!("{time:?}")).unwrap_or_default();
+    let model = processor().unwrap_or_default();
+    sha256(&[env!("CARGO_PKG_VERSION"), &size.to_string(), &time, &model, instruction_set()])
+}

@@ -1,0 +1,254 @@
+//! A run in memory: made from a scene and its plan, stepped as far as the caller likes, turned into results.
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use tyrewave::plan::Plan;
+//! use tyrewave::run::Run;
+//! use tyrewave::scene::Scene;
+//!
+//! let text = tyrewave::scene::DEFAULT.replace("elements = 512", "elements = 64").replace("duration = 18.0", "duration = 0.2");
+//! let scene = Scene::from_str(&text, "small")?;
+//! let plan = Plan::of(&scene);
+//! plan.check(&scene)?;
+//! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
+//! while let Some(step) = run.step()? {
+//!     assert!(step.total_force >= 0.0);
+//! }
+//! let results = run.finish();
+//! assert!(results.mean_force.is_some_and(|force| (2500.0..4500.0).contains(&force)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use rayon::Scope;
+
+use crate::contact::history::HistoryWork;
+use crate::contact::march::{StepResult, StepTimes};
+use crate::counters::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
+use crate::plan::Plan;
+use crate::response::PowerSpectrum;
+use crate::results::summary::RollingResistance;
+use crate::run::error::RunError;
+use crate::run::prepare::{Prepared, prepare};
+use crate::run::record::{Record, StepRecord};
+use crate::run::rolling_resistance::PowerRecorder;
+use crate::run::vibration::VibrationRecorder;
+use crate::scene::LoadedScene;
+
+/// A run between two of its steps.
+pub struct Run {
+    /// Time steps of the whole run, and their length \[s\].
+    steps: u64,
+    time_step: f64,
+    /// Length of an element \[m\].
+    element: f64,
+    /// Contact, road and axle.
+    pub(crate) prepared: Prepared,
+    /// What is recorded.
+    pub(crate) record: Record,
+    /// What it costs.
+    pub(crate) meter: Meter,
+}
+
+/// What a run has found after its warm-up; numbers that do not exist (nothing counted yet) are `None`.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// Time steps done, warm-up included.
+    pub steps: u64,
+    /// Mean total contact force \[N\].
+    pub mean_force: Option<f64>,
+    /// Root mean square of the force less its mean \[N\].
+    pub rms_force_variation: Option<f64>,
+    /// Mean length of the contact patch \[m\].
+    pub mean_contact_length: Option<f64>,
+    /// Rolling resistance, where the tread law has one.
+    pub rolling_resistance: Option<RollingResistance>,
+    /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
+    pub spectrum: Option<PowerSpectrum>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// What it cost.
+    pub meter: Meter,
+}
+
+impl Run {
+    /// Prepares a run that keeps its results in memory. `stop` ends the work on the influence functions once it is set.
+    ///
+    /// # Errors
+    /// [`RunError`]: what the scene asks for cannot be simulated, a road that cannot be read, ...
+    pub fn begin(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool) -> Result<Self, RunError> {
+        Self::begin_watched(loaded, plan, stop, Watch::default())
+    }
+
+    /// As [`Self::begin`], its cost watched as closely as it is told.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn begin_watched(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, watch: Watch) -> Result<Self, RunError> {
+        loaded.check_time_domain()?;
+        let mut meter = Meter::new(watch);
+        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let mut record = Record::in_memory(&loaded.scene, plan, true);
+        let columns = prepared.march.geometry().columns;
+        record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
+        record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
+        let mut run = Self::new(plan, prepared, record, meter);
+        run.enter_steps();
+        Ok(run)
+    }
+
+    /// A prepared run with its record.
+    pub(crate) fn new(plan: &Plan, prepared: Prepared, record: Record, meter: Meter) -> Self {
+        Self { steps: plan.steps, time_step: plan.time_step, element: plan.element, prepared, record, meter }
+    }
+
+    /// Changes how closely steps are timed from now on.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.meter.set_timing(timing);
+    }
+
+    /// Number of the next step; the number of all steps after the last.
+    pub fn next_step(&self) -> u64 {
+        self.prepared.march.next_step()
+    }
+
+    /// Does a step and says what it gave; `None` after the last.
+    ///
+    /// # Errors
+    /// [`RunError`]; the run cannot go on then.
+    pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
+        if self.next_step() >= self.steps { Ok(None) } else { self.step_beside(None).map(Some) }
+    }
+
+    /// Contact forces of the last step by column of the window, the first one that of element
+    /// [`StepResult::first_element`] \[N\].
+    pub fn forces(&self) -> &[f64] {
+        self.prepared.march.forces()
+    }
+
+    /// Ends the run, wherever it is.
+    pub fn finish(mut self) -> Results {
+        self.settle();
+        let Self { prepared, record, meter, .. } = self;
+        Results {
+            steps: prepared.march.next_step(),
+            mean_force: record.mean_force(),
+            rms_force_variation: record.rms_force_variation(),
+            mean_contact_length: record.mean_contact_length(),
+            rolling_resistance: record.rolling_resistance(),
+            spectrum: record.spectrum(),
+            warnings: prepared.warnings,
+            meter,
+        }
+    }
+
+    /// The next step; given a scope to work in, the road is made in it ahead of its need.
+    pub(crate) fn step_beside(&mut self, behind: Option<&Scope<'_>>) -> Result<StepResult, RunError> {
+        let Self { time_step, element, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
+        let step = march.next_step();
+        march.set_clocks(meter.begin_step(step));
+        let first = march.geometry().first_element(step);
+        road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
+        let indentation = axle.indentation(step);
+        let result = march.step(axle, road.slices())?;
+        axle.observe(step, result.total_force);
+        record.push(
+            StepRecord {
+                step,
+                time: step as f64 * *time_step,
+                total_force: result.total_force,
+                first_element: result.first_element,
+                forces: march.forces(),
+                contact_length: result.extent as f64 * *element,
+                indentation,
+            },
+            meter,
+        )?;
+        if let Some(power) = &mut record.power {
+            power.push(step, march);
+        }
+        if let Some(vibration) = &mut record.vibration {
+            vibration.push(step, march, meter);
+        }
+        if self.meter.trace().is_some_and(|trace| trace.ends_block(step + 1)) {
+            self.collect_times();
+            self.meter.end_block(step + 1);
+        }
+        Ok(result)
+    }
+
+    /// Time that the stages of its steps have taken so far, as far as steps were timed: all of it if every step is.
+    pub fn spent(&mut self) -> [Duration; Stage::OF_A_STEP.len()] {
+        self.collect_times();
+        let (in_steps, _) = self.meter.unsettled();
+        Stage::OF_A_STEP.map(|stage| self.meter.cost(stage).wall + in_steps[stage as usize].wall)
+    }
+
+    /// The steps begin: from the next one to the last.
+    pub(crate) fn enter_steps(&mut self) {
+        let (first, end) = (self.next_step(), self.steps);
+        if let Some(trace) = self.meter.trace_mut() {
+            trace.expect_steps(first, end);
+        }
+        self.meter.enter(Phase::Contact);
+    }
+
+    /// Hands the times of the march so far to the meter.
+    pub(crate) fn collect_times(&mut self) {
+        let StepTimes { history, past, slices, search, factorisation } = self.prepared.march.take_times();
+        let behind = [Stage::History, Stage::Transforms].into_iter().zip(past.behind);
+        for (stage, spent) in behind.filter(|(_, spent)| !spent.wall.is_zero()) {
+            self.meter.add_background(stage, spent.wall);
+        }
+        for (stage, spent) in [
+            (Stage::History, history),
+            (Stage::Transforms, past.transforms),
+            (Stage::Penetration, slices),
+            (Stage::ActiveSet, search),
+            (Stage::Factorisation, factorisation),
+        ] {
+            self.meter.add_in_steps(stage, spent);
+        }
+    }
+
+    /// Hands what the steps have cost to the meter; once, at the end.
+    pub(crate) fn settle(&mut self) {
+        self.collect_times();
+        let next = self.next_step();
+        self.meter.end_block(next);
+        self.meter.enter(Phase::Results);
+        self.meter.settle_steps(next);
+        let Self { prepared: Prepared { march, .. }, meter, .. } = self;
+        let (totals, counts) = (march.totals(), march.search_counts());
+        let HistoryWork { sums, transforms, passes, .. } = totals.history;
+        for (stage, calls, work) in [
+            (Stage::History, totals.instants, sums),
+            (Stage::Transforms, passes, transforms),
+            (Stage::Penetration, totals.instants, totals.slices),
+            (Stage::ActiveSet, totals.instants, counts.work - counts.factorisation),
+            (Stage::Factorisation, counts.factors.factorisations, counts.factorisation),
+        ] {
+            // A stage that this run does not have has no calls.
+            meter.add_calls(stage, calls);
+            meter.add_work(stage, work);
+        }
+        let bytes = meter.counted(Counter::BytesWritten);
+        meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
+        for (counter, amount) in [
+            (Counter::Steps, march.next_step()),
+            (Counter::HistoryMultiplyAdds, totals.history.sums.multiply_adds),
+            (Counter::WindowEdgeContacts, totals.edge_contacts),
+            (Counter::Solves, counts.solves),
+            (Counter::Fallbacks, counts.fallbacks),
+            (Counter::Factorisations, counts.factors.factorisations),
+            (Counter::CacheHits, counts.factors.hits),
+            (Counter::CacheMisses, counts.factors.misses),
+            (Counter::Neighbours, counts.factors.neighbours),
+            (Counter::CacheEvictions, counts.factors.evictions),
+        ] {
+            meter.count(counter, amount);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! The ways to carry the past, made for a planned scene.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::contact::ContactError;
+use crate::contact::history::{DirectHistory, ModalHistory, PastForces, ScaledHistory};
+use crate::contact::stability::Stability;
+use crate::contact::tread::{ContactKernel, EqualBedding, LagKernel};
+use crate::counters::{Counter, Meter, Stage, Work};
+use crate::plan::Plan;
+use crate::run::error::RunError;
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
+use crate::tyre::convolution_quadrature::Weights;
+use crate::tyre::flops;
+use crate::tyre::influence::{Field, InfluenceSum};
+use crate::tyre::rational::cache::{Cache, Fetched};
+use crate::tyre::rational::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
+
+/// What a way to carry the past is made from.
+pub struct Past<'a> {
+    /// The scene.
+    pub loaded: &'a LoadedScene,
+    /// Its plan.
+    pub plan: &'a Plan,
+    /// The influence functions.
+    pub sum: &'a InfluenceSum,
+    /// The displacement that the contact feels.
+    pub field: Field,
+    /// Columns of the contact window.
+    pub columns: usize,
+    /// Factor of the influence functions, and the springs in series.
+    pub bedding: EqualBedding,
+    /// Ends the work on the influence functions once it is set.
+    pub stop: &'a AtomicBool,
+}
+
+/// A model from the user's cache, or fitted where there is none.
+///
+/// # Errors
+/// [`FitError`] for a fit that is refused, or stopped by `stop`.
+pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
+    match Cache::open() {
+        Ok(cache) => cache.fetch(tyre, options, stop),
+        Err(error) => {
+            let (model, times) = fit_timed(tyre, options, stop)?;
+            let warnings = vec![format!("no cache of influence models: {error}")];
+            Ok(Fetched { model, warm: false, times: Some(times), warnings })
+        }
+    }
+}
+
+/// What a fit's end means for a run: the user's wish, or a complaint about the scene's tolerance, with what would be
+/// `right`.
+pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
+    match error {
+        FitError::Stopped => RunError::Interrupted { kept: None },
+        error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
+    }
+}
+
+/// The displacement that the contact feels under a tread law.
+pub fn contact_field(tread: Tread) -> Field {
+    match tread {
+        Tread::Elastic | Tread::Uncoupled => Field::Surface,
+        Tread::Bedding => Field::UnderTread,
+    }
+}
+
+/// The options of the model that a scene's run needs.
+pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
+    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    FitOptions {
+        driven: field,
+        tolerance: pole_tolerance,
+        // The sums must be exacter than the fit to them.
+        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
+        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
+    }
+}
+
+/// The model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
+///
+/// # Errors
+/// A fit that was [`refused`]; [`RunError::Interrupted`].
+pub fn planned_model(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    right: &str,
+    stop: &AtomicBool,
+    meter: &mut Meter,
+    warnings: &mut Vec<String>,
+) -> Result<RationalModel, RunError> {
+    let options = fit_options(&loaded.scene, contact_field(plan.decisions.tread));
+    let open = meter.open();
+    let fetched = fetch(&plan.decisions.tyre, &options, stop).map_err(|error| refused(loaded, error, right))?;
+    match fetched.times {
+        None => meter.close(open, Stage::Influence),
+        Some(FitTimes { sums, poles }) => {
+            let share = poles.as_secs_f64() / (sums + poles).as_secs_f64();
+            meter.close_shared(open, &[(Stage::Influence, 1.0 - share), (Stage::Fit, share)]);
+        }
+    }
+    warnings.extend(fetched.warnings);
+    // A warm model took its evaluations in an earlier run.
+    let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
+    count_evaluations(plan, evaluations, meter);
+    Ok(fetched.model)
+}
+
+/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
+/// multiply-adds have.
+pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
+    let further = plan.decisions.tyre.layers.len().saturating_sub(1) as u64;
+    let flop = evaluations * (flops::FIRST_LAYER + further * flops::FURTHER_LAYER);
+    meter.count(Counter::ComplianceEvaluations, evaluations);
+    meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });
+}
+
+/// The warning of a rule that is marginal.
+fn ringing(rule: TimeRule, time_step: f64) -> String {
+    format!(
+        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \"bdf2\" does not",
+        rule.name(),
+        0.5 / time_step
+    )
+}
+
+/// What the points in contact feel of each other at once, and of the past; and the model that both were made from, if
+/// there is one.
+pub type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
+
+impl Past<'_> {
+    /// Weights summed on the contour of the quadrature, for the lags of the scene's memory.
+    ///
+    /// # Errors
+    /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
+    pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
+        let numerics = &self.loaded.scene.numerics;
+        if numerics.time_rule == TimeRule::Trapezoidal {
+            warnings.push(ringing(numerics.time_rule, self.plan.time_step));
+        }
+        let weights = meter.time(Stage::Influence, || {
+            let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
+            Weights::unless_stopped(self.sum, self.field, rule, time_step, self.plan.lags, self.stop)
+        });
+        let weights = weights.ok_or(RunError::Interrupted { kept: None })?;
+        count_evaluations(self.plan, weights.evaluations, meter);
+        let truncated = weights.truncated();
+        if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {
+            warnings.push(format!(
+                "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more exact",
+                numerics.memory,
+                100.0 * truncated
+            ));
+        }
+        meter.time(Stage::Influence, || {
+            let first: Vec<f64> = (0..=numerics.elements / 2).map(|n| weights.of(n)[0]).collect();
+            let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
+            let history = DirectHistory::new(lags, self.columns, numerics.substeps);
+            Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale), None))
+        })
+    }
+
+    /// Poles fitted to the influence functions.
+    ///
+    /// # Errors
+    /// A fit that was [`refused`]; as [`ContactKernel::new`].
+    pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
+        let scene = &self.loaded.scene;
+        let (rule, time_step) = (scene.numerics.time_rule, self.plan.time_step);
+        let right = "another tolerance, or history = \"direct\"";
+        let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
+        meter.count(Counter::Poles, model.order() as u64);
+        meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
+        let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
+            .zip(ModalHistory::new(&model, self.field, rule, time_step))
+            .ok_or(ContactError::NoSuchField)?;
+        Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale), Some(model)))
+    }
+
+    /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
+    fn check_rule(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
+        let (rule, time_step) = (self.loaded.scene.numerics.time_rule, self.plan.time_step);
+        // The zeros of scale w + spring are those of w + spring/scale.
+        let spring = self.bedding.spring / self.bedding.scale;
+        let stability = Stability::of(model, self.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
+        if let Some(zero) = stability.unstable {
+            let wrong = format!(
+                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at wavenumber {} (and {} others) a force at {:.0} Hz grows \
+                 by a factor of {:.2} a step while nothing moves, and the contact would chatter for ever",
+                rule.name(),
+                zero.wavenumber,
+                zero.wavenumbers - 1,
+                zero.frequency,
+                1.0 / zero.zeta.norm()
+            );
+            let right = "time_rule = \"bdf2\", or another A-stable rule";
+            return Err(SceneError::from(self.loaded.complain("numerics.time_rule", wrong, right)).into());
+        }
+        if stability.rings() {
+            warnings.push(ringing(rule, time_step));
+        }
+        Ok(())
+    }
+
+    fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {
+        let scene = &self.loaded.scene;
+        let EqualBedding { scale, spring } = self.bedding;
+        let first_weights: Vec<f64> = first_weights.iter().map(|weight| scale * weight).collect();
+        ContactKernel::new(self.plan.decisions.tread, &first_weights, scene.numerics.elements, spring)
+    }
+}

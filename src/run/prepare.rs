@@ -1,0 +1,275 @@
+//! From a planned scene to a contact that is ready for its first step.
+//!
+//! 1. static influence functions and static contact on a smooth road: axle height, size of the window;
+//! 2. the road is opened and must be long enough: everything that can be refused is refused before the long work;
+//! 3. convolution weights and the contact's kernels.
+
+use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
+
+use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, deepest, window_reach};
+use crate::contact::geometry::Geometry;
+use crate::contact::march::March;
+use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
+use crate::contact::search::SliceLaw;
+use crate::contact::slice_queue::SliceQueue;
+use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
+use crate::counters::{Meter, Stage};
+use crate::local_compliance::local_compliance;
+use crate::plan::{Decisions, Plan};
+use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
+use crate::road::{Lattice, Limits, RoadError, RoadSurface};
+use crate::run::error::RunError;
+use crate::run::past::{Past, contact_field};
+use crate::run::road_ahead::RoadAhead;
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
+use crate::tyre::convolution_quadrature::resolved_symbol;
+use crate::tyre::influence::{Field, InfluenceSum};
+use crate::tyre::rational::RationalModel;
+
+/// A run about to begin.
+pub struct Prepared {
+    /// The contact at rest.
+    pub march: March,
+    /// The road.
+    pub road: RoadAhead,
+    /// The axle.
+    pub axle: AxleHeight,
+    /// Static contact on a smooth road.
+    pub at_rest: StaticContact,
+    /// Factor of the influence functions; 1 unless a bedding's carcass is scaled.
+    pub scale: f64,
+    /// kappa of the local law \[m/Pa\], where slices yield by it.
+    pub local_compliance: Option<f64>,
+    /// Highest frequency that levels are vouched for \[Hz\]: the plan's, or the road's where that ends before.
+    pub valid_to: f64,
+    /// The tyre's poles, where the past is carried by them and something else wants them.
+    pub model: Option<RationalModel>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Prepares a run. `stop` ends the work on the influence functions once it is set.
+///
+/// # Errors
+/// [`RunError`].
+pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut Meter) -> Result<Prepared, RunError> {
+    let scene = &loaded.scene;
+    let numerics = &scene.numerics;
+    let Decisions { tyre, tread, slices, .. } = &plan.decisions;
+    let mut warnings: Vec<String> = plan.notes().collect();
+    let sum = meter.time(Stage::Influence, || {
+        InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
+    });
+    let field = contact_field(*tread);
+    let (at_rest, bedding) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
+
+    // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
+    let radius = tyre.circumference / (2.0 * PI);
+    let chord = Geometry::half_chord(radius, deepest(&scene.rolling.axle, at_rest.indentation));
+    let (surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
+    let lattice = surface.lattice();
+    warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
+    // A smooth road has no texture to be resolved, and without a slice law nobody asked for it.
+    if lattice.cells() == 1 && !surface.is_smooth() && *slices != Slices::None {
+        warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
+    }
+
+    let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
+    let excited = surface.report().highest_frequency(plan.speed);
+    let valid_to = excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited));
+    if let Some(highest) = excited {
+        let nyquist = 0.5 / plan.time_step;
+        let wanted = numerics.fmax.unwrap_or(0.0);
+        if highest < wanted.max(0.5 * nyquist.min(0.5 * plan.speed / plan.element)) {
+            let missed = numerics.fmax.filter(|fmax| highest < *fmax);
+            let missed = missed.map_or(String::new(), |fmax| format!(": numerics.fmax = {fmax} Hz is not reached"));
+            warnings.push(format!(
+                "the road's resolution excites nothing above {highest:.0} Hz at {:.0} km/h{missed}",
+                scene.rolling.speed_kmh
+            ));
+        }
+    }
+    let geometry = Geometry::new(tyre.circumference, numerics.elements, numerics.substeps, start, reach);
+    let elements = surface
+        .extent()
+        .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
+    let builder = slice_builder(*slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
+    let first = geometry.first_element(0);
+    let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
+    let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
+    let kappa = match plan.decisions.slice_coupling {
+        SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, &surface)),
+        SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+    };
+    let road = RoadAhead::new(surface, builder, queue, elements, reached);
+
+    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, bedding, stop };
+    let (mut kernel, history, model) = match numerics.history {
+        History::Direct => past.direct(meter, &mut warnings)?,
+        History::Modal => past.modal(meter, &mut warnings)?,
+    };
+    if scene.contact.equal_stiffness {
+        kernel.spring =
+            meter.time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(field), tyre.circumference, at_rest))?;
+    }
+    let slice_law = match (plan.decisions.slice_coupling, kappa) {
+        (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * tyre.contact_width)),
+        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be
+        // kept.
+        (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
+        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
+    };
+    let axle = match scene.rolling.axle {
+        Axle::Indentation { indentation, .. } => {
+            AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
+        }
+        Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
+        Axle::Mass { load, mass, stiffness, damping, .. } => {
+            let sprung = SprungMass { load, mass, stiffness, damping };
+            AxleHeight::Moving(Box::new(moving_axle(loaded, plan, sprung, &kernel, at_rest)?))
+        }
+    };
+    Ok(Prepared {
+        march: March::new(geometry, kernel, slice_law, history, numerics, plan.time_step),
+        road,
+        axle,
+        at_rest,
+        scale: bedding.scale,
+        local_compliance: kappa,
+        valid_to,
+        model: model.filter(|_| plan.decisions.vibration.is_some()),
+        warnings,
+    })
+}
+
+/// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it
+/// where the axle starts.
+///
+/// # Errors
+/// [`RunError`] with the key that is to blame.
+pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadSurface, f64), RunError> {
+    let scene = &loaded.scene;
+    let open = || -> Result<_, RoadError> {
+        let surface = RoadSurface::open(&scene.road, road_lattice(scene, &plan.decisions)?, road_limits(scene))?;
+        let start = match (scene.rolling.start, surface.extent()) {
+            (Some(start), _) => start,
+            (None, None) => 0.0,
+            (None, Some((from, _))) => from + (chord / plan.element).ceil() * plan.element,
+        };
+        let travel = plan.speed * plan.time_step * plan.steps as f64;
+        surface.check_covers(start - chord, start + travel + chord)?;
+        Ok((surface, start))
+    };
+    open().map_err(|error| in_scene(loaded, error))
+}
+
+/// The lattice on which a scene's run sees its road.
+///
+/// # Errors
+/// As [`Lattice::choose`].
+pub fn road_lattice(scene: &Scene, decisions: &Decisions) -> Result<Lattice, RoadError> {
+    let element = scene.tyre.circumference / scene.numerics.elements as f64;
+    Lattice::choose(&scene.road, element, scene.tyre.contact_width, decisions.cells_across, decisions.cells_along)
+}
+
+/// What opening a scene's road may use.
+pub fn road_limits(scene: &Scene) -> Limits {
+    Limits { bytes: scene.numerics.memory_bytes() }
+}
+
+/// The maker of a law's stiffness curves on a lattice.
+///
+/// # Errors
+/// As [`SliceBuilder`]'s constructors.
+pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+    match law {
+        // A single cell presses flat, by every law.
+        _ if lattice.cells() == 1 => SliceBuilder::flat(1),
+        Slices::None => SliceBuilder::flat(lattice.columns),
+        Slices::Winkler => SliceBuilder::winkler(lattice.columns),
+        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
+    }?
+    .with_lines(lattice.along)
+}
+
+/// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other
+/// laws.
+fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, EqualBedding), RunError> {
+    let circumference = scene.tyre.circumference;
+    let row = sum.static_row(Field::Surface);
+    let elastic = StaticTyre { influence: &row, circumference };
+    let on = |tyre: &StaticTyre<'_>| tyre.under(&scene.rolling.axle);
+    if field != Field::UnderTread {
+        return Ok((on(&elastic)?, EqualBedding { scale: 1.0, spring: 0.0 }));
+    }
+    let mut carcass = sum.static_row(field);
+    let bedding = match scene.contact.bedding_stiffness {
+        Some(stiffness) => {
+            let spring = 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width);
+            EqualBedding { scale: 1.0, spring }
+        }
+        None => equal_bedding(&carcass, &row, circumference, on(&elastic)?)?,
+    };
+    carcass.iter_mut().for_each(|influence| *influence *= bedding.scale);
+    carcass[0] += bedding.spring;
+    Ok((on(&StaticTyre { influence: &carcass, circumference })?, bedding))
+}
+
+/// A mass on the axle, refused where the time step is too long for it.
+fn moving_axle(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    sprung: SprungMass,
+    kernel: &ContactKernel,
+    at_rest: StaticContact,
+) -> Result<MovingAxle, RunError> {
+    let numerics = &loaded.scene.numerics;
+    // What the contact is within a step: the points at rest by the first weights.
+    let mut influence = kernel.instant.clone();
+    influence[0] += kernel.spring;
+    if kernel.law == Tread::Uncoupled {
+        influence[1..].fill(0.0);
+    }
+    let within_a_step = StaticTyre { influence: &influence, circumference: loaded.scene.tyre.circumference };
+    let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
+    let rate = sprung.rate(stiffness, plan.time_step);
+    if rate > LARGEST_RATE {
+        let wrong = format!(
+            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m of the contact within a step, {LARGEST_RATE} can be stepped",
+            sprung.mass, plan.time_step
+        );
+        let least = sprung.least_mass(stiffness, plan.time_step);
+        let right = format!("at least {least:.3} kg, more substeps, or an axle without a mass");
+        return Err(SceneError::from(loaded.complain("rolling.axle.mass", wrong, right)).into());
+    }
+    let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };
+    let control = LoadControl::new(sprung.load, rest, plan.warm_up_steps);
+    // The mean force of a Runge-Kutta step acts in its middle.
+    let lead = if numerics.time_rule.nodes().len() > 1 { 0.5 } else { 0.0 };
+    Ok(MovingAxle::new(sprung, control, plan.time_step, lead))
+}
+
+/// A road's complaint, placed in the scene at the key that it is about.
+pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
+    let (key, right) = match &error {
+        RoadError::Short { .. } => ("rolling.duration", "a road that is long enough, a shorter run, or another at_end"),
+        RoadError::NotPositive { key, .. } => (*key, "a positive number"),
+        RoadError::Range { .. } => ("road.range", "a part of what the file covers"),
+        RoadError::LateralPosition { .. } => ("road.lateral_position", "a strip inside the measured columns"),
+        RoadError::NotThirdOctave { .. } | RoadError::BandTwice { .. } | RoadError::LevelCount { .. } => {
+            ("road.wavelengths", "each third-octave mid-wavelength once, with its level")
+        }
+        RoadError::Level { .. } => ("road.levels", "a level in dB re 1e-6 m"),
+        RoadError::Spacing { .. } | RoadError::TextureTooLarge { .. } => {
+            ("road.spacing", "a spacing that suits the wavelengths")
+        }
+        RoadError::Moments { .. } => ("road.kurtosis", "a kurtosis in that range, or less skewness"),
+        RoadError::PowerLaw { .. } | RoadError::TwoSpectra => ("road.power_law", "one valid spectrum"),
+        RoadError::MissingUnit { key, .. } => (*key, "\"m\", \"mm\" or \"um\""),
+        RoadError::Narrow { .. } => ("road.file", "a road at least as wide as tyre.contact_width"),
+        _ => ("road.file", "a complete file of the kind that road.kind names"),
+    };
+    let key = if key.contains('.') { key.to_owned() } else { format!("road.{key}") };
+    SceneError::from(loaded.complain(&key, error.to_string(), right)).into()
+}

@@ -1,0 +1,34 @@
+//! What a run tells whoever watches it.
+
+use crate::counters::Stage;
+
+/// Watches a run. All calls come from the thread that runs it, in order; they must be cheap, [`Progress::step`] comes
+/// every time step.
+pub trait Progress {
+    /// A stage of the preparation begins.
+    fn stage(&mut self, stage: Stage);
+
+    /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
+    fn march(&mut self, done: u64, steps: u64, time_step: f64);
+
+    /// That many steps are done.
+    fn step(&mut self, done: u64);
+
+    /// Something the user should know, as it happens.
+    fn note(&mut self, text: &str);
+
+    /// The run has ended, one way or another.
+    fn finish(&mut self);
+}
+
+/// Nobody watches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unwatched;
+
+impl Progress for Unwatched {
+    fn stage(&mut self, _stage: Stage) {}
+    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
+    fn step(&mut self, _done: u64) {}
+    fn note(&mut self, _text: &str) {}
+    fn finish(&mut self) {}
+}

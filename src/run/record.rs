@@ -1,0 +1,314 @@
+//! What is kept of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with
+//! the number of steps.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use crate::counters::{Counter, Meter, Stage};
+use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
+use crate::plan::{Plan, SEGMENT};
+use crate::response::{PowerSpectrum, SpectrumAccumulator};
+use crate::results::ResultsError;
+use crate::results::folder::ResultsFolder;
+use crate::results::npy::{NpyNumber, NpyWriter, Row};
+use crate::results::summary::{AxleMotion, RollingResistance};
+use crate::run::error::RunError;
+use crate::run::rolling_resistance::PowerRecorder;
+use crate::run::vibration::VibrationRecorder;
+use crate::scene::{Axle, Scene, TimeRule};
+
+/// The arrays of a run.
+struct Arrays {
+    time: NpyWriter<f64>,
+    total_force: NpyWriter<f64>,
+    patch_force: NpyWriter<f64>,
+    patch_element: NpyWriter<i64>,
+    /// Of an axle that moves.
+    axle: Option<NpyWriter<f64>>,
+}
+
+impl Arrays {
+    /// Begins the arrays, or goes on with them after that many rows.
+    fn open(folder: &ResultsFolder, columns: usize, moves: bool, rows: Option<u64>) -> Result<Self, ResultsError> {
+        fn array<T: NpyNumber>(
+            folder: &ResultsFolder,
+            name: &str,
+            row: Row,
+            rows: Option<u64>,
+        ) -> Result<NpyWriter<T>, ResultsError> {
+            let path = folder.path(name);
+            match rows {
+                None => NpyWriter::create(&path, row),
+                Some(rows) => NpyWriter::reopen(&path, row, rows),
+            }
+        }
+        Ok(Self {
+            time: array(folder, "time.npy", Row::Scalar, rows)?,
+            total_force: array(folder, "total_force.npy", Row::Scalar, rows)?,
+            patch_force: array(folder, "patch_force.npy", Row::Columns(columns), rows)?,
+            patch_element: array(folder, "patch_element.npy", Row::Scalar, rows)?,
+            axle: if moves { Some(array(folder, "axle.npy", Row::Scalar, rows)?) } else { None },
+        })
+    }
+}
+
+/// One step, as it is recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct StepRecord<'a> {
+    /// Step number.
+    pub step: u64,
+    /// Time \[s\].
+    pub time: f64,
+    /// Sum of the forces \[N\].
+    pub total_force: f64,
+    /// Element number e of the window's first column.
+    pub first_element: i64,
+    /// Forces by column \[N\].
+    pub forces: &'a [f64],
+    /// Length of the contact \[m\].
+    pub contact_length: f64,
+    /// Indentation of the rigid tyre \[m\].
+    pub indentation: f64,
+}
+
+/// Whether the axle's motion is a result.
+fn moves(scene: &Scene) -> bool {
+    matches!(scene.rolling.axle, Axle::Mass { .. })
+}
+
+/// The recorder.
+pub struct Record {
+    arrays: Option<Arrays>,
+    warm_up: u64,
+    shown: Range<u64>,
+    /// Steps that are drawn: time, first element, forces row by row.
+    pub drawn: Drawn,
+    /// Total force after the warm-up \[N\].
+    force: RunningMoments,
+    /// Indentation after the warm-up \[m\], of an axle that moves.
+    indentation: Option<RunningMoments>,
+    /// Where spectra or plots want it and the run is long enough.
+    spectrum: Option<SpectrumAccumulator>,
+    /// Power put into the tyre, where the tread law has one.
+    pub power: Option<PowerRecorder>,
+    /// Where vibration is wanted.
+    pub vibration: Option<VibrationRecorder>,
+    sum_of_lengths: f64,
+    /// The rule whose mean force of a step is recorded, and the step \[s\].
+    recording: (TimeRule, f64),
+}
+
+/// The steps of the force map.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// Time \[s\].
+    pub time: Vec<f64>,
+    /// Element number of the first column.
+    pub first_element: Vec<i64>,
+    /// Forces, row by row \[N\].
+    pub force: Vec<f64>,
+}
+
+impl Record {
+    /// A recorder into a folder, of a run that begins, or goes on after `rows` steps. `shown` are the steps to draw.
+    ///
+    /// # Errors
+    /// Of the arrays.
+    pub fn new(
+        folder: &ResultsFolder,
+        scene: &Scene,
+        plan: &Plan,
+        columns: usize,
+        shown: Range<u64>,
+        rows: Option<u64>,
+    ) -> Result<Self, RunError> {
+        let outputs = &scene.outputs;
+        let shown = if outputs.plots { shown.start..shown.end.min(plan.steps) } else { 0..0 };
+        let rows_shown = shown.end.saturating_sub(shown.start) as usize;
+        Ok(Self {
+            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, moves(scene), rows)?) } else { None },
+            shown,
+            drawn: Drawn {
+                time: Vec::with_capacity(rows_shown),
+                first_element: Vec::with_capacity(rows_shown),
+                force: Vec::with_capacity(rows_shown * columns),
+            },
+            ..Self::in_memory(scene, plan, outputs.spectra || outputs.plots)
+        })
+    }
+
+    /// A recorder that writes and draws nothing; with the spectrum of the force where that is wanted.
+    pub fn in_memory(scene: &Scene, plan: &Plan, spectrum: bool) -> Self {
+        let counted = (plan.steps - plan.warm_up_steps) as usize;
+        let accumulator = || SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok();
+        Self {
+            arrays: None,
+            warm_up: plan.warm_up_steps,
+            shown: 0..0,
+            drawn: Drawn::default(),
+            force: RunningMoments::default(),
+            indentation: moves(scene).then(RunningMoments::default),
+            spectrum: spectrum.then(accumulator).flatten(),
+            power: None,
+            vibration: None,
+            sum_of_lengths: 0.0,
+            recording: (scene.numerics.time_rule, plan.time_step),
+        }
+    }
+
+    /// Records a step.
+    ///
+    /// # Errors
+    /// Of the arrays.
+    pub fn push(&mut self, step: StepRecord<'_>, meter: &mut Meter) -> Result<(), RunError> {
+        if let Some(arrays) = &mut self.arrays {
+            meter.time_in_step(Stage::Output, || {
+                arrays.time.push(&[step.time])?;
+                arrays.total_force.push(&[step.total_force])?;
+                arrays.patch_force.push(step.forces)?;
+                arrays.patch_element.push(&[step.first_element])?;
+                arrays.axle.as_mut().map_or(Ok(()), |axle| axle.push(&[step.indentation]))
+            })?;
+        }
+        if self.shown.contains(&step.step) {
+            self.drawn.time.push(step.time);
+            self.drawn.first_element.push(step.first_element);
+            self.drawn.force.extend_from_slice(step.forces);
+        }
+        if step.step >= self.warm_up {
+            self.force.push(step.total_force);
+            if let Some(indentation) = &mut self.indentation {
+                indentation.push(step.indentation);
+            }
+            self.sum_of_lengths += step.contact_length;
+            if let Some(spectrum) = &mut self.spectrum {
+                spectrum.push(step.total_force);
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings all rows so far to the disk.
+    ///
+    /// # Errors
+    /// Of the arrays.
+    pub fn sync(&mut self, meter: &mut Meter) -> Result<(), ResultsError> {
+        let Some(arrays) = &mut self.arrays else { return Ok(()) };
+        meter.time(Stage::Output, || {
+            arrays.time.sync()?;
+            arrays.total_force.sync()?;
+            arrays.patch_force.sync()?;
+            arrays.patch_element.sync()?;
+            arrays.axle.as_mut().map_or(Ok(()), NpyWriter::sync)
+        })
+    }
+
+    /// Completes the arrays.
+    ///
+    /// # Errors
+    /// Of the arrays.
+    pub fn finish(&mut self, meter: &mut Meter) -> Result<(), RunError> {
+        let Some(arrays) = self.arrays.take() else { return Ok(()) };
+        let written = arrays.time.bytes()
+            + arrays.total_force.bytes()
+            + arrays.patch_force.bytes()
+            + arrays.patch_element.bytes()
+            + arrays.axle.as_ref().map_or(0, NpyWriter::bytes);
+        meter.time(Stage::Output, || {
+            arrays.time.finish()?;
+            arrays.total_force.finish()?;
+            arrays.patch_force.finish()?;
+            arrays.patch_element.finish()?;
+            arrays.axle.map_or(Ok(0), NpyWriter::finish)
+        })?;
+        meter.count(Counter::BytesWritten, written);
+        Ok(())
+    }
+
+    /// Takes the state down, the arrays' rows excepted.
+    pub fn save(&self, state: &mut StateWriter) {
+        self.force.save(state);
+        if let Some(indentation) = &self.indentation {
+            indentation.save(state);
+        }
+        state.number(self.sum_of_lengths);
+        state.numbers(&self.drawn.time);
+        state.wholes(&self.drawn.first_element);
+        state.numbers(&self.drawn.force);
+        if let Some(spectrum) = &self.spectrum {
+            spectrum.save(state);
+        }
+        if let Some(power) = &self.power {
+            power.save(state);
+        }
+        if let Some(vibration) = &self.vibration {
+            vibration.save(state);
+        }
+    }
+
+    /// Goes on from the state of a recorder of the same run.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.force.restore(state)?;
+        if let Some(indentation) = &mut self.indentation {
+            indentation.restore(state)?;
+        }
+        self.sum_of_lengths = state.number()?;
+        self.drawn.time.extend(state.numbers()?);
+        self.drawn.first_element.extend(state.wholes()?);
+        self.drawn.force.extend(state.numbers()?);
+        if let Some(spectrum) = &mut self.spectrum {
+            spectrum.restore(state)?;
+        }
+        if let Some(power) = &mut self.power {
+            power.restore(state)?;
+        }
+        if let Some(vibration) = &mut self.vibration {
+            vibration.restore(state)?;
+        }
+        Ok(())
+    }
+
+    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a
+    /// step takes off is put back.
+    pub fn spectrum(&self) -> Option<PowerSpectrum> {
+        let (rule, time_step) = self.recording;
+        let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
+        Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))
+    }
+
+    /// Whether the run is too short for a spectrum that was wanted.
+    pub fn lacks_spectrum(&self) -> bool {
+        self.spectrum.is_none()
+    }
+
+    /// Mean force \[N\] after the warm-up, if there was any step.
+    pub fn mean_force(&self) -> Option<f64> {
+        self.force.mean()
+    }
+
+    /// Rolling resistance after the warm-up, where the tread law has one.
+    pub fn rolling_resistance(&self) -> Option<RollingResistance> {
+        self.power.as_ref()?.resistance(self.mean_force())
+    }
+
+    /// Motion of an axle that moves, after the warm-up.
+    pub fn axle_motion(&self) -> Option<AxleMotion> {
+        let indentation = self.indentation.as_ref()?;
+        let (mean, variance) = indentation.mean().zip(indentation.variance())?;
+        Some(AxleMotion { mean, rms_variation: variance.sqrt() })
+    }
+
+    /// Root mean square of the force less its mean \[N\].
+    pub fn rms_force_variation(&self) -> Option<f64> {
+        self.force.variance().map(f64::sqrt)
+    }
+
+    /// Mean length of the contact \[m\].
+    pub fn mean_contact_length(&self) -> Option<f64> {
+        let counted = self.force.count();
+        (counted > 0).then(|| self.sum_of_lengths / counted as f64)
+    }
+}

@@ -1,0 +1,188 @@
+//! The road ahead of the tyre: heights and curves, made in chunks.
+
+use std::ops::Range;
+
+use rayon::Scope;
+
+use crate::contact::slice_queue::SliceQueue;
+use crate::counters::{Counter, Meter};
+use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::road::RoadSurface;
+use crate::road::slices::{SliceBuilder, StiffnessCurve};
+use crate::run::error::RunError;
+use crate::run::road_maker::RoadMaker;
+
+/// Rows of road that are made at a time.
+pub(crate) const CHUNK_ROWS: i64 = 512;
+/// Longest period of a repeated road whose curves are kept.
+const LONGEST_PERIOD: i64 = 100_000;
+
+/// Slices as the tyre reaches them. Memory does not grow with the way rolled; the curves of a road that repeats are
+/// made once.
+///
+/// What is counted, kept and saved are the chunks that the tyre has reached, not those that lie ready behind: the same
+/// for any number of threads.
+pub struct RoadAhead {
+    maker: RoadMaker,
+    queue: SliceQueue,
+    /// First and last element with road under it, for a road that ends.
+    elements: Option<(i64, i64)>,
+    /// Curves of one period of a road that repeats.
+    period: Vec<Option<StiffnessCurve>>,
+    /// The first element made, and the one after the last.
+    made: (i64, i64),
+    /// The element after the last one made or begun behind.
+    begun: i64,
+    /// The element after the last one that the run will reach.
+    reached: i64,
+    /// Largest error of the curves made \[m\].
+    slice_error: f64,
+}
+
+/// Slices that a state wants to be there.
+#[derive(Clone, Copy, Debug)]
+pub struct Missing {
+    first: i64,
+    end: i64,
+}
+
+impl RoadAhead {
+    /// Nothing made yet; `queue` says where it will begin. `elements`: first and last one of a road that ends;
+    /// `reached`: the one after the last that the run will reach.
+    pub fn new(
+        surface: RoadSurface,
+        builder: SliceBuilder,
+        queue: SliceQueue,
+        elements: Option<(i64, i64)>,
+        reached: i64,
+    ) -> Self {
+        let period = surface.period().filter(|&period| period <= LONGEST_PERIOD).unwrap_or(0);
+        let begun = queue.end();
+        let maker = RoadMaker::new(surface, builder);
+        let (period, made) = (vec![None; period as usize], (begun, begun));
+        Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
+    }
+
+    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. Given a scope to work
+    /// in, chunks are made in it ahead of their need; else each when it is needed.
+    ///
+    /// # Errors
+    /// Of the road and of its slices.
+    pub fn reach(
+        &mut self,
+        first: i64,
+        end: i64,
+        meter: &mut Meter,
+        behind: Option<&Scope<'_>>,
+    ) -> Result<(), RunError> {
+        self.queue.forget_before(first);
+        if let Some(scope) = behind
+            && self.maker.is_free()
+        {
+            let rows = self.chunk(self.begun);
+            let known = !self.period.is_empty() && rows.start >= self.made.0 + self.period.len() as i64;
+            if !known && rows.start < rows.end.min(self.reached) {
+                self.begun = rows.end;
+                self.maker.begin(rows, scope);
+            }
+        }
+        let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
+        while self.queue.end() < end {
+            let begin = self.queue.end();
+            if let Some(curve) = self.kept(begin) {
+                self.queue.extend([curve]);
+                continue;
+            }
+            let rows = self.chunk(begin);
+            let curves = self.make(rows.clone(), meter)?;
+            meter.count(Counter::Slices, curves.len() as u64);
+            self.made.1 = rows.end;
+            self.begun = self.begun.max(rows.end);
+            self.queue.extend(curves);
+        }
+        Ok(())
+    }
+
+    /// The chunk that begins with an element; empty past the road's end.
+    fn chunk(&self, begin: i64) -> Range<i64> {
+        begin..self.elements.map_or(begin + CHUNK_ROWS, |(_, last)| (begin + CHUNK_ROWS).min(last + 1))
+    }
+
+    /// Gets the curves of a chunk, and keeps them where the road repeats.
+    fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+        let begin = rows.start;
+        let curves = self.maker.take(rows, meter)?;
+        self.slice_error = curves.iter().fold(self.slice_error, |error, curve| error.max(curve.error));
+        let period = self.period.len() as i64;
+        if period > 0 {
+            for (element, curve) in (begin..).zip(&curves) {
+                self.period[element.rem_euclid(period) as usize] = Some(curve.clone());
+            }
+        }
+        Ok(curves)
+    }
+
+    /// Takes down which slices are there; not their curves, which [`Self::restore`] makes again.
+    pub fn save(&self, state: &mut StateWriter) {
+        state.wholes(&[self.queue.first(), self.queue.end(), self.made.0, self.made.1]);
+        state.number(self.slice_error);
+    }
+
+    /// Reads which slices are to be there; [`Self::refill`] then makes them.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<Missing, StateError> {
+        let [first, end, from, to] = state.wholes()?[..] else { return Err(StateError::Value) };
+        if self.made.0 != from || first < from || end < first || to < from {
+            return Err(StateError::Value);
+        }
+        self.slice_error = state.number()?;
+        self.made.1 = to;
+        self.begun = to;
+        self.queue = SliceQueue::starting_at(first);
+        Ok(Missing { first, end })
+    }
+
+    /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not
+    /// counted: they have been before.
+    ///
+    /// # Errors
+    /// Of the road and of its slices.
+    pub fn refill(&mut self, missing: &Missing, meter: &mut Meter) -> Result<(), RunError> {
+        let repeats = !self.period.is_empty();
+        let (mut begin, stop) = match self.period.len() as i64 {
+            0 => (missing.first, missing.end),
+            period => (self.made.0, self.made.1.min(self.made.0 + period)),
+        };
+        while begin < stop {
+            let rows = begin..(begin + CHUNK_ROWS).min(stop);
+            begin = rows.end;
+            let curves = self.make(rows, meter)?;
+            if !repeats {
+                self.queue.extend(curves);
+            }
+        }
+        while repeats && self.queue.end() < missing.end {
+            let Some(curve) = self.kept(self.queue.end()) else { break };
+            self.queue.extend([curve]);
+        }
+        Ok(())
+    }
+
+    /// The curve of an element that an earlier pass has made.
+    fn kept(&self, element: i64) -> Option<StiffnessCurve> {
+        let period = self.period.len() as i64;
+        if period == 0 { None } else { self.period[element.rem_euclid(period) as usize].clone() }
+    }
+
+    /// Largest difference of a curve from that of all its slice's cells, of those that the tyre has reached \[m\].
+    pub fn slice_error(&self) -> f64 {
+        self.slice_error
+    }
+
+    /// The slices.
+    pub fn slices(&self) -> &SliceQueue {
+        &self.queue
+    }
+}

@@ -1,0 +1,199 @@
+//! Makes chunks of road: where they are needed, or behind the march, on a thread that it leaves free, some chunks ahead
+//! of it.
+//!
+//! One chunk is in the making at a time, each from the same rows whoever makes it: same bits, same errors. A chunk's
+//! error waits with the chunk until that is taken. What is made ahead is bounded, and so is its memory.
+
+use std::collections::VecDeque;
+use std::mem::replace;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::{Duration, Instant};
+
+use rayon::{Scope, Yield};
+
+use crate::counters::{Meter, Stage};
+use crate::road::slices::{SliceBuilder, StiffnessCurve};
+use crate::road::{RoadError, RoadSurface};
+use crate::run::error::RunError;
+
+/// Most chunks that lie ready. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march
+/// lives on what is ready while one is drawn.
+const MOST_READY: usize = 8;
+/// How long the march sleeps, when there is nothing that it could help with, before it looks again.
+const SLEEP: Duration = Duration::from_micros(100);
+
+/// Makes one chunk after the other.
+pub struct RoadMaker {
+    bench: Place,
+    /// Chunks made behind and not taken yet, in order.
+    ready: VecDeque<Chunk>,
+}
+
+/// What a chunk is made with.
+struct Bench {
+    surface: RoadSurface,
+    builder: SliceBuilder,
+    heights: Vec<f64>,
+}
+
+/// Where the bench is.
+enum Place {
+    Here(Box<Bench>),
+    /// Behind the march: it comes back with the chunk.
+    Behind(Receiver<(Box<Bench>, Chunk)>),
+}
+
+/// A chunk's curves, or why there are none, and when its heights and its curves were begun and done.
+struct Chunk {
+    curves: Result<Vec<StiffnessCurve>, RunError>,
+    times: [Instant; 3],
+}
+
+impl Chunk {
+    /// Stages with their begins and times.
+    fn stages(&self) -> [(Stage, Instant, Duration); 2] {
+        let [begin, made, end] = self.times;
+        [(Stage::Road, begin, made - begin), (Stage::Slices, made, end - made)]
+    }
+}
+
+impl RoadMaker {
+    /// Of a road and its slices.
+    pub fn new(surface: RoadSurface, builder: SliceBuilder) -> Self {
+        let bench = Bench { surface, builder, heights: Vec::new() };
+        Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
+    }
+
+    /// Whether another chunk may be begun behind: looks whether the one before is finished.
+    pub fn is_free(&mut self) -> bool {
+        if let Place::Behind(made) = &self.bench {
+            let Ok((bench, chunk)) = made.try_recv() else { return false };
+            self.bench = Place::Here(bench);
+            self.ready.push_back(chunk);
+        }
+        self.ready.len() < MOST_READY
+    }
+
+    /// Begins a chunk behind; nothing while one is in the making.
+    pub fn begin(&mut self, rows: Range<i64>, scope: &Scope<'_>) {
+        if matches!(self.bench, Place::Behind(_)) {
+            return;
+        }
+        let (sender, made) = sync_channel(1);
+        if let Place::Here(mut bench) = replace(&mut self.bench, Place::Behind(made)) {
+            scope.spawn(move |_| {
+                let chunk = bench.make(rows);
+                // A run that has ended wants it no more.
+                let _ = sender.send((bench, chunk));
+            });
+        }
+    }
+
+    /// The curves of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and
+    /// now, if there is none.
+    ///
+    /// # Errors
+    /// Of the road and of its slices.
+    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+        let chunk = match (self.ready.pop_front(), &mut self.bench) {
+            (Some(chunk), _) => chunk,
+            (None, Place::Behind(made)) => {
+                let (bench, chunk) = meter.time(Stage::RoadWait, || wait(made));
+                self.bench = Place::Here(bench);
+                chunk
+            }
+            (None, Place::Here(bench)) => {
+                let chunk = bench.make(rows);
+                chunk.stages().into_iter().for_each(|(stage, _, time)| meter.add_time(stage, time));
+                return chunk.curves;
+            }
+        };
+        chunk.stages().into_iter().for_each(|(stage, begin, time)| meter.add_background_since(stage, begin, time));
+        chunk.curves
+    }
+}
+
+/// Waits for what is made behind. The thread helps meanwhile, with the chunk or what else there is: it may be the only
+/// one that is free.
+fn wait<T>(made: &Receiver<T>) -> T {
+    loop {
+        let helped = rayon::yield_now() == Some(Yield::Executed);
+        match made.recv_timeout(if helped { Duration::ZERO } else { SLEEP }) {
+            Ok(made) => return made,
+            Err(RecvTimeoutError::Timeout) => {}
+            // It has panicked; its scope hands that on.
+            Err(RecvTimeoutError::Disconnected) => resume_unwind(Box::new("the road could not be made")),
+        }
+    }
+}
+
+impl Bench {
+    fn make(&mut self, rows: Range<i64>) -> Chunk {
+        let begin = Instant::now();
+        let heights = self.heights(rows);
+        let made = Instant::now();
+        let curves = heights
+            .map_err(RunError::from)
+            .and_then(|()| self.builder.build_rows(&self.heights).map_err(RunError::from));
+        Chunk { curves, times: [begin, made, Instant::now()] }
+    }
+
+    fn heights(&mut self, rows: Range<i64>) -> Result<(), RoadError> {
+        let count = (rows.end - rows.start) as usize;
+        self.heights.resize(count * self.surface.lattice().cells(), 0.0);
+        self.surface.heights(rows.start, count, &mut self.heights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::{Lattice, Limits};
+    use crate::scene::{MadeRoad, Road};
+
+    fn maker(builder_columns: usize) -> RoadMaker {
+        let lattice = Lattice { dx: 0.01, along: 1, dy: 0.02, columns: 6 };
+        let road = Road::Made(MadeRoad { seed: 2, ..MadeRoad::default() });
+        let surface = RoadSurface::open(&road, lattice, Limits::default()).unwrap();
+        RoadMaker::new(surface, SliceBuilder::winkler(builder_columns).unwrap())
+    }
+
+    fn chunk(number: i64) -> Range<i64> {
+        100 * number..100 * (number + 1)
+    }
+
+    #[test]
+    fn chunks_made_behind_are_those_made_here_in_order_and_no_more_than_a_few() {
+        let mut meter = Meter::default();
+        let mut here = maker(6);
+        let expected: Vec<_> = (0..12).map(|number| here.take(chunk(number), &mut meter).unwrap()).collect();
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let (mut behind, mut begun) = (maker(6), 0);
+            pool.in_place_scope(|scope| {
+                for (number, expected) in expected.iter().enumerate() {
+                    while number == 0 && begun < MOST_READY as i64 {
+                        if behind.is_free() {
+                            behind.begin(chunk(begun), scope);
+                            begun += 1;
+                        }
+                        std::thread::yield_now();
+                    }
+                    assert_eq!(&behind.take(chunk(number as i64), &mut meter).unwrap(), expected);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn an_error_waits_for_its_chunk_and_is_that_made_here() {
+        let mut meter = Meter::default();
+        let expected = maker(7).take(chunk(0), &mut meter).unwrap_err().to_string();
+        let mut behind = maker(7);
+        rayon::in_place_scope(|scope| behind.begin(chunk(0), scope));
+        assert!(behind.is_free());
+        assert_eq!(behind.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
+    }
+}

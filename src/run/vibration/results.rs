@@ -1,0 +1,243 @@
+//! What a run's vibration is written as: tables, maps, pictures, the summary.
+
+use std::path::Path;
+
+use crate::counters::{Counter, Meter};
+use crate::response::vibration::{
+    FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, dispersion_branches, element_spectrum,
+    field_spectra, point_spectrum,
+};
+use crate::response::{BandLevel, PowerSpectrum};
+use crate::results::folder::ResultsFolder;
+use crate::results::npy::{NpyWriter, Row};
+use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
+use crate::results::vibration::{
+    FieldSummary, NamedSpectrum, Place, PowerSummary, VIBRATION_FILE, VIBRATION_NARROW_FILE, VibrationSummary,
+    vibration_levels_csv, vibration_narrow_csv,
+};
+use crate::run::error::RunError;
+use crate::run::to_folder::LOWEST_FREQUENCY;
+use crate::run::vibration::VibrationRecorder;
+use crate::scene::{LoadedScene, TimeRule, Vibration};
+use crate::tyre::influence::Field;
+
+/// The frames' names in results.
+const MATERIAL: &str = "material";
+const MATERIAL_VARYING: &str = "material-varying";
+const NON_ROTATING: &str = "non-rotating";
+
+impl VibrationRecorder {
+    /// Writes spectra, maps and pictures of a complete run; what the summary says of them.
+    ///
+    /// # Errors
+    /// Of the files and pictures.
+    pub fn write(
+        &self,
+        loaded: &LoadedScene,
+        folder: &ResultsFolder,
+        meter: &mut Meter,
+    ) -> Result<Option<VibrationSummary>, RunError> {
+        let Some(patch) = self.accumulator.finish() else { return Ok(None) };
+        let vibration = &self.wanted;
+        // The power balance is the tread's.
+        let mut fields = vec![VibrationField::Tread];
+        fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
+        let rule = self.accumulator.layout().rule;
+        let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps: vibration.map };
+        let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
+        let response = self.response();
+        let Some((by_rule, by_tyre)) =
+            field_spectra(&patch, &response, &request).zip(field_spectra(&patch, &response, &exact))
+        else {
+            return Ok(None);
+        };
+        meter.count(Counter::VibrationEvaluations, 2 * self.evaluations(fields.len()));
+        let ((spectra, dissipated), (of_tyre, dissipated_by_tyre)) = (by_rule, by_tyre);
+        let spectra: Vec<FieldSpectra> =
+            spectra.into_iter().filter(|field| self.fields.contains(&field.field)).collect();
+
+        let named = self.named(vibration, &patch, &spectra);
+        let levels = vibration_levels_csv(&named, LOWEST_FREQUENCY, Path::new(VIBRATION_FILE))?;
+        folder.write_text(VIBRATION_FILE, &levels)?;
+        folder.write_text(VIBRATION_NARROW_FILE, &vibration_narrow_csv(&named, Path::new(VIBRATION_NARROW_FILE))?)?;
+        if loaded.scene.outputs.plots {
+            draw_levels(loaded, &named, folder)?;
+        }
+        self.write_maps(loaded, vibration, &spectra, folder, meter)?;
+
+        let layout = &patch.layout;
+        let taken = (patch.segments + 1) * layout.hop() as u64;
+        let difference = patch.mean_power - dissipated.total();
+        Ok(Some(VibrationSummary {
+            segments: patch.segments,
+            segment_seconds: layout.length() as f64 * layout.time_step,
+            revolutions: layout.revolutions,
+            resolution: layout.resolution(),
+            seconds_left_out: self.steps.saturating_sub(taken) as f64 * layout.time_step,
+            fields: spectra.iter().map(|field| summary_of(field, &of_tyre, rule)).collect(),
+            power: PowerSummary {
+                put_in: patch.mean_power,
+                dissipated_by_mean_pattern: dissipated.mean_pattern,
+                dissipated_by_vibration: dissipated.vibration,
+                relative_difference: difference / patch.mean_power,
+                dissipated_by_tyre: dissipated_by_tyre.total(),
+            },
+            tangential_error: self.tangential.as_ref().map(|tangential| [tangential.error, tangential.omitted]),
+        }))
+    }
+
+    /// All spectra that are written, in order.
+    fn named(&self, vibration: &Vibration, patch: &PatchSpectra, spectra: &[FieldSpectra]) -> Vec<NamedSpectrum> {
+        let mut all = Vec::new();
+        for field in spectra {
+            let frames = [
+                (vibration.frames.material(), MATERIAL, &field.material),
+                (vibration.frames.material(), MATERIAL_VARYING, &field.material_varying),
+                (vibration.frames.non_rotating(), NON_ROTATING, &field.non_rotating),
+            ];
+            for (_, frame, spectrum) in frames.into_iter().filter(|(wanted, ..)| *wanted) {
+                let spectrum = spectrum.clone();
+                all.push(NamedSpectrum { field: field.field.name(), frame, place: Place::Everywhere, spectrum });
+            }
+        }
+        let places =
+            self.fields.iter().flat_map(|field| vibration.points.iter().map(move |&position| (field, position)));
+        all.extend(places.enumerate().map(|(point, (field, position))| NamedSpectrum {
+            field: field.name(),
+            frame: NON_ROTATING,
+            place: Place::Position(position),
+            spectrum: point_spectrum(patch, point),
+        }));
+        let elements = spectra.iter().flat_map(|field| vibration.elements.iter().map(move |&element| (field, element)));
+        for (point, (field, element)) in elements.enumerate() {
+            let varying = element_spectrum(patch, point);
+            // The mean pattern passes all elements alike.
+            let mut whole = varying.clone();
+            let lines = field.material.power.iter().zip(&field.material_varying.power);
+            whole.power.iter_mut().zip(lines).for_each(|(power, (with, without))| *power += with - without);
+            for (frame, spectrum) in [(MATERIAL, whole), (MATERIAL_VARYING, varying)] {
+                let (field, place) = (field.field.name(), Place::Element(element));
+                all.push(NamedSpectrum { field, frame, place, spectrum });
+            }
+        }
+        for named in &mut all {
+            named.spectrum.valid_to = self.valid_to;
+        }
+        all
+    }
+
+    fn write_maps(
+        &self,
+        loaded: &LoadedScene,
+        vibration: &Vibration,
+        spectra: &[FieldSpectra],
+        folder: &ResultsFolder,
+        meter: &mut Meter,
+    ) -> Result<(), RunError> {
+        let rotation = loaded.scene.rolling.speed() / loaded.scene.tyre.circumference;
+        let mut axes_written = false;
+        for field in spectra {
+            let Some([material, non_rotating]) = &field.maps else { continue };
+            let face = if field.field == VibrationField::Belt { Field::Bottom } else { self.model.driven };
+            let branches = dispersion_branches(&self.model, face, field.material.nyquist);
+            let frames = [
+                (vibration.frames.material(), MATERIAL, material, 0.0),
+                (vibration.frames.non_rotating(), NON_ROTATING, non_rotating, rotation),
+            ];
+            for (_, frame, map, rotation) in frames.into_iter().filter(|(wanted, ..)| *wanted) {
+                let name = format!("vibration_map_{}_{frame}", field.field.name());
+                write_rows(folder, &format!("{name}.npy"), &map.density, Row::Columns(map.wavenumbers), meter)?;
+                if !axes_written {
+                    let rows = map.density.len() / map.wavenumbers;
+                    let frequencies: Vec<f64> = (0..rows).map(|row| (row as f64 + 0.5) * map.row_width).collect();
+                    let half = (map.wavenumbers / 2) as f64;
+                    let wavenumbers: Vec<f64> = (0..map.wavenumbers).map(|index| index as f64 - half).collect();
+                    write_rows(folder, "vibration_map_frequency.npy", &frequencies, Row::Scalar, meter)?;
+                    write_rows(folder, "vibration_map_wavenumber.npy", &wavenumbers, Row::Scalar, meter)?;
+                    axes_written = true;
+                }
+                if loaded.scene.outputs.plots {
+                    let title = format!("{}: {} velocity, {frame} frame", loaded.title(), field.field.name());
+                    let plot = WavenumberPlot { title: &title, map, branches: &branches, rotation };
+                    folder.write_text(&format!("{name}.svg"), &plot.to_svg()?)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Velocities of a field, and how far they are from those by the tyre's own transfer.
+fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
+    let decibel = |ratio: f64| 10.0 * ratio.log10();
+    let same = of_tyre.iter().find(|other| other.field == field.field && rule != TimeRule::FirstOrderHold);
+    let total = |spectrum: &PowerSpectrum| spectrum.mean_square();
+    let bands = same.map(|other| {
+        let [one, two] = [field, other].map(|field| field.non_rotating.third_octaves(LOWEST_FREQUENCY, 1.0));
+        one.iter()
+            .zip(&two)
+            .filter(|(one, two)| one.band.upper_edge() < 1000.0 && one.mean_square > 0.0 && two.mean_square > 0.0)
+            .map(|(one, two)| one.level - two.level)
+            .fold(0.0_f64, |largest, difference| if difference.abs() > largest.abs() { difference } else { largest })
+    });
+    FieldSummary {
+        field: field.field.name(),
+        rms_velocity: total(&field.non_rotating).sqrt(),
+        rms_mean_pattern: field.mean_pattern.sqrt(),
+        rule_difference: same.map(|other| decibel(total(&field.non_rotating) / total(&other.non_rotating))),
+        rule_difference_below_1k: bands,
+    }
+}
+
+/// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
+fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &ResultsFolder) -> Result<(), RunError> {
+    let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
+    let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
+    draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), "vibration_spectrum.svg", folder)?;
+    let kind = |named: &NamedSpectrum| match named.place {
+        Place::Everywhere => None,
+        Place::Position(_) => Some((named.field, "points")),
+        Place::Element(_) => Some((named.field, "elements")),
+    };
+    for points in named.chunk_by(|a, b| kind(a) == kind(b)) {
+        if let Some((field, places)) = kind(&points[0]) {
+            let file = format!("vibration_{places}_{field}.svg");
+            draw_spectra(loaded, points.iter().filter(drawn), &file, folder)?;
+        }
+    }
+    Ok(())
+}
+
+fn draw_spectra<'a>(
+    loaded: &LoadedScene,
+    spectra: impl Iterator<Item = &'a NamedSpectrum>,
+    file: &str,
+    folder: &ResultsFolder,
+) -> Result<(), RunError> {
+    let drawn: Vec<(String, Vec<BandLevel>)> =
+        spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
+    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
+        return Ok(());
+    }
+    let title = loaded.title();
+    let plot = ThirdOctavePlot {
+        title: &title,
+        quantity: "Velocity level [dB re 1 m/s]",
+        spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
+    };
+    folder.write_text(file, &plot.to_svg()?)?;
+    Ok(())
+}
+
+/// A whole array at once.
+fn write_rows(folder: &ResultsFolder, name: &str, values: &[f64], row: Row, meter: &mut Meter) -> Result<(), RunError> {
+    let mut writer = NpyWriter::<f64>::create(&folder.path(name), row)?;
+    let length = match row {
+        Row::Scalar => 1,
+        Row::Columns(columns) => columns,
+    };
+    values.chunks_exact(length).try_for_each(|row| writer.push(row))?;
+    meter.count(Counter::BytesWritten, writer.bytes());
+    writer.finish()?;
+    Ok(())
+}

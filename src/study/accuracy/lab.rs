@@ -1,0 +1,156 @@
+//! Runs of a study, each rolled once: what they gave and what they cost.
+
+use std::ops::Range;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::counters::Stage;
+use crate::plan::{Amounts, Place, Plan, Unit, UnitCosts};
+use crate::run::error::RunError;
+use crate::run::past::{contact_field, fetch, fit_options};
+use crate::scene::{History, Scene};
+use crate::study::accuracy::settings::Settings;
+use crate::study::compare::{Common, Difference};
+use crate::study::trial::{Trial, Trials};
+
+/// What a run costs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Cost {
+    /// Multiply-adds in a second rolled: those counted in the march, and what the plan has for the road, whose cells
+    /// and heights count as many as take the time of one. Exact: the same for any number of threads.
+    pub multiply_adds: f64,
+    /// Evaluations of the layered compliance for the model or the weights.
+    pub compliance_evaluations: u64,
+    /// Time of the march for a second rolled \[s\].
+    pub march: f64,
+    /// Time of making road and slices, beside the march where there is another thread, for a second rolled \[s\].
+    pub road: f64,
+    /// Time of the fit \[s\]; `None` where the cache had it.
+    pub fit: Option<f64>,
+}
+
+/// A run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Its settings.
+    pub settings: Settings,
+    /// Its force.
+    pub common: Common,
+    /// What it cost.
+    pub cost: Cost,
+}
+
+/// Rolls settings of one scene, each once.
+pub struct Lab<'a, 'b> {
+    /// The scene, its axle held.
+    pub scene: Scene,
+    /// Highest frequency compared \[Hz\].
+    pub highest: f64,
+    trials: &'a mut Trials<'b>,
+    known: Vec<Measured>,
+}
+
+impl<'a, 'b> Lab<'a, 'b> {
+    /// For a scene whose axle is held.
+    pub fn new(scene: Scene, highest: f64, trials: &'a mut Trials<'b>) -> Self {
+        Self { scene, highest, trials, known: Vec::new() }
+    }
+
+    /// A run with these settings, rolled unless it was before.
+    ///
+    /// # Errors
+    /// Of a run.
+    pub fn measure(&mut self, settings: &Settings) -> Result<Measured, RunError> {
+        if let Some(known) = self.known.iter().find(|known| known.settings == *settings) {
+            return Ok(known.clone());
+        }
+        let scene = settings.on(&self.scene);
+        let (evaluations, fit) = self.fit(&scene)?;
+        let trial = self.trials.roll(&scene)?;
+        let within = self.within();
+        let cost = cost(&trial, within.end, evaluations, fit);
+        let common = Common::of(&trial, within, self.highest);
+        let measured = Measured { settings: settings.clone(), common, cost };
+        self.known.push(measured.clone());
+        Ok(measured)
+    }
+
+    /// How far a run with these settings is from another.
+    ///
+    /// # Errors
+    /// Of a run.
+    pub fn difference(&mut self, settings: &Settings, other: &Settings) -> Result<Difference, RunError> {
+        let (a, b) = (self.measure(settings)?, self.measure(other)?);
+        Ok(a.common.difference(&b.common))
+    }
+
+    /// The stretch that is compared \[s\].
+    fn within(&self) -> Range<f64> {
+        self.scene.rolling.warm_up..self.scene.rolling.warm_up + self.scene.rolling.duration
+    }
+
+    /// Fits the model that a run will ask for, so that its time is known apart: evaluations, and time unless the cache
+    /// had it.
+    fn fit(&self, scene: &Scene) -> Result<(Option<u64>, Option<f64>), RunError> {
+        if scene.numerics.history == History::Direct {
+            return Ok((None, None));
+        }
+        let plan = Plan::new(scene);
+        let begin = Instant::now();
+        // A refusal is the run's to report, in its place in the scene.
+        let fetched =
+            fetch(&plan.decisions.tyre, &fit_options(scene, contact_field(plan.decisions.tread)), self.trials.stop());
+        Ok(match fetched {
+            Ok(fetched) => {
+                let seconds = (!fetched.warm).then(|| begin.elapsed().as_secs_f64());
+                (Some(fetched.model.evaluations()), seconds)
+            }
+            Err(_) => (None, None),
+        })
+    }
+}
+
+fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) -> Cost {
+    let meter = &trial.results.meter;
+    let march = [Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
+    let counted: u64 = march.iter().map(|&stage| meter.whole(stage).work.multiply_adds).sum();
+    let seconds = |stages: &[Stage]| -> f64 {
+        stages.iter().map(|&stage| meter.whole(stage)).map(|cost| (cost.wall + cost.background).as_secs_f64()).sum()
+    };
+    Cost {
+        multiply_adds: (counted as f64 + planned_road(&trial.plan.amounts)) / rolled,
+        compliance_evaluations: evaluations
+            .unwrap_or_else(|| meter.counted(crate::counters::Counter::ComplianceEvaluations)),
+        march: seconds(&march) / rolled,
+        road: seconds(&[Stage::Road, Stage::Slices]) / rolled,
+        fit,
+    }
+}
+
+/// Multiply-adds that a plan has for making the road.
+pub fn planned_road(amounts: &Amounts) -> f64 {
+    let prices = UnitCosts::default();
+    let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
+    let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
+    behind.map(|amount| amount.amount * prices.of(amount.unit) / prices.of(Unit::TextureMultiplyAdd)).sum()
+}
+
+/// Multiply-adds that a plan has for the march, and for the history behind it.
+pub fn planned_march(amounts: &Amounts) -> f64 {
+    let counts = |unit: Unit| {
+        matches!(
+            unit,
+            Unit::DirectMultiplyAdd
+                | Unit::Bdf1MultiplyAdd
+                | Unit::Bdf2MultiplyAdd
+                | Unit::TrapezoidalMultiplyAdd
+                | Unit::Sdirk2MultiplyAdd
+                | Unit::Sdirk3MultiplyAdd
+                | Unit::HoldMultiplyAdd
+                | Unit::TransformMultiplyAdd
+                | Unit::SearchMultiplyAdd
+        )
+    };
+    amounts.work.iter().filter(|amount| counts(amount.unit)).map(|amount| amount.amount).sum()
+}

@@ -1,0 +1,400 @@
+//! Accuracy against time: every knob of a scene that trades one for the other, against one converged reference.
+//!
+//! 1. The axle is held at the height at which it carries its load; the reference ([`knobs::reference`]) is rolled, and
+//!    the same with its elements, its steps and its cells halved and doubled: what [`Richardson`] makes of the
+//!    differences is the doubt of all that follows.
+//! 2. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
+//! 3. Combinations ([`joint`]) are chosen, rolled, and their expectation corrected, one after the other.
+//! 4. The Pareto front ([`front()`]) of all of them, by exact work.
+//!
+//! Runs follow one another, so that none disturbs the time of another.
+
+pub mod front;
+pub mod joint;
+pub mod knobs;
+pub mod lab;
+pub mod presets;
+pub mod richardson;
+pub mod settings;
+
+use std::sync::atomic::AtomicBool;
+
+use serde::Serialize;
+
+pub use front::front;
+pub use joint::{Candidate, Tried};
+pub use knobs::{Kind, Knob};
+pub use lab::{Cost, Measured};
+pub use richardson::Richardson;
+pub use settings::Settings;
+
+use crate::plan::{Plan, UnitCosts, unit_record};
+use crate::run::error::RunError;
+use crate::run::progress::Progress;
+use crate::scene::{LoadedScene, Road, Scene, SceneError};
+use crate::study::compare::{Difference, least_rate};
+use crate::study::trial::{SETTLING, Trials};
+use lab::Lab;
+
+/// Errors below this share of the doubt are not worth a combination.
+const FLOOR: f64 = 0.25;
+
+/// What a study rolls beside the reference and the presets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sweep {
+    /// Every knob, and the scene's own settings.
+    Knobs,
+    /// The presets with one setting turned.
+    Neighbours,
+    /// Nothing.
+    Nothing,
+}
+
+/// What a study is to do.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StudyOptions {
+    /// Highest frequency compared \[Hz\].
+    pub highest: f64,
+    /// Time compared \[s\].
+    pub duration: f64,
+    /// Combinations rolled.
+    pub runs: usize,
+    /// What is rolled beside the reference and the presets.
+    pub sweep: Sweep,
+    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
+    pub elements: Option<usize>,
+    /// Steps per element of the reference; default: 48 steps in a period of `highest`.
+    pub substeps: Option<usize>,
+}
+
+impl StudyOptions {
+    /// Highest frequency compared where a scene has none \[Hz\].
+    pub const HIGHEST: f64 = 1000.0;
+    /// Time compared unless asked for \[s\].
+    pub const DURATION: f64 = 1.0;
+    /// Combinations rolled unless asked for.
+    pub const RUNS: usize = 12;
+
+    /// The defaults for a scene.
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
+            duration: scene.rolling.duration.min(Self::DURATION),
+            runs: Self::RUNS,
+            sweep: Sweep::Knobs,
+            elements: None,
+            substeps: None,
+        }
+    }
+}
+
+/// Settings that were rolled: how far from the reference, and at what cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// What it is called.
+    pub label: String,
+    /// Its settings.
+    pub settings: Settings,
+    /// How far it is from what it is compared with.
+    pub difference: Difference,
+    /// What it cost.
+    pub cost: Cost,
+}
+
+/// A knob, swept.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Swept {
+    /// Its name.
+    pub name: String,
+    /// What it changes.
+    pub kind: Kind,
+    /// What it was compared with, where that is not the reference.
+    pub anchor: Option<Settings>,
+    /// Its points.
+    pub points: Vec<Point>,
+    /// Why the scene cannot have it, or some of its points.
+    pub missing: Option<String>,
+}
+
+/// A combination, as it was expected and as it was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Joint {
+    /// As found.
+    pub point: Point,
+    /// Largest difference of a level expected \[dB\].
+    pub expected_error: f64,
+    /// Multiply-adds expected in a second rolled.
+    pub expected_multiply_adds: f64,
+}
+
+/// How sure the reference is in one of its knobs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Refined {
+    /// The knob that was halved and doubled.
+    pub knob: &'static str,
+    /// Largest difference of a level \[dB\].
+    pub worst: Richardson,
+    /// Rms difference of the levels \[dB\].
+    pub rms: Richardson,
+    /// Difference of the force.
+    pub force: Richardson,
+    /// Of the mean force.
+    pub mean_force: Richardson,
+    /// Of the patch's length.
+    pub contact_length: Richardson,
+}
+
+/// All of a study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// What was asked for.
+    pub options: StudyOptions,
+    /// The reference.
+    pub reference: Point,
+    /// How sure it is.
+    pub refined: Vec<Refined>,
+    /// Errors below these cannot be told from those of the reference.
+    pub doubt: Difference,
+    /// The knobs.
+    pub knobs: Vec<Swept>,
+    /// The scene's own settings, and others with a name.
+    pub named: Vec<Point>,
+    /// The combinations.
+    pub joint: Vec<Joint>,
+    /// The front by exact work, cheapest first: settings that nothing with less work is closer to the reference than.
+    pub front: Vec<Point>,
+    /// Threads.
+    pub threads: usize,
+}
+
+impl Study {
+    /// Everything on one model: named points, combinations, and swept knobs that are no other model and were compared
+    /// with the reference.
+    pub fn points(&self) -> impl Iterator<Item = &Point> {
+        points(&self.knobs, &self.named, &self.joint)
+    }
+
+    /// Work and error as the front sees a point.
+    pub fn coordinates(point: &Point) -> (f64, f64) {
+        (point.cost.multiply_adds, point.difference.worst)
+    }
+}
+
+fn points<'a>(knobs: &'a [Swept], named: &'a [Point], joint: &'a [Joint]) -> impl Iterator<Item = &'a Point> {
+    let swept = knobs.iter().filter(|knob| knob.kind != Kind::Model && knob.anchor.is_none());
+    let swept = swept.flat_map(|knob| &knob.points);
+    named.iter().chain(joint.iter().map(|joint| &joint.point)).chain(swept)
+}
+
+/// Studies a scene; the presets are rolled and marked, too.
+///
+/// # Errors
+/// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
+/// runs; [`RunError::Interrupted`].
+pub fn study(
+    loaded: &LoadedScene,
+    options: &StudyOptions,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<Study, RunError> {
+    if matches!(loaded.scene.road, Road::Smooth) {
+        let wrong = "the force on a smooth road has no levels to compare";
+        return Err(SceneError::from(loaded.complain("road.kind", wrong, "a rough road")).into());
+    }
+    let own = Settings::of(&loaded.scene);
+    let mut named = presets::named(&loaded.scene, options.highest);
+    let scene = &loaded.scene;
+    // Finer than the finest preset.
+    let finest = named.iter().map(|(_, settings)| settings.elements).max().unwrap_or_default();
+    let elements =
+        options.elements.or_else(|| (5 * finest > 8 * own.elements).then_some((5 * finest / 4).div_ceil(16) * 16));
+    let reference = knobs::reference(scene, options.highest, elements, options.substeps);
+    let mut shorter = scene.clone();
+    (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
+    let knobs = match options.sweep {
+        Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
+        Sweep::Neighbours => presets::neighbours(&named),
+        Sweep::Nothing => Vec::new(),
+    };
+    if options.sweep == Sweep::Knobs && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
+        named.insert(0, ("the scene".to_owned(), own));
+    }
+    let refinements = refinements(&reference);
+    let planned: Vec<&Settings> = [&reference]
+        .into_iter()
+        .chain(refinements.iter().flat_map(|(_, coarse, fine)| [coarse, fine]))
+        .chain(named.iter().map(|(_, settings)| settings))
+        .chain(knobs.iter().filter_map(|knob| knob.steps.as_ref().ok()).flatten().map(|(_, settings)| settings))
+        .collect();
+    let seconds = check(loaded, &shorter, &planned, options.runs)?;
+    let runs = planned.len() + options.runs;
+    progress.note(&format!("about {runs} runs, {seconds:.0} s on this machine"));
+
+    let time = runs as f64 * (SETTLING + options.duration) + scene.rolling.warm_up;
+    let mut trials = Trials::new(time, stop, progress);
+    let held = trials.held(scene, options.duration)?;
+    let mut lab = Lab::new(held, options.highest, &mut trials);
+    let found = carry_out(&mut lab, options, reference, &refinements, &knobs, &named)?;
+    trials.finish();
+    Ok(found)
+}
+
+fn carry_out(
+    lab: &mut Lab<'_, '_>,
+    options: &StudyOptions,
+    reference: Settings,
+    refinements: &[(&'static str, Settings, Settings)],
+    knobs: &[Knob],
+    named: &[(String, Settings)],
+) -> Result<Study, RunError> {
+    let point = |lab: &mut Lab<'_, '_>, label: &str, settings: &Settings, other: &Settings| {
+        let difference = lab.difference(settings, other)?;
+        let cost = lab.measure(settings)?.cost;
+        Ok::<_, RunError>(Point { label: label.to_owned(), settings: settings.clone(), difference, cost })
+    };
+    let of_reference = point(lab, "reference", &reference, &reference)?;
+    let mut refined = Vec::new();
+    for (knob, coarse, fine) in refinements {
+        let (coarse, fine) = (lab.difference(coarse, &reference)?, lab.difference(fine, &reference)?);
+        refined.push(Refined::new(knob, &coarse, &fine));
+    }
+    let doubt = doubt(&refined);
+    let mut swept = Vec::new();
+    for knob in knobs {
+        let other = knob.anchor.as_ref().unwrap_or(&reference);
+        let (mut points, mut missing) = (Vec::new(), knob.steps.as_ref().err().cloned());
+        for (label, settings) in knob.steps.iter().flatten() {
+            match point(lab, label, settings, other) {
+                Ok(found) => points.push(found),
+                // Such as a model that cannot be fitted: the others can be all the same.
+                Err(RunError::Scene(error)) => missing = Some(format!("{label}: {}", error.problem())),
+                Err(error) => return Err(error),
+            }
+        }
+        let (name, kind, anchor) = (knob.name.clone(), knob.kind, knob.anchor.clone());
+        swept.push(Swept { name, kind, anchor, points, missing });
+    }
+    let mut of_named = Vec::new();
+    for (label, settings) in named {
+        of_named.push(point(lab, label, settings, &reference)?);
+    }
+
+    let error = |settings: &Settings| {
+        let mut all = swept.iter().flat_map(|knob: &Swept| &knob.points);
+        all.find(|point| point.settings == *settings).map(|point| point.difference.worst)
+    };
+    let all = if options.runs > 0 {
+        joint::candidates(&lab.scene, &reference, knobs, options.highest, &error)
+    } else {
+        Vec::new()
+    };
+    let (mut joint, mut tried): (Vec<Joint>, Vec<Tried>) = (Vec::new(), Vec::new());
+    while joint.len() < options.runs {
+        let known: Vec<(f64, f64)> = points(&swept, &of_named, &joint).map(Study::coordinates).collect();
+        let Some(expected) = joint::next(&all, &tried, &known, FLOOR * doubt.worst) else { break };
+        let found = point(lab, &format!("combination {}", joint.len() + 1), &expected.settings, &reference)?;
+        let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
+        let plain = plain.map_or((expected.error, expected.multiply_adds), |plain| (plain.error, plain.multiply_adds));
+        let both = (found.difference.worst, found.cost.multiply_adds);
+        joint.push(Joint {
+            point: found,
+            expected_error: expected.error,
+            expected_multiply_adds: expected.multiply_adds,
+        });
+        tried.push(Tried { expected, plain, found: both });
+    }
+
+    let mut study = Study {
+        options: options.clone(),
+        reference: of_reference,
+        refined,
+        doubt,
+        knobs: swept,
+        named: of_named,
+        joint,
+        front: Vec::new(),
+        threads: rayon::current_num_threads(),
+    };
+    let coordinates: Vec<(f64, f64)> = study.points().map(Study::coordinates).collect();
+    let on = front(&coordinates);
+    let all: Vec<&Point> = study.points().collect();
+    study.front = on.into_iter().map(|index| all[index].clone()).collect();
+    Ok(study)
+}
+
+/// The reference with each of its knobs twice as coarse and twice as fine.
+fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> {
+    let with = |elements: usize, steps: usize| {
+        let substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
+        Settings { elements, substeps, ..reference.clone() }
+    };
+    let (elements, substeps, steps) = (reference.elements, reference.substeps, reference.steps());
+    let mut all = vec![
+        ("elements", with(elements / 2, steps), with(2 * elements, steps)),
+        ("substeps", with(elements, elements * (substeps / 2).max(1)), with(elements, 2 * steps)),
+    ];
+    if let Some(points) = reference.cells_across.filter(|&points| points > 1) {
+        let cells = |cells_across: usize| {
+            let cell_length = reference.cell_length * points as f64 / cells_across as f64;
+            Settings { cells_across: Some(cells_across), cell_length, ..reference.clone() }
+        };
+        all.push(("cells", cells(points / 2), cells(2 * points)));
+    }
+    all
+}
+
+impl Refined {
+    fn new(knob: &'static str, coarse: &Difference, fine: &Difference) -> Self {
+        let of = |value: fn(&Difference) -> f64| Richardson::new(value(coarse), value(fine));
+        Self {
+            knob,
+            worst: of(|difference| difference.worst),
+            rms: of(|difference| difference.rms),
+            force: of(|difference| difference.force),
+            mean_force: of(|difference| difference.mean_force),
+            contact_length: of(|difference| difference.contact_length),
+        }
+    }
+}
+
+/// Errors of the knobs of the reference together: independent ones.
+fn doubt(refined: &[Refined]) -> Difference {
+    let of = |value: fn(&Refined) -> Richardson| {
+        refined.iter().map(|refined| value(refined).error.powi(2)).sum::<f64>().sqrt()
+    };
+    Difference {
+        worst: of(|refined| refined.worst),
+        worst_band: 0.0,
+        rms: of(|refined| refined.rms),
+        force: of(|refined| refined.force),
+        mean_force: of(|refined| refined.mean_force),
+        contact_length: of(|refined| refined.contact_length),
+    }
+}
+
+/// Checks every run that is known beforehand, and the time of all \[s\].
+fn check(loaded: &LoadedScene, scene: &Scene, planned: &[&Settings], runs: usize) -> Result<f64, RunError> {
+    let costs: UnitCosts = unit_record::known();
+    let threads = rayon::current_num_threads();
+    let mut scene = scene.clone();
+    scene.numerics.forget_wishes();
+    let mut seconds = 0.0;
+    for settings in planned {
+        let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
+        let plan = Plan::new(&variant.scene);
+        plan.check(&variant)?;
+        seconds += plan.forecast(&costs, threads, 0.0).wall_seconds;
+    }
+    // Combinations are coarser than the reference and finer than the scene.
+    let all = seconds * (1.0 + 0.3 * runs as f64 / planned.len().max(1) as f64);
+    let hours = all / 3600.0;
+    let limit = loaded.scene.numerics.time_limit;
+    if hours > limit {
+        let wrong =
+            format!("the runs of the study would take about {hours:.1e} h, more than numerics.time_limit = {limit} h");
+        let right = "a shorter --duration, a coarser reference (--elements, --substeps), or a larger time_limit";
+        return Err(SceneError::from(loaded.complain("numerics.time_limit", wrong, right)).into());
+    }
+    Ok(all)
+}

@@ -1,0 +1,265 @@
+//! What each effect is worth: the scene with one effect after the other switched, beside two bases.
+//!
+//! 1. the base without any effect that can be taken away, and the scene with all of them;
+//! 2. each effect alone added to the base, and alone taken away from all;
+//! 3. what that changes: third-octave levels, mean force, length of the patch, rolling resistance, time of the
+//!    steps, planned memory.
+//!
+//! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::local_compliance::{DOUBTS, formula_for};
+use crate::response::BandLevel;
+use crate::results::summary::RollingResistance;
+use crate::run::error::RunError;
+use crate::run::progress::Progress;
+use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibration};
+use crate::study::trial::{Trial, Trials};
+
+/// Lowest band that is compared \[Hz\].
+const LOWEST_FREQUENCY: f64 = 20.0;
+
+/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
+/// given.
+pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
+
+/// An effect that can be taken away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// Texture across the width.
+    Texture,
+    /// Slices' springs in series with the coupled tread.
+    SliceCoupling,
+    /// A mass on the axle; its values are the scene's, or [`TYPICAL_AXLE`].
+    AxleMotion,
+    /// Velocity of the tread surface.
+    TreadVibration,
+    /// Velocity of the belt.
+    BeltVibration,
+    /// Tangential velocity of the tread surface.
+    TangentialMotion,
+    /// Coupling of the points in contact within a step.
+    TreadCoupling,
+    /// Belt tension raised by m'' V^2.
+    CentrifugalTension,
+}
+
+impl Effect {
+    /// All of them, in the order of the data's way.
+    pub const ALL: [Self; 8] = [
+        Self::CentrifugalTension,
+        Self::Texture,
+        Self::SliceCoupling,
+        Self::TreadCoupling,
+        Self::AxleMotion,
+        Self::TreadVibration,
+        Self::BeltVibration,
+        Self::TangentialMotion,
+    ];
+
+    /// The effect in words.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Texture => "texture across the width",
+            Self::SliceCoupling => "slice coupling",
+            Self::TreadCoupling => "tread coupling",
+            Self::AxleMotion => "axle motion",
+            Self::TreadVibration => "tread vibration",
+            Self::BeltVibration => "belt vibration",
+            Self::TangentialMotion => "tangential motion",
+            Self::CentrifugalTension => "centrifugal tension",
+        }
+    }
+
+    /// The effect in a word.
+    pub const fn short(self) -> &'static str {
+        match self {
+            Self::Texture => "texture",
+            Self::SliceCoupling => "slices",
+            Self::TreadCoupling => "tread",
+            Self::AxleMotion => "axle",
+            Self::TreadVibration => "vibration",
+            Self::BeltVibration => "belt",
+            Self::TangentialMotion => "tangential",
+            Self::CentrifugalTension => "tension",
+        }
+    }
+
+    /// Switches it in a scene.
+    pub fn set(self, scene: &mut Scene, on: bool) {
+        let switch = if on { Switch::On } else { Switch::Off };
+        match self {
+            Self::Texture => {
+                scene.effects.texture = switch;
+                if !on {
+                    scene.contact.cells_across = None;
+                }
+            }
+            Self::SliceCoupling => {
+                scene.contact.slice_coupling = if on { SliceCoupling::Local } else { SliceCoupling::Explicit };
+                if !on {
+                    scene.contact.local_compliance = None;
+                }
+            }
+            Self::TreadCoupling => {
+                let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };
+                scene.contact.tread = if on { Tread::Elastic } else { without };
+                if on {
+                    (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
+                } else if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
+                    // For points that have no neighbours within a step the paper's two couplings are one.
+                    scene.contact.slice_coupling = SliceCoupling::Explicit;
+                }
+            }
+            Self::AxleMotion => {
+                let axle = &mut scene.rolling.axle;
+                *axle = match (&*axle, on) {
+                    (&Axle::Load { load, tolerance }, true) => {
+                        let (mass, stiffness, damping) = TYPICAL_AXLE;
+                        Axle::Mass { load, mass, stiffness, damping, tolerance }
+                    }
+                    (&Axle::Mass { load, tolerance, .. }, false) => Axle::Load { load, tolerance },
+                    (other, _) => other.clone(),
+                };
+            }
+            Self::TreadVibration => {
+                scene.effects.tread_vibration = switch;
+                want(scene, on, |vibration| &mut vibration.tread);
+            }
+            Self::BeltVibration => {
+                scene.effects.belt_vibration = switch;
+                want(scene, on, |vibration| &mut vibration.belt);
+            }
+            Self::TangentialMotion => {
+                scene.effects.tangential_motion = switch;
+                want(scene, on, |vibration| &mut vibration.tangential);
+            }
+            Self::CentrifugalTension => scene.effects.centrifugal_tension = switch,
+        }
+    }
+}
+
+/// Asks for a velocity, or no more; what nobody asks for any more goes.
+fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
+    let none = Vibration { tread: false, belt: false, tangential: false, ..Vibration::default() };
+    let vibration = scene.outputs.vibration.get_or_insert(none);
+    *field(vibration) = on;
+    if !(vibration.tread || vibration.belt || vibration.tangential) {
+        scene.outputs.vibration = None;
+    }
+}
+
+/// What a run found and took.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Third-octave levels of the contact force.
+    pub levels: Vec<BandLevel>,
+    /// Mean force \[N\].
+    pub mean_force: f64,
+    /// Length of the patch \[m\].
+    pub contact_length: f64,
+    /// Rolling resistance, where the tread law has one.
+    pub rolling_resistance: Option<RollingResistance>,
+    /// Time of the steps \[s\].
+    pub seconds: f64,
+    /// Planned memory, without the process itself \[bytes\].
+    pub memory: f64,
+}
+
+/// One effect.
+#[derive(Clone, Debug)]
+pub struct Worth {
+    /// The effect.
+    pub effect: Effect,
+    /// With it alone, and with all but it; or why the scene cannot have it.
+    pub found: Result<[Found; 2], String>,
+}
+
+/// All effects of a scene.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Without any effect that can be taken away.
+    pub base: Found,
+    /// With all that the scene can have.
+    pub all: Found,
+    /// Each of them.
+    pub effects: Vec<Worth>,
+    /// All, with half and twice the compliance of the local law: how far the model itself is to be trusted.
+    pub doubts: Vec<(&'static str, Found)>,
+}
+
+/// Compares. `duration` \[s\] takes the place of the scene's.
+///
+/// # Errors
+/// Of any of the runs; [`RunError::Interrupted`].
+pub fn compare(
+    loaded: &LoadedScene,
+    duration: f64,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<Comparison, RunError> {
+    let mut scene = loaded.scene.clone();
+    scene.rolling.duration = duration;
+    let possible: Vec<(Effect, Option<String>)> = Effect::ALL
+        .map(|effect| {
+            let mut with = scene.clone();
+            effect.set(&mut with, true);
+            (effect, LoadedScene::from_scene(&with, "effects").err().map(|error| error.problem()))
+        })
+        .into();
+    let with = |chosen: &dyn Fn(Effect) -> bool| {
+        let mut scene = scene.clone();
+        for (effect, refusal) in &possible {
+            // An effect that is refused stays as the scene has it.
+            if refusal.is_none() {
+                effect.set(&mut scene, chosen(*effect));
+            }
+        }
+        scene
+    };
+    let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as f64;
+    let complete = with(&|_| true);
+    let kappa = match complete.contact.slice_coupling {
+        SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
+        SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+    };
+    let doubted = kappa.map_or(0.0, |_| DOUBTS.len() as f64);
+    let time = (2.0 + 2.0 * count + doubted) * (scene.rolling.warm_up + duration);
+    let mut trials = Trials::new(time, stop, progress);
+    let base = found(&mut trials, &with(&|_| false))?;
+    let all = found(&mut trials, &complete)?;
+    let mut effects = Vec::new();
+    for (effect, refusal) in &possible {
+        let both = match refusal {
+            Some(refusal) => Err(refusal.clone()),
+            None => Ok([
+                found(&mut trials, &with(&|other| other == *effect))?,
+                found(&mut trials, &with(&|other| other != *effect))?,
+            ]),
+        };
+        effects.push(Worth { effect: *effect, found: both });
+    }
+    let mut doubts = Vec::new();
+    for (name, factor) in DOUBTS {
+        let Some(kappa) = kappa else { break };
+        let mut scene = complete.clone();
+        scene.contact.local_compliance = Some(factor * kappa);
+        doubts.push((name, found(&mut trials, &scene)?));
+    }
+    trials.finish();
+    Ok(Comparison { base, all, effects, doubts })
+}
+
+/// Rolls a variant and keeps what is compared.
+fn found(trials: &mut Trials<'_>, scene: &Scene) -> Result<Found, RunError> {
+    let Trial { plan, results, seconds, .. } = trials.roll(scene)?;
+    Ok(Found {
+        levels: results.spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)),
+        mean_force: results.mean_force.unwrap_or_default(),
+        contact_length: results.mean_contact_length.unwrap_or_default(),
+        rolling_resistance: results.rolling_resistance,
+        seconds,
+        memory: plan.amounts.memory_on(rayon::current_num_threads()),
+    })
+}

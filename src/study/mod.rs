@@ -1,0 +1,16 @@
+//! Many runs: what a single one cannot say.
+//!
+//! - [`accuracy`]: accuracy against time of every knob, and whether the presets keep what they state;
+//! - [`effects`]: what each effect is worth; [`rules`]: time rules side by side;
+//! - [`sweep`]: a scene at many speeds, loads and roads;
+//! - [`calibration`]: what units of work cost on this machine, for forecasts.
+//!
+//! All of them roll by [`trial`] and are held against each other by [`compare`].
+
+pub mod accuracy;
+pub mod calibration;
+pub mod compare;
+pub mod effects;
+pub mod rules;
+pub mod sweep;
+pub mod trial;

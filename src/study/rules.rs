@@ -1,0 +1,130 @@
+//! Time rules side by side for one scene: accuracy of modes, stability of the inverse, work against precision.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use crate::contact::ContactError;
+use crate::contact::stability::Stability;
+use crate::counters::{Counter, Stage};
+use crate::plan::Plan;
+use crate::run::error::RunError;
+use crate::run::past::{contact_field, fetch, fit_options, refused};
+use crate::run::progress::Unwatched;
+use crate::scene::{History, LoadedScene, Rolling, Scene, TimeRule};
+use crate::study::compare::Common;
+use crate::study::trial::Trials;
+
+/// What a rule is for a scene's tyre and time step.
+#[derive(Clone, Debug)]
+pub struct RuleReport {
+    /// The rule.
+    pub rule: TimeRule,
+    /// Diagnosis of its inverse.
+    pub stability: Stability,
+}
+
+/// Diagnosis of every rule at the scene's time step.
+///
+/// # Errors
+/// A fit that was refused, or stopped by `stop`.
+pub fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport>, RunError> {
+    let scene = &loaded.scene;
+    let plan = Plan::new(scene);
+    let field = contact_field(plan.decisions.tread);
+    let model = fetch(&plan.decisions.tyre, &fit_options(scene, field), stop)
+        .map_err(|error| refused(loaded, error, "another tolerance"))?;
+    let time_step = plan.time_step;
+    TimeRule::ALL
+        .into_iter()
+        .map(|rule| {
+            let stability =
+                Stability::of(&model.model, field, rule, time_step, 0.0).ok_or(ContactError::NoSuchField)?;
+            Ok(RuleReport { rule, stability })
+        })
+        .collect()
+}
+
+/// One run of a comparison.
+#[derive(Clone, Copy, Debug)]
+pub struct WorkPoint {
+    /// The rule.
+    pub rule: TimeRule,
+    /// Steps per element.
+    pub substeps: usize,
+    /// Error of the total force up to the highest frequency, relative to its root mean square there.
+    pub error: f64,
+    /// Multiply-adds of the history.
+    pub multiply_adds: u64,
+    /// Linear solves.
+    pub solves: u64,
+    /// Wall time in history and search.
+    pub wall: Duration,
+}
+
+/// A comparison.
+#[derive(Clone, Debug)]
+pub struct WorkPrecision {
+    /// Runs, by rule and substeps.
+    pub points: Vec<WorkPoint>,
+    /// How far the two references (`sdirk2` and `bdf2` at `finest` substeps) are apart: what an error below this says
+    /// nothing about.
+    pub doubt: f64,
+    /// Time compared \[s\].
+    pub time: f64,
+}
+
+/// Rolls the scene at a fixed height with each rule and number of substeps and compares the forces up to `highest`
+/// \[Hz\] with those at `finest` substeps, over `duration` \[s\]. The history is modal throughout. `stop` is looked at
+/// in a run, and while a tyre is fitted.
+///
+/// # Errors
+/// Of a run.
+pub fn work_precision(
+    loaded: &LoadedScene,
+    rules: &[TimeRule],
+    substeps: &[usize],
+    finest: usize,
+    highest: f64,
+    duration: f64,
+    stop: &AtomicBool,
+) -> Result<WorkPrecision, RunError> {
+    let mut watch = Unwatched;
+    let mut trials = Trials::new(0.0, stop, &mut watch);
+    let mut scene = loaded.scene.clone();
+    scene.numerics.history = History::Modal;
+    let scene = trials.held(&scene, duration)?;
+    let reference = rolled(&mut trials, &scene, TimeRule::Sdirk2, finest, highest)?.0;
+    let other = rolled(&mut trials, &scene, TimeRule::Bdf2, finest, highest)?.0;
+    let mut points = Vec::new();
+    for &rule in rules {
+        for &substeps in substeps {
+            let (force, point) = rolled(&mut trials, &scene, rule, substeps, highest)?;
+            points.push(WorkPoint { error: force.difference(&reference).force, ..point });
+        }
+    }
+    Ok(WorkPrecision { points, doubt: other.difference(&reference).force, time: duration })
+}
+
+/// The force up to a frequency, and what it cost.
+fn rolled(
+    trials: &mut Trials<'_>,
+    scene: &Scene,
+    rule: TimeRule,
+    substeps: usize,
+    highest: f64,
+) -> Result<(Common, WorkPoint), RunError> {
+    let mut scene = scene.clone();
+    (scene.numerics.time_rule, scene.numerics.substeps) = (rule, substeps);
+    let trial = trials.roll(&scene)?;
+    let meter = &trial.results.meter;
+    let point = WorkPoint {
+        rule,
+        substeps,
+        error: 0.0,
+        multiply_adds: meter.counted(Counter::HistoryMultiplyAdds),
+        solves: meter.counted(Counter::Solves),
+        wall: [Stage::History, Stage::Transforms, Stage::ActiveSet].map(|stage| meter.whole(stage).wall).iter().sum(),
+    };
+    let Rolling { warm_up, duration, .. } = scene.rolling;
+    Ok((Common::of(&trial, warm_up..warm_up + duration, highest), point))
+}

@@ -19,9 +19,9 @@ use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
 use tyrewave::run::past::fetch;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule};
-use tyrewave::tyre::convolution_quadrature::Weights;
+use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
-use tyrewave::tyre::rational::{FitOptions, RationalModel};
+use tyrewave::tyre::poles::{FitOptions, RationalModel};
 
 const ELEMENTS: usize = 512;
 /// Points in contact of the default tyre.

@@ -11,10 +11,10 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::counters::peak::multiply_add_rate;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule, Tyre};
-use tyrewave::tyre::convolution_quadrature::Weights;
-use tyrewave::tyre::flops::{FIRST_LAYER, FURTHER_LAYER};
+use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
-use tyrewave::tyre::rational::{Cache, FitOptions, fit};
+use tyrewave::tyre::layers::flops::{FIRST_LAYER, FURTHER_LAYER};
+use tyrewave::tyre::poles::{Cache, FitOptions, fit};
 
 /// The default tyre on a wider strip.
 fn tyre() -> Tyre {

@@ -10,8 +10,8 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::scene::{DEFAULT, Scene};
-use tyrewave::tyre::compliance::Stack;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use tyrewave::tyre::layers::Stack;
 
 const ELEMENTS: usize = 512;
 

@@ -1,7 +1,7 @@
 //! `tyrewave cache`: the influence models kept on disk.
 
 use clap::{Args, Subcommand};
-use tyrewave::tyre::rational::cache::Cache;
+use tyrewave::tyre::poles::cache::Cache;
 
 use super::{CliError, print};
 

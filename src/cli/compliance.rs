@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use tyrewave::tyre::cases;
+use tyrewave::tyre::layers::cases;
 
 use super::{CliError, print};
 

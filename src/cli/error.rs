@@ -12,8 +12,8 @@ use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
 use tyrewave::study::sweep::SweepError;
-use tyrewave::tyre::cases::CasesError;
-use tyrewave::tyre::rational::cache::CacheError;
+use tyrewave::tyre::layers::cases::CasesError;
+use tyrewave::tyre::poles::cache::CacheError;
 
 use super::heights::HeightsError;
 

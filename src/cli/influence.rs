@@ -16,10 +16,8 @@ use tyrewave::run::Progress;
 use tyrewave::run::past::{fetch, fit_options, refused};
 use tyrewave::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::influence_view::{
-    Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios,
-};
-use tyrewave::tyre::rational::RationalModel;
+use tyrewave::tyre::poles::RationalModel;
+use tyrewave::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 
 use super::influence_cost::CostReport;
 use super::{CliError, Context, side_folder};

@@ -7,8 +7,8 @@ use tyrewave::numeric::StraightLine;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::table::{aligned, grouped};
 use tyrewave::scene::Tyre;
-use tyrewave::tyre::rational::scaling::{FitCost, cost, cut};
-use tyrewave::tyre::rational::{FitError, FitOptions};
+use tyrewave::tyre::poles::scaling::{FitCost, cost, cut};
+use tyrewave::tyre::poles::{FitError, FitOptions};
 
 use super::CliError;
 

@@ -10,7 +10,7 @@ use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::run::Progress;
 use tyrewave::scene::Scene;
-use tyrewave::tyre::mobility::{Mobility, driving_point};
+use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
 
 use super::options::positive;
 use super::{CliError, Context, print, side_folder};

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::history::transfer::{Transfer, first_weight};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::rational::RationalModel;
+use crate::tyre::poles::RationalModel;
 
 /// A force that grows by more than a tenth a step is refused: 1/1.1.
 pub const UNSTABLE: f64 = 0.909;

@@ -17,7 +17,7 @@ use super::axle::{StaticContact, matched};
 use super::error::ContactError;
 use crate::numeric::Ring;
 use crate::scene::Tread;
-use crate::tyre::convolution_quadrature::Weights;
+use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// What the points in contact feel of each other within a step.
 #[derive(Clone, Debug)]

@@ -12,7 +12,7 @@ pub use calibrate::{Calibration, calibrate};
 use crate::contact::local_compliance as formula;
 use crate::road::{Lattice, Limits, RoadSurface};
 use crate::scene::{Road, Scene, Tyre};
-use crate::tyre::material;
+use crate::tyre::layers::material;
 
 /// The model's own doubt: formula, approach and line pressure give kappa within a factor of two of each other.
 pub const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];

@@ -22,7 +22,7 @@ use crate::run::road_ahead::CHUNK_ROWS;
 use crate::run::vibration::point_bytes;
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use crate::tyre::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
+use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 
 /// Elements of the static solution that patch and window are expected from.
 const COARSE: usize = 384;

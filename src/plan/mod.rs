@@ -21,7 +21,7 @@ pub use unit::{Unit, UnitCosts};
 
 use crate::run::past::{contact_field, fit_options};
 use crate::scene::{Axle, Choice, History, LoadedScene, Need, Resolution, Scene, SceneError};
-use crate::tyre::rational::cache::{Cache, key};
+use crate::tyre::poles::cache::{Cache, key};
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;

@@ -9,7 +9,7 @@ use super::unit::UnitCosts;
 use crate::counters::machine::{instruction_set, processor};
 use crate::numeric::digest::sha256;
 use crate::results::pending_file::PendingFile;
-use crate::tyre::rational::cache::Cache;
+use crate::tyre::poles::cache::Cache;
 
 /// Name of the record in the cache folder.
 const FILE: &str = "calibration.json";

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::run::RunError;
 use crate::scene::SceneError;
-use crate::tyre::rational::FitError;
+use crate::tyre::poles::FitError;
 
 /// Why a workload, a record or a comparison is not there.
 #[derive(Debug, Error)]

@@ -21,7 +21,7 @@ use crate::plan::Plan;
 use crate::run::{Run, RunError};
 use crate::scene::{DEFAULT, History, LoadedScene, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use crate::tyre::rational::{FitOptions, fit_unless_stopped};
+use crate::tyre::poles::{FitOptions, fit_unless_stopped};
 
 /// Steps of a block: a millisecond or so, and a multiple of the steps that the recursion takes at once.
 const STEPS_OF_A_BLOCK: u64 = 32;

@@ -36,7 +36,7 @@ use crate::road::slices::{SliceBuilder, SliceScratch};
 use crate::run::{Run, RunError, RunOptions, Unwatched, run};
 use crate::scene::{Axle, DEFAULT, LoadedScene, Outputs, Road, Scene, Switch};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use crate::tyre::rational::scaling::cut;
+use crate::tyre::poles::scaling::cut;
 
 /// Cost at one size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -10,11 +10,11 @@ use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::Plan;
 use crate::run::error::RunError;
 use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
-use crate::tyre::convolution_quadrature::Weights;
-use crate::tyre::flops;
+use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::influence::{Field, InfluenceSum};
-use crate::tyre::rational::cache::{Cache, Fetched};
-use crate::tyre::rational::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
+use crate::tyre::layers::flops;
+use crate::tyre::poles::cache::{Cache, Fetched};
+use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
 /// What a way to carry the past is made from.
 pub struct Past<'a> {

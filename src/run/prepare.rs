@@ -23,9 +23,9 @@ use crate::run::error::RunError;
 use crate::run::past::{Past, contact_field};
 use crate::run::road_ahead::RoadAhead;
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
-use crate::tyre::convolution_quadrature::resolved_symbol;
+use crate::tyre::influence::convolution_quadrature::resolved_symbol;
 use crate::tyre::influence::{Field, InfluenceSum};
-use crate::tyre::rational::RationalModel;
+use crate::tyre::poles::RationalModel;
 
 /// A run about to begin.
 pub struct Prepared {

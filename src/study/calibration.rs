@@ -19,7 +19,7 @@ use crate::plan::unit_record::{keep, known};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::scene::{DEFAULT, LoadedScene, Road, Scene};
-use crate::tyre::rational::{FitOptions, fit_unless_stopped};
+use crate::tyre::poles::{FitOptions, fit_unless_stopped};
 
 /// Tolerance of the models that are rolled with.
 const TOLERANCE: f64 = 1e-3;

@@ -1,27 +1,16 @@
-//! The tyre: a layered elastic plate under tension, its compliance and its influence functions.
+//! The tyre: a layered elastic plate under tension, and how it answers forces on its elements.
 //!
-//! - [`material`]: viscoelastic laws;
-//! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
-//! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
-//! - [`mod@tangential`]: how the surface moves sideways under normal forces;
-//! - [`flops`]: what one evaluation of it takes;
+//! In the order of the data's way:
+//!
+//! - [`layers`]: from materials to the compliance C(kx, ky, s) of the surface and its transfer D to the innermost face;
+//! - [`influence`]: from compliances to influence functions H_n(s), sums over all waves that look like the wavenumber n
+//!   on the elements;
+//! - [`poles`]: from influence functions to rational models, poles and residues for each n: what a run takes;
+//! - [`views`]: what there is to see of both.
 
-pub mod cases;
-pub mod compliance;
-pub mod convolution_quadrature;
-pub mod flops;
-pub mod half_space_bands;
 pub mod influence;
-pub mod influence_batch;
-mod influence_bounded;
-pub mod influence_view;
-pub mod lane_compliance;
-pub mod layer;
-pub mod material;
-pub mod mobility;
-pub mod moments;
-pub mod rational;
+pub mod layers;
+pub mod poles;
 #[cfg(test)]
 mod samples;
-pub mod surface_asymptote;
-pub mod tangential;
+pub mod views;

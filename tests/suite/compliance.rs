@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 use serde_json::Value;
 use tyrewave::scene::{Law, Layer, Material, Tyre};
-use tyrewave::tyre::cases;
-use tyrewave::tyre::compliance::Stack;
+use tyrewave::tyre::layers::Stack;
+use tyrewave::tyre::layers::cases;
 
 use crate::common::default_tyre;
 

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::Tyre;
-use tyrewave::tyre::compliance::Stack;
+use tyrewave::tyre::layers::Stack;
 
 use crate::common::{
     CIRCUMFERENCE, CONTACT_WIDTH, Results, grid_road, run, scene, scene_text, shared_road, write_grid,

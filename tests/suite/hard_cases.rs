@@ -8,7 +8,7 @@ use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
-use tyrewave::tyre::convolution_quadrature::symbol;
+use tyrewave::tyre::influence::convolution_quadrature::symbol;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
 use crate::common::{

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use num_complex::Complex64;
 use tyrewave::scene::{Law, Layer, Material, TimeRule, Tyre};
-use tyrewave::tyre::convolution_quadrature::{Weights, symbol};
+use tyrewave::tyre::influence::convolution_quadrature::{Weights, symbol};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::rational::cache::{Cache, Unusable, key};
-use tyrewave::tyre::rational::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
+use tyrewave::tyre::poles::cache::{Cache, Unusable, key};
+use tyrewave::tyre::poles::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
 
 use crate::common::default_tyre;
 

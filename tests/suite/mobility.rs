@@ -1,7 +1,7 @@
 //! Driving-point mobility of the default tyre against an independent calculation.
 
 use tyrewave::scene::{DEFAULT, Scene};
-use tyrewave::tyre::mobility::driving_point;
+use tyrewave::tyre::influence::mobility::driving_point;
 
 #[test]
 fn default_tyre_has_the_mobility_of_the_independent_calculation() {

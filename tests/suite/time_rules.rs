@@ -17,7 +17,7 @@ use tyrewave::road::slices::SliceBuilder;
 use tyrewave::run::past::fetch;
 use tyrewave::scene::{TimeRule, Tread};
 use tyrewave::tyre::influence::Field;
-use tyrewave::tyre::rational::{FitOptions, RationalModel};
+use tyrewave::tyre::poles::{FitOptions, RationalModel};
 
 use crate::common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
 

@@ -14,7 +14,7 @@ use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::transform_multiply_adds;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::rational::RationalModel;
+use crate::tyre::poles::RationalModel;
 
 /// States of all poles, and what a pass over them takes and gives.
 pub struct Far {

@@ -31,7 +31,7 @@ use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::rational::RationalModel;
+use crate::tyre::poles::RationalModel;
 
 /// Instants of a block at most; a block is a whole number of steps. The march does the short convolution, which grows
 /// with them, the other thread passes over the states, which happens less often with more of them. Measured in runs on
@@ -236,7 +236,7 @@ impl PastForces for ModalHistory {
 mod tests {
     use super::*;
     use crate::scene::{DEFAULT, Scene};
-    use crate::tyre::rational::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit};
 
     const RULES: [TimeRule; 6] = [
         TimeRule::Bdf1,

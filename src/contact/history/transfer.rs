@@ -7,7 +7,7 @@
 use num_complex::Complex64;
 
 use crate::scene::TimeRule;
-use crate::tyre::rational::model::Modes;
+use crate::tyre::poles::model::Modes;
 
 /// Exact step of a' = lambda a + F for F linear between the steps, in units of dt, z = lambda dt:
 /// a_l = exp(z) a_(l-1) + dt (yesterday F_(l-1) + today F_l).

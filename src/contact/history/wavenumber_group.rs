@@ -8,7 +8,7 @@ use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks
 use crate::counters::Work;
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::rational::RationalModel;
+use crate::tyre::poles::RationalModel;
 
 /// Wavenumbers of a group.
 pub const GROUP: usize = 8;

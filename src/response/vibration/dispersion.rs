@@ -16,7 +16,7 @@
 use std::f64::consts::PI;
 
 use crate::tyre::influence::Field;
-use crate::tyre::rational::RationalModel;
+use crate::tyre::poles::RationalModel;
 
 /// Largest part of critical damping of a wave that is shown.
 pub const MOST_DAMPING: f64 = 0.15;
@@ -137,7 +137,7 @@ fn waves(model: &RationalModel, n: usize, field: Field) -> Vec<Wave> {
 mod tests {
     use super::*;
     use crate::scene::{DEFAULT, Scene};
-    use crate::tyre::rational::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit};
 
     #[test]
     fn the_belts_first_branch_begins_at_the_resonances_of_the_default_tyre() {

@@ -25,7 +25,7 @@ use num_complex::Complex64;
 use pulp::Arch;
 
 use crate::scene::RungeKutta;
-use crate::tyre::rational::Modes;
+use crate::tyre::poles::Modes;
 
 /// Bins that are evaluated side by side.
 const LANE: usize = 64;

@@ -17,8 +17,8 @@ use super::products;
 use super::stage_transfer::{ScaledModes, StageTransfer};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::rational::{Modes, RationalModel};
-use crate::tyre::tangential::TangentialModel;
+use crate::tyre::poles::TangentialModel;
+use crate::tyre::poles::{Modes, RationalModel};
 
 /// Which velocity is observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

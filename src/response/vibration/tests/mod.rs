@@ -14,7 +14,7 @@ use crate::numeric::{StateReader, StateWriter};
 use crate::response::PowerSpectrum;
 use crate::scene::{DEFAULT, Scene, TimeRule};
 use crate::tyre::influence::Field;
-use crate::tyre::rational::{FitOptions, RationalModel, fit};
+use crate::tyre::poles::{FitOptions, RationalModel, fit};
 
 const ELEMENTS: usize = 16;
 const COLUMNS: usize = 5;
@@ -213,7 +213,7 @@ fn all_elements_have_the_mean_over_the_circumference() {
         let options = FitOptions::new(&tyre, layout.elements, 20.0).with_tolerance(1e-3);
         let model = fit(&tyre, &options).unwrap();
         let top = layout.angular_frequency(layout.bins() - 1);
-        let tangential = crate::tyre::tangential::tangential_model(&tyre, &model, top).unwrap();
+        let tangential = crate::tyre::poles::tangential_model(&tyre, &model, top).unwrap();
         let response = TyreResponse { model: &model, scale: 1.0, spring: 1e-6, tangential: Some(&tangential) };
         for (rule, kind) in [
             (TimeRule::Bdf2, TransferKind::Exact),

@@ -13,7 +13,7 @@ use super::ladder::{Ladder, REAL_RUNGS, RUNGS};
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::numeric::rational::vector_fitting::Samples;
 use crate::numeric::rational::{PartialFractions, Parts};
-use crate::tyre::influence_batch::FaceValues;
+use crate::tyre::influence::FaceValues;
 
 /// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at
 /// large s, where H_n is a hundredth of its resonances: with errors that are relative to those alone, forces are ten

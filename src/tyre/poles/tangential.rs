@@ -4,7 +4,7 @@
 //! T_n(s) = (1/L) sum_p sinc^2(kx_p dx/2) sum_(m odd) (2/B) a_m^2 C_xz(kx_p, ky_m, s),   kx_p that of n + p N
 //! ```
 //!
-//! in the same mean over the element and the contact width as H_n ([`super::influence`]). It is odd in n and i times a
+//! in the same mean over the element and the contact width as H_n ([`crate::tyre::influence`]). It is odd in n and i times a
 //! transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only residues
 //! are fitted, over the model's poles that the band can feel, and a constant for the rest.
 //!
@@ -16,12 +16,12 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::compliance::Stack;
-use super::influence::{Projection, aliases_below};
-use super::rational::RationalModel;
+use super::model::RationalModel;
 use crate::numeric::rational::RationalError;
 use crate::numeric::rational::vector_fitting::{Samples, regularised_residues};
 use crate::scene::Tyre;
+use crate::tyre::influence::folded_sum::{Projection, aliases_below};
+use crate::tyre::layers::compliance::Stack;
 
 /// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
 /// fit.
@@ -181,7 +181,7 @@ impl TangentialSum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tyre::rational::{FitOptions, fit as fit_model};
+    use crate::tyre::poles::{FitOptions, fit as fit_model};
     use crate::tyre::samples::tyre;
 
     #[test]

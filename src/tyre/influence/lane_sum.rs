@@ -6,10 +6,10 @@
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::influence::{Field, InfluenceSum, SumAt, aliases_below};
-use super::lane_compliance::LaneStack;
+use super::folded_sum::{Field, InfluenceSum, SumAt, aliases_below};
 use crate::numeric::lanes::load;
 use crate::numeric::{Lanes, MOST_LANES};
+use crate::tyre::layers::lane_compliance::LaneStack;
 
 /// Ht_n of the driven and of the innermost face with what it took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

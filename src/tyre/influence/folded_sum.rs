@@ -11,7 +11,7 @@
 //! Ways to the double sum over p and m, all selectable:
 //! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; above, first
 //!   the bands of [`super::half_space_bands`], then, from k_c on, the asymptotic series of
-//!   [`super::surface_asymptote`], both with moments that are summed once for all s. Needs a tread without tension.
+//!   [`crate::tyre::layers::surface_asymptote`], both with moments that are summed once for all s. Needs a tread without tension.
 //! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below
 //!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
@@ -24,12 +24,12 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use serde::Serialize;
 
-use super::compliance::{Stack, StackAt};
 use super::half_space_bands::{self, BAND_TERMS};
 use super::moments::{Moments, TailClasses};
-use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 use crate::numeric::Ring;
 use crate::scene::{Numerics, Tyre};
+use crate::tyre::layers::compliance::{Stack, StackAt};
+use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 
 /// Which displacement a force on the tread element is related to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -194,7 +194,7 @@ impl InfluenceSum {
                 let smallest = thickness_limit(tread.thickness, tolerance);
                 let classes = TailClasses::new(smallest, largest);
                 let moments = Moments::new(&projection, &classes);
-                let coefficients = series(super::material::modulus_ratio(tread.material.poisson));
+                let coefficients = series(crate::tyre::layers::material::modulus_ratio(tread.material.poisson));
                 let decay = smallest * tread.thickness;
                 (Truncation::Tail, Some(Asymptote { decay, coefficients, classes, moments }))
             }
@@ -347,7 +347,11 @@ impl InfluenceSum {
 }
 
 /// Integer wavenumbers n + p N with |kx| below the cut-off, p = 0, 1, -1, 2, ...
-pub(super) fn aliases_below(n: usize, projection: &Projection, cut_off: f64) -> impl Iterator<Item = i64> + '_ {
+pub(in crate::tyre) fn aliases_below(
+    n: usize,
+    projection: &Projection,
+    cut_off: f64,
+) -> impl Iterator<Item = i64> + '_ {
     let largest = (cut_off * projection.circumference / (2.0 * PI)) as i64;
     let elements = projection.elements as i64;
     let n = n as i64;

@@ -2,7 +2,7 @@
 //! function of k alone.
 //!
 //! Where both waves of the tread decay over its thickness, C_zz is the half-space's phi(x)/(mu k), x = Q/(mu k^2),
-//! whether or not |x| is small enough for the power series of [`super::surface_asymptote`]. As a function of k^2 it is
+//! whether or not |x| is small enough for the power series of [`crate::tyre::layers::surface_asymptote`]. As a function of k^2 it is
 //! analytic but for the Rayleigh pole and the branch points, which damping moves off the real axis. In a band \[a, b\]
 //! of k^2 it is therefore a short Chebyshev sum, f = sum_j c_j T_j, and a sum over wavenumbers in the band is
 //!
@@ -22,8 +22,8 @@ use std::sync::LazyLock;
 use num_complex::Complex64;
 use pulp::Simd;
 
-use super::layer::LayerAt;
-use super::surface_asymptote::closed_form;
+use crate::tyre::layers::layer::LayerAt;
+use crate::tyre::layers::surface_asymptote::closed_form;
 
 /// Chebyshev terms of a band.
 pub const BAND_TERMS: usize = 20;

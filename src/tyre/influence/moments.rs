@@ -13,11 +13,11 @@ use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::folded_sum::Projection;
 use super::half_space_bands::{self, BAND_TERMS};
-use super::influence::Projection;
-use super::surface_asymptote::TERMS;
 use crate::numeric::lanes::load;
 use crate::numeric::{MOST_LANES, tail_sum};
+use crate::tyre::layers::surface_asymptote::TERMS;
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl Moments {
 
 /// Adds weight k^-(2j+1), in every lane.
 #[inline(always)]
-pub(super) fn add<S: Simd>(simd: S, moments: &mut [S::f64s; TERMS], weight: S::f64s, k_squared: S::f64s) {
+pub(in crate::tyre) fn add<S: Simd>(simd: S, moments: &mut [S::f64s; TERMS], weight: S::f64s, k_squared: S::f64s) {
     let inverse = simd.div_f64s(simd.splat_f64s(1.0), k_squared);
     let mut term = simd.mul_f64s(weight, simd.sqrt_f64s(inverse));
     for moment in moments {

@@ -57,7 +57,7 @@ mod tests {
     use num_complex::Complex64;
 
     use super::*;
-    use crate::tyre::compliance::Stack;
+    use crate::tyre::layers::Stack;
     use crate::tyre::samples::tyre;
 
     #[test]

@@ -10,11 +10,11 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::compliance::Stack;
-use super::influence::sinc;
-use super::material::modulus_ratio;
-use super::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
+use super::folded_sum::sinc;
 use crate::scene::Tyre;
+use crate::tyre::layers::compliance::Stack;
+use crate::tyre::layers::material::modulus_ratio;
+use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 
 /// Lobes of sinc^2 along and across that are summed.
 pub const LOBES: f64 = 24.0;

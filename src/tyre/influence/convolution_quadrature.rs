@@ -14,7 +14,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
-use super::influence::{Field, InfluenceSum, Truncation};
+use super::folded_sum::{Field, InfluenceSum, Truncation};
 use crate::scene::TimeRule;
 
 /// What wraps round, relative to itself: rho^K.

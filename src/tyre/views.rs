@@ -14,9 +14,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
-use super::convolution_quadrature::Contour;
+use super::influence::convolution_quadrature::Contour;
 use super::influence::{Field, InfluenceSum};
-use super::rational::RationalModel;
+use super::poles::RationalModel;
 use crate::scene::TimeRule;
 
 /// |H_n(2 pi i f)| \[m/N\]: one row for each wavenumber, one column for each frequency \[Hz\]. `None` for a field that the model does not have.
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
     use crate::scene::Law;
     use crate::tyre::influence::{Projection, Truncation};
-    use crate::tyre::rational::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit};
     use crate::tyre::samples::tyre;
 
     #[test]

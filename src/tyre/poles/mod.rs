@@ -30,9 +30,11 @@ pub mod model;
 mod passivity;
 mod sampled;
 pub mod scaling;
+mod tangential;
 pub mod tree;
 pub mod wavenumber;
 
 pub use cache::Cache;
 pub use fit::{FitError, FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};
+pub use tangential::{TangentialModel, tangential_model};

@@ -1,11 +1,11 @@
 //! The sums without the half-space's tail: explicit terms until the rest is bounded. The reference for
-//! [`super::influence`]'s tail, and the way where there is none.
+//! [`super::folded_sum`]'s tail, and the way where there is none.
 
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::influence::{InfluenceSum, InfluenceValue, Projection, SumAt};
+use super::folded_sum::{InfluenceSum, InfluenceValue, Projection, SumAt};
 
 impl InfluenceSum {
     /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static

@@ -1,0 +1,19 @@
+//! The layered plate: compliances C and D by wavenumber and s.
+//!
+//! - [`material`]: viscoelastic laws, moduli at s;
+//! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
+//! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
+//! - [`lane_compliance`]: the same at several s in lockstep;
+//! - [`surface_asymptote`]: what C becomes at high wavenumbers;
+//! - [`cases`]: files of wavenumbers and s in, C and D out;
+//! - [`flops`]: what one evaluation takes.
+
+pub mod cases;
+pub mod compliance;
+pub mod flops;
+pub mod lane_compliance;
+pub mod layer;
+pub mod material;
+pub mod surface_asymptote;
+
+pub use compliance::Stack;

@@ -13,7 +13,7 @@ use tyrewave::counters::peak::multiply_add_rate;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
-use tyrewave::tyre::layers::flops::{FIRST_LAYER, FURTHER_LAYER};
+use tyrewave::tyre::layers::operations;
 use tyrewave::tyre::poles::{Cache, FitOptions, fit};
 
 /// The default tyre on a wider strip.
@@ -38,7 +38,7 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
     for (a, b) in lanes.iter().zip(&scalar) {
         assert!((a.driven - b.value).norm() < 1e-10 * b.value.norm(), "lanes and scalar differ");
     }
-    let operations = (FIRST_LAYER + FURTHER_LAYER) as f64;
+    let operations = operations(2) as f64;
     let best = (0..20).fold(f64::INFINITY, |best, _| {
         let begin = Instant::now();
         lanes.clear();

@@ -12,7 +12,7 @@ use crate::run::error::RunError;
 use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
 use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::influence::{Field, InfluenceSum};
-use crate::tyre::layers::flops;
+use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{Cache, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
@@ -110,8 +110,7 @@ pub fn planned_model(
 /// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
 /// multiply-adds have.
 pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
-    let further = plan.decisions.tyre.layers.len().saturating_sub(1) as u64;
-    let flop = evaluations * (flops::FIRST_LAYER + further * flops::FURTHER_LAYER);
+    let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
     meter.count(Counter::ComplianceEvaluations, evaluations);
     meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });
 }

@@ -41,11 +41,12 @@ pub enum CasesError {
 struct TyreEntry {
     name: String,
     layers: Vec<LayerEntry>,
-    foundation: FoundationEntry,
+    #[serde(with = "FoundationEntry")]
+    foundation: Foundation,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(remote = "Foundation", deny_unknown_fields)]
 struct FoundationEntry {
     normal: f64,
     tangential: f64,
@@ -58,7 +59,7 @@ struct FoundationEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(remote = "Material", deny_unknown_fields)]
 struct MaterialEntry {
     law: Law,
     modulus: f64,
@@ -88,7 +89,8 @@ fn corner_frequency() -> f64 {
 #[serde(deny_unknown_fields)]
 struct LayerEntry {
     thickness: f64,
-    material: MaterialEntry,
+    #[serde(with = "MaterialEntry")]
+    material: Material,
     #[serde(default)]
     tension_x: f64,
     #[serde(default)]
@@ -151,36 +153,11 @@ fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
             return Err(refuse("weights and times must have the same length"));
         }
     }
-    let layers = tyre
-        .layers
-        .into_iter()
-        .map(|LayerEntry { thickness, material, tension_x, tension_y }| {
-            let MaterialEntry {
-                law,
-                modulus,
-                loss_factor,
-                poisson,
-                density,
-                reference_frequency,
-                corner_frequency,
-                weights,
-                times,
-            } = material;
-            let material = Material {
-                law,
-                modulus,
-                loss_factor,
-                poisson,
-                density,
-                reference_frequency,
-                corner_frequency,
-                weights,
-                times,
-            };
-            Layer { name: String::new(), thickness, tension: [tension_x, tension_y], material }
-        })
-        .collect();
-    let FoundationEntry { normal, tangential, loss_factor, reference_frequency, corner_frequency } = tyre.foundation;
-    let foundation = Foundation { normal, tangential, loss_factor, reference_frequency, corner_frequency };
-    Ok((tyre.name, Stack::of(layers, foundation)))
+    let layer = |LayerEntry { thickness, material, tension_x, tension_y }| Layer {
+        name: String::new(),
+        thickness,
+        tension: [tension_x, tension_y],
+        material,
+    };
+    Ok((tyre.name, Stack::of(tyre.layers.into_iter().map(layer).collect(), tyre.foundation)))
 }

@@ -6,8 +6,7 @@
 //! 3. C = displacement/traction on the last face; D = (product of the transfers) C;
 //! 4. turn from the direction of k to x and y.
 //!
-//! Cost: one P-SV pass of 2x2 matrices a layer ([`super::flops`] counts it), and one SH pass where the full matrix is
-//! wanted.
+//! Cost: one P-SV pass of 2x2 matrices a layer ([`operations`] of them), and one SH pass where the full matrix is wanted.
 
 use num_complex::Complex64;
 
@@ -26,21 +25,29 @@ pub struct Stack {
     foundation: Foundation,
 }
 
-/// A stack at one value of s.
+/// A stack at one value of s, or at several in lockstep.
 #[derive(Clone, Debug)]
-pub struct StackAt {
-    layers: Vec<LayerAt<Complex64>>,
+pub struct StackAt<T = Complex64> {
+    /// The layers, from the rim outwards.
+    pub(super) layers: Vec<LayerAt<T>>,
     /// Tangential and normal foundation stiffness per area \[N/m^3\].
-    foundation: [Complex64; 2],
+    pub(super) foundation: [T; 2],
 }
 
-/// Compliances of the surface and of one interface for normal traction, at one (kx, ky, s).
+/// Compliances of the surface and of the bottom face for normal traction, at one (kx, ky) and as many s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NormalCompliance {
+pub struct NormalCompliance<T = Complex64> {
     /// C_zz \[m/Pa\].
-    pub surface: Complex64,
+    pub surface: T,
     /// D_zz to the bottom face \[m/Pa\].
-    pub bottom: Complex64,
+    pub bottom: T,
+}
+
+/// Real additions, multiplications, divisions and square roots of one evaluation for normal traction, both faces, of a
+/// stack of so many layers, where k h is so large that the layers' waves are taken ([`thick`](Way::Thick)); exp as 34,
+/// sin and cos together as 40, a complex square root as 8. A test counts them.
+pub const fn operations(layers: u64) -> u64 {
+    1260 + layers.saturating_sub(1) * 1160
 }
 
 impl Stack {
@@ -80,108 +87,94 @@ impl Stack {
     }
 }
 
+impl<T: ComplexField> StackAt<T> {
+    /// P-SV matrices of the surface and of the transfer to the bottom face: displacement (w, u_z) for unit traction
+    /// (tau, sigma), each layer by `pass`.
+    #[inline(always)]
+    pub(super) fn p_sv(
+        &self,
+        kx: f64,
+        ky: f64,
+        pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
+    ) -> NormalCompliance<Matrix2<T>> {
+        let [tangential, normal] = self.foundation;
+        let Some((top, transfer)) = climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky, pass) else {
+            let compliance = Matrix2::diagonal(tangential.reciprocal(), normal.reciprocal());
+            return NormalCompliance { surface: compliance, bottom: compliance };
+        };
+        let surface = top.displacement.over(top.traction);
+        NormalCompliance { surface, bottom: transfer * surface }
+    }
+}
+
+impl<T: Copy> NormalCompliance<Matrix2<T>> {
+    /// The zz entries.
+    #[inline(always)]
+    pub(super) fn normal(self) -> NormalCompliance<T> {
+        NormalCompliance { surface: self.surface.0[1][1], bottom: self.bottom.0[1][1] }
+    }
+}
+
+/// A layer by the way that suits it.
+fn pass(
+    layer: &LayerAt<Complex64>,
+    exponents: &Exponents<Complex64>,
+    under: Matrix2<Complex64>,
+) -> LayerResult<Complex64> {
+    layer.p_sv(exponents, way(layer, exponents), under)
+}
+
+fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
+    let h_squared = layer.thickness * layer.thickness;
+    choose_way(exponents.alpha_squared.norm() * h_squared, exponents.beta_squared.norm() * h_squared)
+}
+
 impl StackAt {
-    /// The layers, from the rim outwards.
-    pub(super) fn layers(&self) -> &[LayerAt<Complex64>] {
-        &self.layers
-    }
-
-    /// Tangential and normal foundation stiffness per area \[N/m^3\].
-    pub(super) fn foundation(&self) -> [Complex64; 2] {
-        self.foundation
-    }
-
     /// The outermost layer.
     pub fn tread(&self) -> &LayerAt<Complex64> {
         // A checked scene has at least one layer.
         &self.layers[self.layers.len() - 1]
     }
 
-    fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
-        let h_squared = layer.thickness * layer.thickness;
-        choose_way(exponents.alpha_squared.norm() * h_squared, exponents.beta_squared.norm() * h_squared)
-    }
-
-    /// [`climb`] by the way that suits each layer.
-    fn climb(
-        layers: &[LayerAt<Complex64>],
-        foundation: Matrix2<Complex64>,
-        kx: f64,
-        ky: f64,
-    ) -> Option<(FaceState<Complex64>, Matrix2<Complex64>)> {
-        climb(layers, foundation, kx, ky, |layer, exponents, under| {
-            layer.p_sv(exponents, Self::way(layer, exponents), under)
-        })
-    }
-
     /// Surface and bottom compliance for normal traction.
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance {
-        let [tangential, normal] = self.foundation;
-        let Some((top, transfer)) = Self::climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky) else {
-            let compliance = normal.inv();
-            return NormalCompliance { surface: compliance, bottom: compliance };
-        };
-        let surface = top.displacement.over(top.traction);
-        let bottom = transfer * surface;
-        NormalCompliance { surface: surface.0[1][1], bottom: bottom.0[1][1] }
+        self.p_sv(kx, ky, pass).normal()
     }
 
     /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no
     /// normal motion.
     pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
-        let [tangential, normal] = self.foundation;
         let k = kx.hypot(ky);
-        match Self::climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky) {
-            Some((top, _)) if k > 0.0 => {
-                let [[_, along], _] = top.displacement.over(top.traction).0;
-                -Complex64::i() * along * (kx / k)
-            }
-            _ => Complex64::ZERO,
-        }
+        if k > 0.0 { -Complex64::i() * self.p_sv(kx, ky, pass).surface.0[0][1] * (kx / k) } else { Complex64::ZERO }
     }
 
     /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides along: what
     /// independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {
         let [tangential, normal] = self.foundation;
-        let (tread, carcass) = match self.layers.split_last() {
-            Some((tread, carcass)) => (tread, carcass),
-            None => return normal.inv(),
-        };
+        let (tread, carcass) = (self.tread(), &self.layers[..self.layers.len() - 1]);
         let foundation = Matrix2::diagonal(tangential, normal);
-        let below = match Self::climb(carcass, foundation, kx, ky) {
+        let below = match climb(carcass, foundation, kx, ky, pass) {
             Some((top, _)) => top.traction.over(top.displacement),
             None => foundation,
         };
         // The tread seen from below: its mirror image over a free face; mirroring changes the sign of the off-diagonal
         // terms.
         let free = Matrix2::diagonal(Complex64::ZERO, Complex64::ZERO);
-        let exponents = tread.exponents(kx, ky);
-        let above = tread.p_sv(&exponents, Self::way(tread, &exponents), free).top;
+        let above = pass(tread, &tread.exponents(kx, ky), free).top;
         let [[a, b], [c, d]] = above.traction.over(above.displacement).0;
         let total = below + Matrix2([[a, -b], [-c, d]]);
-        Matrix2::diagonal(Complex64::new(1.0, 0.0), Complex64::new(1.0, 0.0)).over(total).0[1][1]
+        Matrix2::diagonal(Complex64::ONE, Complex64::ONE).over(total).0[1][1]
     }
 
     /// The full matrices: C on the surface and D to the bottom face, \[m/Pa\].
     pub fn full(&self, kx: f64, ky: f64) -> (Matrix3, Matrix3) {
-        let [tangential, normal] = self.foundation;
-        let one = Complex64::new(1.0, 0.0);
-        let (p_sv_surface, p_sv_bottom) = match Self::climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky)
-        {
-            Some((top, transfer)) => {
-                let surface = top.displacement.over(top.traction);
-                (surface, transfer * surface)
-            }
-            None => {
-                let compliance = Matrix2::diagonal(tangential.inv(), normal.inv());
-                (compliance, compliance)
-            }
-        };
-        let (mut under, mut transfer, mut surface) = (tangential, one, tangential.inv());
+        let p_sv = self.p_sv(kx, ky, pass);
+        let mut under = self.foundation[0];
+        let (mut transfer, mut surface) = (Complex64::ONE, under.inv());
         for layer in &self.layers {
             let exponents = layer.exponents(kx, ky);
-            let thin = Self::way(layer, &exponents) == Way::Thin;
+            let thin = way(layer, &exponents) == Way::Thin;
             let [displacement, traction, bottom] = layer.sh(&exponents, thin, under);
             under = traction / displacement;
             surface = displacement / traction;
@@ -189,14 +182,14 @@ impl StackAt {
         }
         let k = kx.hypot(ky);
         let direction = if k > 0.0 { [kx / k, ky / k] } else { [1.0, 0.0] };
-        (turn(p_sv_surface, surface, direction), turn(p_sv_bottom, transfer * surface, direction))
+        (turn(p_sv.surface, surface, direction), turn(p_sv.bottom, transfer * surface, direction))
     }
 }
 
 /// P-SV pass upwards through layers, each by `pass`: displacement and traction on the last top face for two states, and
 /// the product of the displacement transfers from there to the bottom (`None` without layers).
 #[inline(always)]
-pub(super) fn climb<T: ComplexField>(
+fn climb<T: ComplexField>(
     layers: &[LayerAt<T>],
     foundation: Matrix2<T>,
     kx: f64,
@@ -231,3 +224,7 @@ fn turn(p_sv: Matrix2<Complex64>, sh: Complex64, [cos, sin]: [f64; 2]) -> Matrix
         [zr * cos, zr * sin, zz],
     ]
 }
+
+#[cfg(test)]
+#[path = "operations_tests.rs"]
+mod tests;

@@ -4,82 +4,65 @@
 //! through a layer both are gone and the results blended; lanes that need slices (grazing waves, rare) are redone one
 //! by one.
 
+use num_complex::Complex64;
 use pulp::Simd;
 
-use super::compliance::{NormalCompliance, StackAt, climb};
+use super::compliance::{NormalCompliance, StackAt};
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
 use crate::numeric::lanes::{load, store};
-use crate::numeric::{ComplexField, Lanes, MOST_LANES, Matrix2};
+use crate::numeric::{Lanes, MOST_LANES, Matrix2};
 
 /// A stack at several values of s.
 #[derive(Clone, Debug)]
 pub struct LaneStack<'a, S: Simd> {
-    layers: Vec<LayerAt<Lanes<S>>>,
-    foundation: [Lanes<S>; 2],
+    lanes: StackAt<Lanes<S>>,
     single: [&'a StackAt; MOST_LANES],
-}
-
-/// Surface and bottom compliance in lanes \[m/Pa\].
-#[derive(Clone, Copy, Debug)]
-pub struct LaneCompliance<S: Simd> {
-    /// C_zz.
-    pub surface: Lanes<S>,
-    /// D_zz to the bottom face.
-    pub bottom: Lanes<S>,
 }
 
 impl<'a, S: Simd> LaneStack<'a, S> {
     /// Puts stacks (of the same tyre) side by side, as many as there are lanes.
-    pub fn new(simd: S, stacks: [&'a StackAt; MOST_LANES]) -> Self {
-        let layers = stacks[0]
-            .layers()
-            .iter()
-            .enumerate()
-            .map(|(index, layer)| LayerAt {
-                thickness: layer.thickness,
-                shear: Lanes::from_fn(simd, |lane| stacks[lane].layers()[index].shear),
-                inverse_shear: Lanes::from_fn(simd, |lane| stacks[lane].layers()[index].inverse_shear),
-                modulus_ratio: layer.modulus_ratio,
-                inertia: Lanes::from_fn(simd, |lane| stacks[lane].layers()[index].inertia),
-                prestress: layer.prestress,
-            })
-            .collect();
-        let foundation = [0, 1].map(|axis| Lanes::from_fn(simd, |lane| stacks[lane].foundation()[axis]));
-        Self { layers, foundation, single: stacks }
+    pub fn new(simd: S, single: [&'a StackAt; MOST_LANES]) -> Self {
+        let layer = |(index, layer): (usize, &LayerAt<Complex64>)| LayerAt {
+            thickness: layer.thickness,
+            shear: Lanes::from_fn(simd, |lane| single[lane].layers[index].shear),
+            inverse_shear: Lanes::from_fn(simd, |lane| single[lane].layers[index].inverse_shear),
+            modulus_ratio: layer.modulus_ratio,
+            inertia: Lanes::from_fn(simd, |lane| single[lane].layers[index].inertia),
+            prestress: layer.prestress,
+        };
+        let layers = single[0].layers.iter().enumerate().map(layer).collect();
+        let foundation = [0, 1].map(|axis| Lanes::from_fn(simd, |lane| single[lane].foundation[axis]));
+        Self { lanes: StackAt { layers, foundation }, single }
     }
 
     /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
     #[inline(always)]
-    pub fn normal(&self, kx: f64, ky: f64) -> LaneCompliance<S> {
-        let [tangential, normal] = self.foundation;
+    pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
         let mut sliced = [false; MOST_LANES];
-        let state = climb(
-            &self.layers,
-            Matrix2::diagonal(tangential, normal),
+        let both = self.lanes.p_sv(
             kx,
             ky,
             #[inline(always)]
             |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
         );
-        let Some((top, transfer)) = state else {
-            let compliance = normal.reciprocal();
-            return LaneCompliance { surface: compliance, bottom: compliance };
-        };
-        let surface = top.displacement.over(top.traction);
-        let bottom = transfer * surface;
-        let result = LaneCompliance { surface: surface.0[1][1], bottom: bottom.0[1][1] };
+        let result = both.normal();
         if sliced == [false; MOST_LANES] { result } else { self.redo(kx, ky, sliced, result) }
     }
 
     #[inline(never)]
-    fn redo(&self, kx: f64, ky: f64, lanes: [bool; MOST_LANES], result: LaneCompliance<S>) -> LaneCompliance<S> {
+    fn redo(
+        &self,
+        kx: f64,
+        ky: f64,
+        lanes: [bool; MOST_LANES],
+        result: NormalCompliance<Lanes<S>>,
+    ) -> NormalCompliance<Lanes<S>> {
         let (mut surface, mut bottom) = (result.surface.to_array(), result.bottom.to_array());
         for lane in (0..S::F64_LANES).filter(|&lane| lanes[lane]) {
-            let single: NormalCompliance = self.single[lane].normal(kx, ky);
-            (surface[lane], bottom[lane]) = (single.surface, single.bottom);
+            NormalCompliance { surface: surface[lane], bottom: bottom[lane] } = self.single[lane].normal(kx, ky);
         }
         let simd = result.surface.simd();
-        LaneCompliance {
+        NormalCompliance {
             surface: Lanes::from_fn(simd, |lane| surface[lane]),
             bottom: Lanes::from_fn(simd, |lane| bottom[lane]),
         }

@@ -5,15 +5,13 @@
 //! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
 //! - [`lane_compliance`]: the same at several s in lockstep;
 //! - [`surface_asymptote`]: what C becomes at high wavenumbers;
-//! - [`cases`]: files of wavenumbers and s in, C and D out;
-//! - [`flops`]: what one evaluation takes.
+//! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 pub mod cases;
 pub mod compliance;
-pub mod flops;
 pub mod lane_compliance;
 pub mod layer;
 pub mod material;
 pub mod surface_asymptote;
 
-pub use compliance::Stack;
+pub use compliance::{Stack, operations};

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::folded_sum::{InfluenceSum, InfluenceValue, Projection, SumAt};
+use super::folded_sum::{InfluenceSum, InfluenceValue, SumAt};
+use super::kernel::{Field, Waves};
+use super::projection::Projection;
 
 impl InfluenceSum {
     /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static
@@ -14,29 +16,20 @@ impl InfluenceSum {
     /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the rest of the sum over m, with
     /// a_m^2 <= (2 B/(pi b m))^2, is below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the rest over p, with
     /// sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
-    pub(super) fn by_bound(
-        &self,
-        n: usize,
-        at: &SumAt,
-        lateral_terms: Option<usize>,
-        aliases: Option<usize>,
-        compliance: impl Fn(f64, f64) -> Complex64,
-    ) -> InfluenceValue {
-        let Projection { circumference, width, contact_width, element, elements } = self.projection;
-        let tread = at.stack.tread();
-        let ratio = (tread.inertia * tread.inverse_shear).norm();
+    pub(super) fn by_bound(&self, n: usize, at: &SumAt, field: Field) -> InfluenceValue {
+        let Projection { waves, contact_width, element, elements } = self.projection;
+        let Waves { circumference, width } = waves;
+        let tread = at.kernel.tread();
+        let ratio = tread.inertia_over_shear().norm();
         // (1 - nu) = 1/(2 (1 - kappa)).
         let bound = (1.0 / (1.0 - tread.modulus_ratio)) * tread.inverse_shear.norm();
         let prestress = tread.prestress[0].max(tread.prestress[1]) * tread.inverse_shear.norm();
         let decided = |k: f64| k * tread.thickness >= 3.0 && ratio + prestress * k * k <= 0.4 * k * k;
-        let at_rest = self.stack.at(Complex64::ZERO);
+        let at_rest = self.kernel.at(Complex64::ZERO);
         let floor = self.projection.longitudinal_weight(n as i64)
-            * (1..=5)
-                .step_by(2)
-                .map(|m| {
-                    let at_rest = at_rest.normal(self.projection.kx(n as i64), self.projection.ky(m)).surface;
-                    at_rest.norm() * self.projection.lateral_weight(m)
-                })
+            * Waves::lateral_numbers()
+                .take(3)
+                .map(|m| at_rest.normal(n as i64, m, Field::Surface).norm() * self.projection.lateral_weight(m))
                 .sum::<f64>();
         let target = self.tolerance * floor;
         let slope = (2.0 / width) * (2.0 * width / (PI * contact_width)).powi(2);
@@ -45,17 +38,16 @@ impl InfluenceSum {
         for p in 0.. {
             let pair = [n as i64 + p * elements as i64, n as i64 - p * elements as i64];
             for &alias in if p == 0 { &pair[..1] } else { &pair[..] } {
-                let kx = self.projection.kx(alias);
+                let kx = waves.kx(alias);
                 let longitudinal = self.projection.longitudinal_weight(alias);
                 let mut row = Complex64::ZERO;
-                for count in 1.. {
-                    let m = 2 * count - 1;
-                    let ky = self.projection.ky(m);
-                    row += compliance(kx, ky) * self.projection.lateral_weight(m);
+                for (before, m) in Waves::lateral_numbers().enumerate() {
+                    let ky = waves.ky(m);
+                    row += at.kernel.normal(alias, m, field) * self.projection.lateral_weight(m);
                     evaluations += 1;
                     let k = kx.hypot(ky);
-                    match lateral_terms {
-                        Some(terms) if count >= terms => break,
+                    match self.lateral_terms {
+                        Some(terms) if before + 1 >= terms => break,
                         Some(_) => {}
                         None if decided(k) => {
                             let rest = bound * slope / (m as f64 * (2.0 * k).max(4.0 * ky)) * longitudinal;
@@ -70,11 +62,11 @@ impl InfluenceSum {
                 }
                 value += row * longitudinal;
             }
-            match aliases {
+            match self.aliases {
                 Some(most) if p as usize >= most => break,
                 Some(_) => {}
                 None => {
-                    let kx = self.projection.kx(((p + 1) as usize * elements - n) as i64);
+                    let kx = waves.kx(((p + 1) as usize * elements - n) as i64);
                     if decided(kx) {
                         let step = 2.0 * PI / element;
                         // sum over |p'| > p of kx^-3, as an integral from the middle between two aliases.

@@ -14,7 +14,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
-use super::folded_sum::{Field, InfluenceSum, Truncation};
+use super::folded_sum::InfluenceSum;
+use super::kernel::Field;
 use crate::scene::TimeRule;
 
 /// What wraps round, relative to itself: rho^K.
@@ -124,7 +125,7 @@ impl Weights {
                         return (0.0, 0, 0.0);
                     }
                     let (mut evaluations, mut omitted) = (0, 0.0_f64);
-                    if field == Field::Surface && *sum.truncation() == Truncation::Tail {
+                    if field == Field::Surface && sum.tail.is_some() {
                         faces.clear();
                         sum.faces(n, &at, field, faces);
                         for (entry, faces) in spectrum.iter_mut().zip(faces.iter()) {

@@ -74,7 +74,7 @@ where
 
 /// Chebyshev coefficients of C_zz of the half-space in a band of k^2.
 pub fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; BAND_TERMS] {
-    let ratio = tread.inertia * tread.inverse_shear;
+    let ratio = tread.inertia_over_shear();
     chebyshev(band, |k_squared| {
         closed_form(tread.modulus_ratio, ratio / k_squared) * tread.inverse_shear / k_squared.sqrt()
     })
@@ -82,7 +82,7 @@ pub fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; B
 
 /// Whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
 pub fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
-    let ratio = tread.inertia * tread.inverse_shear;
+    let ratio = tread.inertia_over_shear();
     let alpha = (ratio * tread.modulus_ratio + k * k).sqrt();
     let beta = (ratio + k * k).sqrt();
     alpha.re.min(beta.re) * tread.thickness >= decay
@@ -90,7 +90,7 @@ pub fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
 
 /// Whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`.
 pub fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance: f64) -> bool {
-    let ratio = tread.inertia * tread.inverse_shear;
+    let ratio = tread.inertia_over_shear();
     let kappa = tread.modulus_ratio;
     let nu = (1.0 - 2.0 * kappa) / (2.0 - 2.0 * kappa);
     // Rayleigh speed over shear speed, within 0.5 % (Viktorov).

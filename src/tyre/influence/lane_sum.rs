@@ -6,10 +6,12 @@
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::folded_sum::{Field, InfluenceSum, SumAt, aliases_below};
+use super::folded_sum::{InfluenceSum, SumAt};
+use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt};
+use super::kernel::{Field, KernelAt, LaneKernel};
+use super::projection::Projection;
 use crate::numeric::lanes::load;
 use crate::numeric::{Lanes, MOST_LANES};
-use crate::tyre::layers::lane_compliance::LaneStack;
 
 /// Ht_n of the driven and of the innermost face with what it took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,9 +35,13 @@ impl InfluenceSum {
         values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&SumAt> = at.into_iter().collect();
-        if driven == Field::Surface && !self.lateral().is_empty() && at.iter().all(|at| at.converges()) {
-            Arch::new().dispatch(Batch { sum: self, n, at: &at, values });
-            return;
+        if let (Field::Surface, Some(tail)) = (driven, &self.tail) {
+            let converging =
+                at.iter().map(|at| at.tail.as_ref().filter(|tail| tail.converges).map(|tail| (&at.kernel, tail)));
+            if let Some(at) = converging.collect::<Option<Vec<_>>>() {
+                Arch::new().dispatch(LaneSum { projection: &self.projection, tail, n, at: &at, values });
+                return;
+            }
         }
         for at in at {
             let face = self.value(n, at, driven);
@@ -47,28 +53,29 @@ impl InfluenceSum {
 
 /// The sums of a list. A type, not a closure, since it has to be inlined into the dispatch to be compiled for its
 /// instructions.
-struct Batch<'a> {
-    sum: &'a InfluenceSum,
+struct LaneSum<'a> {
+    projection: &'a Projection,
+    tail: &'a HalfSpaceTail,
     n: usize,
-    at: &'a [&'a SumAt],
+    at: &'a [(&'a KernelAt, &'a HalfSpaceTailAt)],
     values: &'a mut Vec<FaceValues>,
 }
 
-impl WithSimd for Batch<'_> {
+impl WithSimd for LaneSum<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         for group in self.at.chunks(S::F64_LANES) {
             // Lanes without a member repeat the last one.
-            let members: [&SumAt; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
-            let stack = LaneStack::new(simd, members.map(|at| &at.stack));
-            let cut_offs = members.map(|at| self.sum.cut_off_squared(at));
-            let (surface, bottom, evaluations) = explicit_sum(simd, self.sum, self.n, &stack, &cut_offs);
+            let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
+            let kernel = LaneKernel::new(simd, members.map(|(kernel, _)| kernel));
+            let cut_offs = members.map(|(_, tail_at)| self.tail.cut_off(tail_at, true).powi(2));
+            let (surface, bottom, evaluations) = self.explicit(simd, &kernel, &cut_offs);
             let (surface, bottom) = (surface.to_array(), bottom.to_array());
-            for (lane, at) in group.iter().enumerate() {
+            for (lane, (_, tail_at)) in group.iter().enumerate() {
                 self.values.push(FaceValues {
-                    driven: surface[lane] + self.sum.half_space_rest(self.n, at),
+                    driven: surface[lane] + self.tail.rest(self.n, tail_at),
                     bottom: bottom[lane],
                     evaluations: evaluations[lane],
                 });
@@ -77,38 +84,40 @@ impl WithSimd for Batch<'_> {
     }
 }
 
-/// The layered part: surface, bottom, evaluations.
-#[inline(always)]
-fn explicit_sum<S: Simd>(
-    simd: S,
-    sum: &InfluenceSum,
-    n: usize,
-    stack: &LaneStack<'_, S>,
-    cut_offs: &[f64; MOST_LANES],
-) -> (Lanes<S>, Lanes<S>, [u64; MOST_LANES]) {
-    let largest = cut_offs.iter().fold(0.0_f64, |a, &b| a.max(b));
-    let limits = load(simd, cut_offs);
-    let (mut surface, mut bottom) = (Lanes::zero(simd), Lanes::zero(simd));
-    let mut evaluations = [0; MOST_LANES];
-    for alias in aliases_below(n, sum.projection(), largest.sqrt()) {
-        let kx = sum.projection().kx(alias);
-        let longitudinal = sum.projection().longitudinal_weight(alias);
-        for &[ky, lateral] in sum.lateral() {
-            let k_squared = kx * kx + ky * ky;
-            if k_squared >= largest {
-                break;
-            }
-            let compliance = stack.normal(kx, ky);
-            let inside = simd.greater_than_f64s(limits, simd.splat_f64s(k_squared));
-            let weight = simd.select_f64s(inside, simd.splat_f64s(lateral * longitudinal), simd.splat_f64s(0.0));
-            surface = surface.plus_weighted(weight, compliance.surface);
-            bottom = bottom.plus_weighted(weight, compliance.bottom);
-            for (count, cut_off) in evaluations.iter_mut().zip(cut_offs) {
-                *count += u64::from(k_squared < *cut_off);
+impl LaneSum<'_> {
+    /// The layered part below the squares of cut-offs: surface, bottom, evaluations.
+    #[inline(always)]
+    fn explicit<S: Simd>(
+        &self,
+        simd: S,
+        kernel: &LaneKernel<'_, S>,
+        cut_offs: &[f64; MOST_LANES],
+    ) -> (Lanes<S>, Lanes<S>, [u64; MOST_LANES]) {
+        let largest = cut_offs.iter().fold(0.0_f64, |a, &b| a.max(b));
+        let limits = load(simd, cut_offs);
+        let (mut surface, mut bottom) = (Lanes::zero(simd), Lanes::zero(simd));
+        let mut evaluations = [0; MOST_LANES];
+        for alias in self.projection.aliases_below(self.n, largest.sqrt()) {
+            let kx = self.projection.waves.kx(alias);
+            let longitudinal = self.projection.longitudinal_weight(alias);
+            for lateral in &self.tail.lateral {
+                let k_squared = kx * kx + lateral.ky * lateral.ky;
+                if k_squared >= largest {
+                    break;
+                }
+                let compliance = kernel.normal(alias, lateral.m);
+                let inside = simd.greater_than_f64s(limits, simd.splat_f64s(k_squared));
+                let weight = simd.splat_f64s(lateral.weight * longitudinal);
+                let weight = simd.select_f64s(inside, weight, simd.splat_f64s(0.0));
+                surface = surface.plus_weighted(weight, compliance.surface);
+                bottom = bottom.plus_weighted(weight, compliance.bottom);
+                for (count, cut_off) in evaluations.iter_mut().zip(cut_offs) {
+                    *count += u64::from(k_squared < *cut_off);
+                }
             }
         }
+        (surface, bottom, evaluations)
     }
-    (surface, bottom, evaluations)
 }
 
 #[cfg(test)]

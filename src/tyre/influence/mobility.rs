@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::folded_sum::sinc;
+use super::projection::sinc;
 use crate::scene::Tyre;
 use crate::tyre::layers::compliance::Stack;
 use crate::tyre::layers::material::modulus_ratio;

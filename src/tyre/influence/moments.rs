@@ -13,8 +13,8 @@ use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::folded_sum::Projection;
 use super::half_space_bands::{self, BAND_TERMS};
+use super::projection::Projection;
 use crate::numeric::lanes::load;
 use crate::numeric::{MOST_LANES, tail_sum};
 use crate::tyre::layers::surface_asymptote::TERMS;
@@ -108,7 +108,7 @@ impl Moments {
 
 /// Adds weight k^-(2j+1), in every lane.
 #[inline(always)]
-pub(in crate::tyre) fn add<S: Simd>(simd: S, moments: &mut [S::f64s; TERMS], weight: S::f64s, k_squared: S::f64s) {
+pub(super) fn add<S: Simd>(simd: S, moments: &mut [S::f64s; TERMS], weight: S::f64s, k_squared: S::f64s) {
     let inverse = simd.div_f64s(simd.splat_f64s(1.0), k_squared);
     let mut term = simd.mul_f64s(weight, simd.sqrt_f64s(inverse));
     for moment in moments {
@@ -132,7 +132,7 @@ fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>
     let elements = projection.elements as i64;
     let explicit = (-lobes..=lobes)
         .map(|p| n as i64 + p * elements)
-        .map(|alias| (projection.kx(alias).powi(2), projection.longitudinal_weight(alias)))
+        .map(|alias| (projection.waves.kx(alias).powi(2), projection.longitudinal_weight(alias)))
         .collect();
     let fraction = n as f64 / projection.elements as f64;
     let sine = (PI * fraction).sin();
@@ -141,7 +141,7 @@ fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>
         .flat_map(|side| tail_sum::plain(lobes as f64 + 0.5 + side * fraction))
         .map(|(x, weight)| {
             let kx = 2.0 * PI * x / projection.element;
-            (kx * kx, weight * (sine / (PI * x)).powi(2) / projection.circumference)
+            (kx * kx, weight * (sine / (PI * x)).powi(2) / projection.waves.circumference)
         })
         .collect();
     [explicit, far]
@@ -150,16 +150,16 @@ fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>
 /// ky^2 and lateral weights of odd m: as many as are summed one by one, then those that stand for all others.
 fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
     // a_m^2 oscillates like cos(m angle).
-    let angle = PI * projection.contact_width / projection.width;
+    let angle = PI * projection.contact_width / projection.waves.width;
     let beat = angle.sin().abs();
     let past = ((PARTS_PER_BEAT / beat) as usize).clamp(EXPLICIT_LATERAL, MOST_LATERAL);
-    let last = 2 * ((highest * projection.width / (2.0 * PI)) as usize + past) + 1;
+    let last = 2 * ((highest * projection.waves.width / (2.0 * PI)) as usize + past) + 1;
     let mean = |m: f64| {
-        let ky = PI * m / projection.width;
-        (ky * ky, 4.0 / projection.width / (ky * projection.contact_width).powi(2))
+        let ky = PI * m / projection.waves.width;
+        (ky * ky, 4.0 / projection.waves.width / (ky * projection.contact_width).powi(2))
     };
     let mut rows: Vec<Weighted> =
-        (1..=last).step_by(2).map(|m| (projection.ky(m).powi(2), projection.lateral_weight(m))).collect();
+        (1..=last).step_by(2).map(|m| (projection.waves.ky(m).powi(2), projection.lateral_weight(m))).collect();
     // A beat too slow to be summed by parts stands still: m is odd and angle close to pi, so that the cosine is -1.
     let stands = PARTS_PER_BEAT / beat > MOST_LATERAL as f64;
     rows.extend(tail_sum::plain(0.5 * (last + 1) as f64).map(|(x, weight)| {
@@ -298,11 +298,17 @@ impl<S: Simd> ShellSums<'_, S> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::kernel::Waves;
     use super::*;
 
     /// A strip of a share of the width, 64 elements round.
     fn projection(share: f64) -> Projection {
-        Projection { circumference: 1.95, width: 0.2, contact_width: 0.2 * share, element: 1.95 / 64.0, elements: 64 }
+        Projection {
+            waves: Waves { circumference: 1.95, width: 0.2 },
+            contact_width: 0.2 * share,
+            element: 1.95 / 64.0,
+            elements: 64,
+        }
     }
 
     /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by
@@ -318,11 +324,11 @@ mod tests {
                     let aliases: Vec<_> = (-most_p..=most_p).map(|p| n as i64 + p * 64).collect();
                     let shape: Vec<_> = aliases
                         .iter()
-                        .map(|&a| (projection.kx(a).powi(2), projection.longitudinal_weight(a)))
+                        .map(|&a| (projection.waves.kx(a).powi(2), projection.longitudinal_weight(a)))
                         .collect();
                     let mut sum = 0.0;
                     for m in (1..most_m).step_by(2) {
-                        let (ky, weight) = (projection.ky(m), projection.lateral_weight(m));
+                        let (ky, weight) = (projection.waves.ky(m), projection.lateral_weight(m));
                         for &(kx_squared, longitudinal) in &shape {
                             let k_squared = kx_squared + ky * ky;
                             if k_squared >= 700.0 * 700.0 {

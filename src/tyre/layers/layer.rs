@@ -111,6 +111,11 @@ pub struct Exponents<T> {
 }
 
 impl<T: ComplexField> LayerAt<T> {
+    /// rho s^2/mu \[1/m^2\]: the square of s over the speed of shear waves.
+    pub fn inertia_over_shear(&self) -> T {
+        self.inertia * self.inverse_shear
+    }
+
     /// Exponents at a wavenumber (kx, ky).
     #[inline(always)]
     pub fn exponents(&self, kx: f64, ky: f64) -> Exponents<T> {

@@ -20,8 +20,8 @@ use super::model::RationalModel;
 use crate::numeric::rational::RationalError;
 use crate::numeric::rational::vector_fitting::{Samples, regularised_residues};
 use crate::scene::Tyre;
-use crate::tyre::influence::folded_sum::{Projection, aliases_below};
-use crate::tyre::layers::compliance::Stack;
+use crate::tyre::influence::Projection;
+use crate::tyre::influence::kernel::{Kernel, Waves};
 
 /// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
 /// fit.
@@ -127,54 +127,51 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
 
 /// The sums T_n of a tyre.
 #[derive(Clone, Debug)]
-pub struct TangentialSum {
-    stack: Stack,
+struct TangentialSum {
+    kernel: Kernel,
     projection: Projection,
 }
 
 /// A value with what it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TangentialValue {
+struct TangentialValue {
     /// T_n \[m/N\].
-    pub value: Complex64,
+    value: Complex64,
     /// Bound on what was left out \[m/N\].
-    pub omitted: f64,
+    omitted: f64,
     /// Evaluations of the compliance.
-    pub evaluations: u64,
+    evaluations: u64,
 }
 
 impl TangentialSum {
     /// The sums of a tyre of N elements.
-    pub fn new(tyre: &Tyre, elements: usize) -> Self {
-        Self { stack: Stack::new(tyre), projection: Projection::new(tyre, elements) }
+    fn new(tyre: &Tyre, elements: usize) -> Self {
+        Self { kernel: Kernel::new(tyre), projection: Projection::new(tyre, elements) }
     }
 
     /// T_n(s), n from 0 to N/2.
-    pub fn value(&self, n: usize, s: Complex64) -> TangentialValue {
-        let at = self.stack.at(s);
+    fn value(&self, n: usize, s: Complex64) -> TangentialValue {
+        let at = self.kernel.at(s);
         let tread = at.tread();
-        let slowest = (tread.inertia * tread.inverse_shear).norm().sqrt();
+        let slowest = tread.inertia_over_shear().norm().sqrt();
         let cut_off = (DEEP / tread.thickness).max(SLOW * slowest);
-        let projection = &self.projection;
+        let Projection { waves, .. } = self.projection;
         let (mut value, mut evaluations, mut weights) = (Complex64::ZERO, 0, 0.0);
-        for alias in aliases_below(n, projection, cut_off) {
-            let (kx, longitudinal) = (projection.kx(alias), projection.longitudinal_weight(alias));
-            for m in (1..).step_by(2) {
-                let ky = projection.ky(m);
-                if kx * kx + ky * ky >= cut_off * cut_off {
-                    break;
-                }
-                let weight = longitudinal * projection.lateral_weight(m);
-                value += weight * at.tangential(kx, ky);
+        for alias in self.projection.aliases_below(n, cut_off) {
+            let (kx, longitudinal) = (waves.kx(alias), self.projection.longitudinal_weight(alias));
+            let below = |m: &usize| kx * kx + waves.ky(*m) * waves.ky(*m) < cut_off * cut_off;
+            for m in Waves::lateral_numbers().take_while(below) {
+                let weight = longitudinal * self.projection.lateral_weight(m);
+                value += weight * at.tangential(alias, m);
                 weights += weight;
                 evaluations += 1;
             }
         }
-        let all = 1.0 / (projection.circumference * projection.contact_width);
         // The half-space at rest; with the ratio r = mu/(lambda + 2 mu), 1 - 2 nu = r/(1 - r).
         let ratio = tread.modulus_ratio / (1.0 - tread.modulus_ratio);
         let compliance = 0.5 * ratio * tread.inverse_shear.norm() / cut_off;
-        TangentialValue { value, omitted: compliance * (all - weights).max(0.0), evaluations }
+        let omitted = compliance * (self.projection.total_weight() - weights).max(0.0);
+        TangentialValue { value, omitted, evaluations }
     }
 }
 

@@ -1,0 +1,114 @@
+//! The surface's share of all waves above a cut-off wavenumber, where the tread has become a half-space.
+//!
+//! From a first cut-off on, the bands of [`super::half_space_bands`], then, from k_c on, the asymptotic series of
+//! [`surface_asymptote`](crate::tyre::layers::surface_asymptote), both with moments that are summed once for all s.
+
+use num_complex::Complex64;
+
+use super::half_space_bands::{self, BAND_TERMS};
+use super::kernel::Waves;
+use super::moments::{Moments, TailClasses};
+use super::projection::Projection;
+use crate::scene::Layer;
+use crate::tyre::layers::layer::LayerAt;
+use crate::tyre::layers::material::modulus_ratio;
+use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
+
+/// The tail's series and moments.
+#[derive(Clone, Debug)]
+pub(super) struct HalfSpaceTail {
+    tolerance: f64,
+    /// k h from which a layer is a half-space at rest.
+    decay: f64,
+    coefficients: [f64; TERMS],
+    classes: TailClasses,
+    moments: Moments,
+    /// The waves' lateral numbers up to the largest cut-off.
+    pub(super) lateral: Vec<Lateral>,
+}
+
+/// A lateral number m with ky \[1/m\] and its weight \[1/m\].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lateral {
+    pub(super) m: usize,
+    pub(super) ky: f64,
+    pub(super) weight: f64,
+}
+
+/// The tail at one s.
+#[derive(Clone, Debug)]
+pub(super) struct HalfSpaceTailAt {
+    /// Class of the wavenumber below which the layered compliance is evaluated.
+    explicit: usize,
+    /// Chebyshev coefficients of the half-space in the bands from there to the class of the series.
+    bands: Vec<[Complex64; BAND_TERMS]>,
+    /// Class above which the series is used.
+    class: usize,
+    /// phi_j (Q/mu)^j/mu.
+    series: [Complex64; TERMS],
+    /// Whether the series converges above the largest cut-off; where not, the rest is bounded instead.
+    pub(super) converges: bool,
+}
+
+/// Wavenumber from which the series converges \[1/m\].
+fn series_limit(tread: &LayerAt<Complex64>) -> f64 {
+    (tread.inertia_over_shear().norm() / LARGEST_ARGUMENT).sqrt()
+}
+
+impl HalfSpaceTail {
+    /// Of a tread, given also at the largest s at which the sums will be wanted.
+    pub(super) fn new(tread: &Layer, at_largest: &LayerAt<Complex64>, projection: &Projection, tolerance: f64) -> Self {
+        let smallest = thickness_limit(tread.thickness, tolerance);
+        let classes = TailClasses::new(smallest, series_limit(at_largest));
+        Self {
+            tolerance,
+            decay: smallest * tread.thickness,
+            coefficients: series(modulus_ratio(tread.material.poisson)),
+            lateral: Waves::lateral_numbers()
+                .map(|m| Lateral { m, ky: projection.waves.ky(m), weight: projection.lateral_weight(m) })
+                .take_while(|lateral| lateral.ky < classes.highest())
+                .collect(),
+            moments: Moments::new(projection, &classes),
+            classes,
+        }
+    }
+
+    /// At the s of a tread.
+    pub(super) fn at(&self, tread: &LayerAt<Complex64>) -> HalfSpaceTailAt {
+        let (classes, ratio) = (&self.classes, tread.inertia_over_shear());
+        let (class, converges) = classes.choose(series_limit(tread));
+        let mut power = tread.inverse_shear;
+        let series = self.coefficients.map(|coefficient| {
+            let term = power * coefficient;
+            power *= ratio;
+            term
+        });
+        let smooth = |class: usize| {
+            half_space_bands::is_half_space(tread, classes.cut_off(class), self.decay)
+                && half_space_bands::is_resolved(tread, classes.band(class), self.tolerance)
+        };
+        let mut explicit = class;
+        while explicit > 0 && smooth(explicit - 1) {
+            explicit -= 1;
+        }
+        let bands = (explicit..class).map(|class| half_space_bands::coefficients(tread, classes.band(class))).collect();
+        HalfSpaceTailAt { explicit, bands, class, series, converges }
+    }
+
+    /// Wavenumber below which the layered compliance is evaluated \[1/m\]. The faces below do not see the half-space;
+    /// they keep the larger cut-off of the series.
+    pub(super) fn cut_off(&self, at: &HalfSpaceTailAt, surface: bool) -> f64 {
+        self.classes.cut_off(if surface { at.explicit } else { at.class })
+    }
+
+    /// The surface's share of all waves of n above the surface's cut-off \[m/N\], where the series converges.
+    pub(super) fn rest(&self, n: usize, at: &HalfSpaceTailAt) -> Complex64 {
+        let moments = self.moments.of(n, at.class);
+        let mut rest = at.series.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+        for (class, coefficients) in (at.explicit..).zip(&at.bands) {
+            let moments = self.moments.band(n, class);
+            rest += coefficients.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();
+        }
+        rest
+    }
+}

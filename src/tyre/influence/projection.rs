@@ -1,0 +1,65 @@
+//! What a contact element takes of the tyre's waves: wavenumbers and weights, geometry only.
+
+use std::f64::consts::PI;
+
+use super::kernel::Waves;
+use crate::scene::Tyre;
+
+/// sin(x)/x.
+pub(super) fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+}
+
+/// Wavenumbers and weights of the sum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Projection {
+    /// The waves.
+    pub waves: Waves,
+    /// Contact width b \[m\].
+    pub contact_width: f64,
+    /// Length of an element along x \[m\].
+    pub element: f64,
+    /// Number of elements N.
+    pub elements: usize,
+}
+
+impl Projection {
+    /// The projection of a tyre with N elements.
+    pub fn new(tyre: &Tyre, elements: usize) -> Self {
+        Self {
+            waves: Waves::new(tyre),
+            contact_width: tyre.contact_width,
+            element: tyre.circumference / elements as f64,
+            elements,
+        }
+    }
+
+    /// (1/L) sinc^2(kx dx/2) \[1/m\].
+    pub fn longitudinal_weight(&self, n: i64) -> f64 {
+        let shape = sinc(0.5 * self.waves.kx(n) * self.element);
+        shape * shape / self.waves.circumference
+    }
+
+    /// (2/B) a_m^2 for odd m and a centred strip \[1/m\]; the sum over all odd m is 1/b.
+    pub fn lateral_weight(&self, m: usize) -> f64 {
+        let shape = sinc(0.5 * self.waves.ky(m) * self.contact_width);
+        2.0 / self.waves.width * shape * shape
+    }
+
+    /// Sum of all weights 1/(L b) \[1/m^2\].
+    pub fn total_weight(&self) -> f64 {
+        1.0 / (self.waves.circumference * self.contact_width)
+    }
+
+    /// Integer wavenumbers n + p N with |kx| below the cut-off \[1/m\], p = 0, 1, -1, 2, ...
+    pub fn aliases_below(&self, n: usize, cut_off: f64) -> impl Iterator<Item = i64> + use<> {
+        let largest = (cut_off * self.waves.circumference / (2.0 * PI)) as i64;
+        let elements = self.elements as i64;
+        let n = n as i64;
+        let most = (largest + n) / elements + 1;
+        (0..=most)
+            .flat_map(move |p| if p == 0 { [Some(n), None] } else { [Some(n + p * elements), Some(n - p * elements)] })
+            .flatten()
+            .filter(move |alias| alias.abs() <= largest)
+    }
+}

@@ -100,8 +100,8 @@ fn line(x: f64, y: f64, b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reference;
     use super::*;
+    use crate::half_space::reference;
 
     /// The integral to 17 digits by mpmath: (x, y, side_x, side_y, pi u).
     const PRECISE: [(f64, f64, f64, f64, f64); 55] = [

@@ -12,8 +12,8 @@
 
 use rayon::prelude::*;
 
-use super::height_map::{HeightMap, reflected};
 use super::lattice::{Lattice, same};
+use super::sources::height_map::{HeightMap, reflected};
 use super::texture::ProfileSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::scene::AtEnd;

@@ -1,14 +1,15 @@
 //! Drawn roads: levels in all directions, Gaussian heights, no seams between patches, levels and patches of their own.
 
 use super::*;
-use crate::road::made::{Patches, RingSpectrum, TargetSpectrum, Texture};
+use crate::road::sources::made::{Design, Patches, RingSpectrum, TargetSpectrum, Texture};
 use crate::road::texture::{ProfileSpectrum, nearest_band};
 use crate::scene::MadeRoad;
 
 const SPACING: f64 = 0.001;
 
 fn texture(target: &TargetSpectrum, lattice: Lattice) -> Texture {
-    Texture::new(target, None, SPACING, 4, lattice, 1 << 30).unwrap()
+    let design = Design { target: target.clone(), shape: None, spacing: SPACING, seed: 4 };
+    Texture::new(&design, lattice, 1 << 30).unwrap()
 }
 
 /// A band of waves by itself: 25 to 10 mm, as high as those of asphalt.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::road::made::TargetSpectrum;
+use crate::road::sources::made::TargetSpectrum;
 use crate::road::texture::{ProfileSpectrum, mid_wavelength};
 use crate::scene::{MadeRoad, PowerLawTexture};
 

@@ -5,7 +5,7 @@
 //!
 //! Lengths in m, pressures in Pa; the modulus enters as E* = E/(1 - nu^2).
 
-pub mod error;
+mod error;
 pub mod line;
 pub mod love;
 #[cfg(test)]

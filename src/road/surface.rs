@@ -142,7 +142,7 @@ impl RoadSurface {
         }
     }
 
-    /// Mean wavenumber of the surface's texture \[rad/m\], see [`wavenumber`]: of a made road from the bands that it
+    /// Mean wavenumber of the surface's texture \[rad/m\], see `wavenumber`: of a made road from the bands that it
     /// has, of a measured one from its heights. `None` for a road without texture. Costs some transforms of a measured
     /// road's length.
     pub fn mean_wavenumber(&self) -> Option<f64> {

@@ -11,7 +11,7 @@
 //! (4/pi)/`<k_x>`. The height of the texture is not in it, nor the size of an element: an element dx by b has c =
 //! kappa/(dx b) \[m/N\].
 //!
-//! The waves that count end at 4 mm ([`wavenumber::SHORTEST`](crate::road::texture::wavenumber::SHORTEST)), whatever
+//! The waves that count end at 4 mm (`SHORTEST` of the road's wavenumbers), whatever
 //! the run's cells resolve: a convention of the law, not a property of the road. Shorter ones would raise `<k>` and
 //! lower kappa, most on roads whose finest texture is strong.
 

@@ -6,11 +6,10 @@
 //! 3. Along, the cells divide the run's elements, so that elements can be cut out of the piece.
 
 use std::f64::consts::FRAC_PI_2;
-use std::path::PathBuf;
 
 use crate::half_space::rough::{Extent, HeightMap};
 use crate::numeric::transform_length;
-use crate::road::sources::height_map;
+use crate::road::sources::height_map::remove_plane;
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::Road;
 
@@ -96,15 +95,8 @@ pub fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize) -> Res
 
 /// Steps 1 and 2: a patch of `rows` x `columns` heights, without its plane and its border.
 fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -> HeightMap {
-    let mut piece = height_map::HeightMap {
-        path: PathBuf::new(),
-        dx: grid.dx,
-        dy: grid.dy,
-        first_y: 0.0,
-        columns,
-        heights: heights.to_vec(),
-    };
-    piece.remove_plane();
+    let mut piece = heights.to_vec();
+    remove_plane(&mut piece, columns);
     let extent = Extent { nx: grid.rows(), ny: grid.columns };
     let along: Vec<(f64, f64)> = fade(extent.nx, rows);
     let across: Vec<(f64, f64)> = fade(extent.ny, columns);
@@ -112,7 +104,7 @@ fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -
     for (i, &(here, beyond)) in along.iter().enumerate() {
         for (j, &(own, other)) in across.iter().enumerate() {
             let row = |i: usize| {
-                let row = &piece.heights[i * columns..];
+                let row = &piece[i * columns..];
                 own * row[j] + if other > 0.0 { other * row[j + extent.ny] } else { 0.0 }
             };
             faded.push(here * row(i) + if beyond > 0.0 { beyond * row(i + extent.nx) } else { 0.0 });

@@ -23,9 +23,8 @@ use super::influence::LineInfluence;
 const WIDE: usize = 64;
 
 /// The curve of one profile after [`Self::follow`], and the work arrays of the next; sized on first use.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct GrowingContact {
-    arch: Arch,
     /// Column j of L: rows j.. in pivot order, from `offset(j)`; slack at the end so that wide reads may pass it.
     factor: Vec<f64>,
     /// Cells in pivot order.
@@ -43,24 +42,6 @@ pub struct GrowingContact {
     multiply_adds: u64,
 }
 
-impl Default for GrowingContact {
-    fn default() -> Self {
-        Self {
-            arch: Arch::new(),
-            factor: Vec::new(),
-            cells: Vec::new(),
-            a: Vec::new(),
-            b: Vec::new(),
-            touch: Vec::new(),
-            pivot: Vec::new(),
-            column: Vec::new(),
-            forward: Vec::new(),
-            events: Vec::new(),
-            multiply_adds: 0,
-        }
-    }
-}
-
 impl GrowingContact {
     /// Follows a profile up to the penetration `limit` (infinity: until every cell is in contact).
     ///
@@ -68,7 +49,7 @@ impl GrowingContact {
     /// [`LineInfluence::only_grows`] holds.
     pub fn follow(&mut self, line: &LineInfluence, depths: &[f64], limit: f64) {
         debug_assert_eq!(depths.len(), line.cells());
-        let n = depths.len();
+        let (n, arch) = (depths.len(), Arch::new());
         self.prepare(n, depths);
         let mut last = 0.0;
         let (mut next, mut touch) = first_least(&self.touch);
@@ -80,7 +61,7 @@ impl GrowingContact {
             }
             last = y;
             self.exchange(n, k, k + next);
-            self.schur_column(line.row(), n, k);
+            self.schur_column(arch, line.row(), n, k);
             let s = self.column[0];
             let (a, b) = (self.a[k], self.b[k]);
             self.events.push((y, a * a / s));
@@ -95,7 +76,7 @@ impl GrowingContact {
                 touch: &mut self.touch[k + 1..],
                 steps: [1.0 / root, a / s, b / s],
             };
-            self.arch.dispatch(update);
+            arch.dispatch(update);
             self.factor[start] = root;
             (next, touch) = first_least(&self.touch[k + 1..]);
         }
@@ -164,14 +145,14 @@ impl GrowingContact {
     }
 
     /// s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
-    fn schur_column(&mut self, row: &[f64], n: usize, k: usize) {
+    fn schur_column(&mut self, arch: Arch, row: &[f64], n: usize, k: usize) {
         let cell = self.cells[k];
         for (s, &other) in self.column.iter_mut().zip(&self.cells[k..]) {
             *s = row[cell.abs_diff(other)];
         }
         self.multiply_adds += (k * (n - k)) as u64;
         let (factor, pivot, column) = (&self.factor[..], &self.pivot[..k], &mut self.column[..]);
-        self.arch.dispatch(SchurColumn { factor, pivot, column, n });
+        arch.dispatch(SchurColumn { factor, pivot, column, n });
     }
 }
 

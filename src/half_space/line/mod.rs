@@ -1,8 +1,8 @@
-//! A row of cells: [`influence`] of each on the others, and the whole load curve of a profile by one factorisation,
-//! [`growing`] with the contact.
+//! A row of cells: `influence` of each on the others, and the whole load curve of a profile by one factorisation,
+//! `growing` with the contact.
 
-pub mod growing;
-pub mod influence;
+mod growing;
+mod influence;
 
 pub use growing::GrowingContact;
 pub use influence::LineInfluence;

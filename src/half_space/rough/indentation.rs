@@ -69,32 +69,27 @@ pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -
         Control::Load(load) => Constraint::Sum(load / (modulus * area)),
         Control::Penetration(penetration) => Constraint::Plane(peak - penetration),
     };
-    let level = solve_level(map, constraint, limits, true)?;
-    let touching = level.pressure.iter().filter(|&&p| p > 0.0).count();
-    let sum: f64 = level.pressure.iter().sum();
+    let (pressure, progress) = solve_level(map, constraint, limits, true)?;
+    let touching = pressure.iter().filter(|&&p| p > 0.0).count();
+    let sum: f64 = pressure.iter().sum();
     Ok(Indentation {
         load: sum * modulus * area,
-        penetration: peak - level.plane,
+        penetration: peak - progress.plane,
         area_fraction: touching as f64 / map.extent.cells() as f64,
-        iterations: level.iterations,
-        convolutions: level.convolutions,
-        residual: level.residual,
-        pressure: level.pressure.into_iter().map(|p| p * modulus).collect(),
+        iterations: progress.iterations,
+        convolutions: progress.convolutions,
+        residual: progress.residual,
+        pressure: pressure.into_iter().map(|p| p * modulus).collect(),
     })
 }
 
-/// What one grid level hands on.
-struct Level {
-    /// Pressure/E*, of the whole grid.
-    pressure: Vec<f64>,
-    plane: f64,
-    iterations: usize,
-    convolutions: usize,
-    residual: f64,
-}
-
-/// Solves one grid, the coarser ones first.
-fn solve_level(map: &HeightMap, constraint: Constraint, limits: Limits, finest: bool) -> Result<Level, HalfSpaceError> {
+/// Solves one grid, the coarser ones first: pressure/E* of the whole grid, and how it was found.
+fn solve_level(
+    map: &HeightMap,
+    constraint: Constraint,
+    limits: Limits,
+    finest: bool,
+) -> Result<(Vec<f64>, Progress), HalfSpaceError> {
     let Extent { nx, ny } = map.extent;
     let mut pressure = vec![0.0; nx * ny];
     let mut plane = None;
@@ -107,11 +102,11 @@ fn solve_level(map: &HeightMap, constraint: Constraint, limits: Limits, finest: 
         };
         let coarse_limits = Limits { tolerance: COARSE_TOLERANCE.max(limits.tolerance), iterations: limits.iterations };
         // A coarse level that fails only costs the finer one its start.
-        if let Ok(level) = solve_level(&coarse, coarse_constraint, coarse_limits, false) {
-            plane = Some(level.plane);
+        if let Ok((coarse_pressure, progress)) = solve_level(&coarse, coarse_constraint, coarse_limits, false) {
+            plane = Some(progress.plane);
             for (i, row) in pressure.chunks_exact_mut(ny).enumerate() {
                 for (j, p) in row.iter_mut().enumerate() {
-                    *p = level.pressure[(i / 2) * coarse.extent.ny + j / 2];
+                    *p = coarse_pressure[(i / 2) * coarse.extent.ny + j / 2];
                 }
             }
         }
@@ -122,26 +117,24 @@ fn solve_level(map: &HeightMap, constraint: Constraint, limits: Limits, finest: 
         (Constraint::Sum(_), Some(plane)) => plane - BOX_MARGIN * (peak - plane),
         (Constraint::Sum(_), None) => f64::NEG_INFINITY,
     };
-    let mut level = Level { pressure, plane: peak, iterations: 0, convolutions: 0, residual: 0.0 };
+    let (mut iterations, mut convolutions) = (0, 0);
     loop {
         let Some(window) = Window::above(map, reached) else {
             // Only a coarse level can be clear of the plane: averaging lowers its peaks.
-            level.plane = reached;
-            return Ok(level);
+            return Ok((pressure, Progress { plane: reached, iterations, convolutions, residual: 0.0 }));
         };
         let heights = window.cut(&map.heights, ny);
-        let mut inside = window.cut(&level.pressure, ny);
+        let mut inside = window.cut(&pressure, ny);
         let mut solver = Solver::new(window.extent(), map.dx, map.dy, &heights, Boundary::Free);
-        let Progress { plane, iterations, convolutions, residual } = solver.run(constraint, limits, &mut inside)?;
-        window.paste(&inside, &mut level.pressure, ny);
-        (level.plane, level.residual) = (plane, residual);
-        level.iterations += iterations;
-        level.convolutions += convolutions;
+        let progress = solver.run(constraint, limits, &mut inside)?;
+        window.paste(&inside, &mut pressure, ny);
+        iterations += progress.iterations;
+        convolutions += progress.convolutions;
         // Every cell that the plane reached must have been in the box (coarse levels need not be exact).
-        if !finest || plane >= reached {
-            return Ok(level);
+        if !finest || progress.plane >= reached {
+            return Ok((pressure, Progress { iterations, convolutions, ..progress }));
         }
-        reached = plane - BOX_MARGIN * (peak - plane);
+        reached = progress.plane - BOX_MARGIN * (peak - progress.plane);
     }
 }
 

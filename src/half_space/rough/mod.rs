@@ -1,13 +1,13 @@
-//! A rigid rough body: its [`map`] of heights is pressed into the half-space.
+//! A rigid rough body: its `map` of heights is pressed into the half-space.
 //!
-//! [`convolution`] multiplies pressures with an influence, `gradients` find those that keep the contact
-//! conditions; [`indentation`] is the contact with a free boundary, [`periodic`] that of a piece repeated for ever.
+//! `convolution` multiplies pressures with an influence, `gradients` find those that keep the contact
+//! conditions; `indentation` is the contact with a free boundary, `periodic` that of a piece repeated for ever.
 
-pub mod convolution;
+mod convolution;
 mod gradients;
-pub mod indentation;
-pub mod map;
-pub mod periodic;
+mod indentation;
+mod map;
+mod periodic;
 
 pub use convolution::{Convolution, Extent};
 pub use indentation::{Control, Indentation, indent};

@@ -5,7 +5,7 @@
 //! and the approach is the height of the highest peak over the plane that the undeformed surface reaches: it is 0 for a
 //! flat body, and that of the texture alone.
 //!
-//! The solver is that of [`super::indentation`] on one grid, with a given load (module `gradients`); each load starts from
+//! The solver is that of `indentation` on one grid, with a given load (module `gradients`); each load starts from
 //! the one before.
 
 use super::gradients::{Boundary, Constraint, Solver};

@@ -65,27 +65,6 @@ impl HeightMap {
         Ok(span)
     }
 
-    /// Subtracts the least-squares plane.
-    pub fn remove_plane(&mut self) {
-        let columns = self.columns;
-        let means: Vec<f64> =
-            self.heights.chunks_exact(columns).map(|row| row.iter().sum::<f64>() / columns as f64).collect();
-        let mut across = vec![0.0; columns];
-        for row in self.heights.chunks_exact(columns) {
-            for (sum, height) in across.iter_mut().zip(row) {
-                *sum += height / means.len() as f64;
-            }
-        }
-        let (mean, along) = line_of(&means);
-        let (_, slope) = line_of(&across);
-        let middle = (0.5 * (means.len() as f64 - 1.0), 0.5 * (columns as f64 - 1.0));
-        for (r, row) in self.heights.chunks_exact_mut(columns).enumerate() {
-            for (c, height) in row.iter_mut().enumerate() {
-                *height -= mean + along * (r as f64 - middle.0) + slope * (c as f64 - middle.1);
-            }
-        }
-    }
-
     /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of
     /// the rows. Wavelengths shorter than 0.8 `longest` stay as they are.
     pub fn remove_trend(&mut self, longest: f64) {
@@ -110,6 +89,25 @@ impl HeightMap {
             for (c, height) in row.iter_mut().enumerate() {
                 *height -= mean + slope * (c as f64 - 0.5 * (columns as f64 - 1.0));
             }
+        }
+    }
+}
+
+/// Subtracts the least-squares plane from a row-major map.
+pub fn remove_plane(heights: &mut [f64], columns: usize) {
+    let means: Vec<f64> = heights.chunks_exact(columns).map(|row| row.iter().sum::<f64>() / columns as f64).collect();
+    let mut across = vec![0.0; columns];
+    for row in heights.chunks_exact(columns) {
+        for (sum, height) in across.iter_mut().zip(row) {
+            *sum += height / means.len() as f64;
+        }
+    }
+    let (mean, along) = line_of(&means);
+    let (_, slope) = line_of(&across);
+    let middle = (0.5 * (means.len() as f64 - 1.0), 0.5 * (columns as f64 - 1.0));
+    for (r, row) in heights.chunks_exact_mut(columns).enumerate() {
+        for (c, height) in row.iter_mut().enumerate() {
+            *height -= mean + along * (r as f64 - middle.0) + slope * (c as f64 - middle.1);
         }
     }
 }
@@ -219,20 +217,14 @@ mod tests {
     #[test]
     fn plane_is_removed_exactly_and_texture_kept() {
         let texture = |r: usize, c: usize| if (r / 2 + c / 2).is_multiple_of(2) { 1e-3 } else { -1e-3 };
-        let build = |tilt: f64| HeightMap {
-            path: PathBuf::new(),
-            dx: 0.1,
-            dy: 0.1,
-            first_y: 0.0,
-            columns: 8,
-            heights: (0..64)
-                .map(|i| texture(i / 8, i % 8) + tilt * (5.0 + 0.3 * (i / 8) as f64 - 0.2 * (i % 8) as f64))
-                .collect(),
+        let build = |tilt: f64| -> Vec<f64> {
+            let height = |(r, c)| texture(r, c) + tilt * (5.0 + 0.3 * r as f64 - 0.2 * c as f64);
+            (0..64).map(|i| height((i / 8, i % 8))).collect()
         };
         let (mut tilted, mut level) = (build(1.0), build(0.0));
-        tilted.remove_plane();
-        level.remove_plane();
-        for (a, b) in tilted.heights.iter().zip(&level.heights) {
+        remove_plane(&mut tilted, 8);
+        remove_plane(&mut level, 8);
+        for (a, b) in tilted.iter().zip(&level) {
             assert!((a - b).abs() < 1e-14);
         }
     }

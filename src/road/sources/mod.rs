@@ -1,13 +1,13 @@
 //! Where roads come from, and the lattice that they want.
 //!
-//! Files are `read` within a bound of memory. A [`profile`], a [`grid`] and an [`opencrg`] road become a
+//! Files are `read` within a bound of memory. A `profile`, a `grid` and an `opencrg` road become a
 //! [`height_map`]; a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
 
-pub mod grid;
+mod grid;
 pub mod height_map;
 pub mod made;
-pub mod opencrg;
-pub mod profile;
+pub(super) mod opencrg;
+pub(super) mod profile;
 mod read;
 
 use height_map::HeightMap;

@@ -76,8 +76,7 @@ fn a_step_across_has_an_area_curve() {
 }
 
 /// Both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's mean: past
-/// the highest cell, which more cells find higher, it
-/// has none so soon.
+/// the highest cell, which more cells find higher, it has none so soon.
 #[test]
 fn slices_converge_with_cells_along() {
     let spec = Road::Made(MadeRoad { seed: 8, ..MadeRoad::default() });

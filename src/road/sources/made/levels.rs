@@ -1,10 +1,9 @@
 //! One level of a drawn road: waves of some octaves, in blocks that fade into each other.
 //!
-//! A patch of block length L and lateral period P is a Fourier series with independent random coefficients,
-//! z(x, y) = Re sum over m >= 0 and n of c_mn exp(2 pi i (n x/L + m y/P)), real and imaginary part of c_mn of variance
-//! s_m S_mn/(L P), s_0 = 1, s_m = 2,
-//! S_mn the mean of S(n/L, ky) over the m-th cell of ky, 1/P wide: the profile spectrum along x is then exact whatever
-//! P.
+//! A patch of block length L and lateral period P is a Fourier series with independent random coefficients, z(x, y) =
+//! Re sum over m >= 0 and n of c_mn exp(2 pi i (n x/L + m y/P)), real and imaginary part of c_mn of variance s_m
+//! S_mn/(L P), s_0 = 1, s_m = 2, S_mn the mean of S(n/L, ky) over the m-th cell of ky, 1/P wide: the profile spectrum
+//! along x is then exact whatever P.
 //!
 //! 1. Coefficients: random numbers addressed by level, m, block and n, so that a patch is the same whenever and by
 //!    whomever it is drawn, and however many of its waves a run resolves.
@@ -13,9 +12,8 @@
 //!    matrices, half as large each.
 //!
 //! Patches overlap by a sixteenth, eight longest wavelengths. There the old one is weighted by cos, the new one by sin
-//! of an angle that turns smoothly from 0 to pi/2: the
-//! variance is the same everywhere, and the covariance at a lag r is less by the factor cos of the angle's change over
-//! r.
+//! of an angle that turns smoothly from 0 to pi/2: the variance is the same everywhere, and the covariance at a lag r
+//! is less by the factor cos of the angle's change over r.
 //!
 //! Single precision: rounding is 1e-6 of the height, less than the thickness of its dust.
 

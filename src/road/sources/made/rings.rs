@@ -1,17 +1,14 @@
 //! The isotropic two-dimensional spectrum whose profiles have given band energies.
 //!
 //! A surface of waves of one wavenumber k in all directions, of variance w, has on a straight line the one-sided
-//! spectrum
-//! (2 w/pi) / sqrt(k^2 - q^2), q < k (the line sees a wave at the angle a as q = k cos a; all a are equally likely).
-//! Hence
-//! the share of w that a profile has between q1 and q2 is (2/pi) (asin min(q2/k, 1) - asin min(q1/k, 1)): a wave lends
-//! energy to every longer wavelength, so not every profile spectrum belongs to an isotropic surface.
+//! spectrum (2 w/pi) / sqrt(k^2 - q^2), q < k (the line sees a wave at the angle a as q = k cos a; all a are equally
+//! likely). Hence the share of w that a profile has between q1 and q2 is (2/pi) (asin min(q2/k, 1) - asin min(q1/k,
+//! 1)): a wave lends energy to every longer wavelength, so not every profile spectrum belongs to an isotropic surface.
 //!
 //! 1. Every band is divided into three rings, the variance of each spread evenly over ln k.
 //! 2. The share of ring j in band i is integrated over the ring, giving a matrix.
 //! 3. Non-negative ring variances are found by non-negative least squares of the relative band energies. There are more
-//!    rings
-//!    than bands; of the many answers a small penalty on the difference of neighbouring rings takes a smooth one.
+//!    rings than bands; of the many answers a small penalty on the difference of neighbouring rings takes a smooth one.
 //! 4. What cannot be met is reported per band.
 
 use super::target::{Band, TargetSpectrum};
@@ -24,8 +21,7 @@ const POINTS: usize = 256;
 const FEW_POINTS: usize = 16;
 
 /// Rings per band: the position within a band decides how much energy a wave lends to the next longer band, so dips of
-/// a
-/// decibel or two between bands need more than one.
+/// a decibel or two between bands need more than one.
 const RINGS_PER_BAND: usize = 3;
 /// Weight of the smoothness penalty against the relative error of the band energies.
 const SMOOTHNESS: f64 = 0.01;

@@ -1,8 +1,7 @@
 //! Drawing a random surface piece by piece.
 //!
 //! 1. The spectrum is divided into [levels](super::levels) of some octaves each. Short waves are forgotten after a few
-//!    millimetres: they are drawn with a short lateral period,
-//!    long ones on a coarse lattice.
+//!    millimetres: they are drawn with a short lateral period, long ones on a coarse lattice.
 //! 2. Each level is drawn patch by patch, its place and its random numbers fixed on the road.
 //! 3. A row of the run's cells is interpolated along in the patches of all levels, by a windowed sinc, all columns at
 //!    once.

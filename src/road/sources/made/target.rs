@@ -117,8 +117,7 @@ impl TargetSpectrum {
     }
 
     /// One-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the given rms
-    /// there,
-    /// in bands of at most a third octave.
+    /// there, in bands of at most a third octave.
     ///
     /// # Errors
     /// A range shorter than a third octave, or values that are not positive and finite.

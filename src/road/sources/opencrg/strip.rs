@@ -12,7 +12,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::{RoadError, positive};
 use crate::road::lattice::same;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::sources::height_map::{HeightMap, LARGE_SPAN, fill_missing};
+use crate::road::sources::height_map::{HeightMap, LARGE_SPAN, fill_missing, remove_plane};
 use crate::scene::OpenCrgRoad;
 
 /// Largest share of a column's heights that is interpolated.
@@ -108,7 +108,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         map = even(&map, v, middle);
         report.notes.push(RoadNote::UnevenColumns { spacing });
     }
-    map.remove_plane();
+    remove_plane(&mut map.heights, map.columns);
     report.notes.push(RoadNote::Levelled);
     if let Some(longest) = spec.longest_wavelength {
         positive("road.longest_wavelength", longest)?;

@@ -14,10 +14,10 @@ use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use tyrewave::numeric::transform_length;
-use tyrewave::road::height_map::HeightMap;
-use tyrewave::road::made::{RingSpectrum, TargetSpectrum};
 use tyrewave::road::resample::Resampled;
 use tyrewave::road::slices::SliceBuilder;
+use tyrewave::road::sources::height_map::HeightMap;
+use tyrewave::road::sources::made::{RingSpectrum, TargetSpectrum};
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::{AtEnd, MadeRoad, Road};
 

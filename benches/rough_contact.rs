@@ -12,9 +12,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use tyrewave::half_space::convolution::{Convolution, Extent};
 use tyrewave::half_space::love;
-use tyrewave::half_space::rough::{Control, HeightMap, Indentation, Limits, indent};
+use tyrewave::half_space::rough::{Control, Convolution, Extent, HeightMap, Indentation, Limits, indent};
 
 const SIDE: f64 = 0.128;
 /// E = 1e7 Pa, nu = 0.45.

@@ -10,8 +10,11 @@ use std::time::Instant;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tyrewave::half_space::{GrowingContact, LineInfluence, active_set};
+use tyrewave::half_space::{GrowingContact, LineInfluence};
 use tyrewave::road::slices::SliceBuilder;
+
+#[path = "../tests/suite/line_contact/line_search.rs"]
+mod line_search;
 
 /// Levels at which the search is asked for the same curve.
 const LEVELS: u32 = 64;
@@ -41,7 +44,7 @@ fn searched(line: &LineInfluence, depths: &[f64], deepest: f64) -> (Vec<f64>, u6
     let (mut forces, mut work, mut guess) = (Vec::new(), 0, None::<Vec<bool>>);
     for level in 1..=LEVELS {
         let y = deepest * f64::from(level) / f64::from(LEVELS);
-        let contact = active_set::solve(line, depths, y, guess.as_deref()).expect("a solution");
+        let contact = line_search::solve(line, depths, y, guess.as_deref());
         forces.push(contact.pressure.iter().sum());
         work += contact.multiply_adds;
         guess = Some(contact.touching);

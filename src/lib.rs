@@ -12,7 +12,6 @@
 pub mod contact;
 pub mod counters;
 pub mod half_space;
-pub mod local_compliance;
 pub mod numeric;
 pub mod plan;
 pub mod profile;

@@ -1,11 +1,10 @@
 //! `tyrewave slices --calibrate`: what pressing patches of the road says about the local contact law.
 
-use tyrewave::local_compliance::calibrate::Fit;
-use tyrewave::local_compliance::{self, Calibration};
+use tyrewave::contact::local_compliance::calibrate::Fit;
+use tyrewave::contact::local_compliance::{self, Calibration, CalibrationError};
 use tyrewave::plan::Decisions;
 use tyrewave::results::table::aligned;
 use tyrewave::road::RoadSurface;
-use tyrewave::run::RunError;
 use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
 use tyrewave::scene::LoadedScene;
 
@@ -24,8 +23,9 @@ pub fn calibration(loaded: &LoadedScene, most: usize) -> Result<Option<Calibrati
     let element = tyre.circumference / scene.numerics.elements as f64;
     let found = local_compliance::calibrate(tyre, &scene.road, &surface, limits, element, most);
     found.map_err(|error| match error {
-        RunError::Road(error) => in_scene(loaded, error).into(),
-        other => other.into(),
+        CalibrationError::Road(error) => in_scene(loaded, error).into(),
+        CalibrationError::Slices(error) => error.into(),
+        CalibrationError::HalfSpace(error) => error.into(),
     })
 }
 

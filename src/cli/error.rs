@@ -154,14 +154,14 @@ impl CliError {
             },
             Self::Sweep(_) => USAGE,
             Self::Scene(_) | Self::Read { .. } | Self::Cases { .. } | Self::Heights(_) | Self::Slice(_) => USAGE,
-            Self::HalfSpace(HalfSpaceError::NotConverged { .. } | HalfSpaceError::NotPositiveDefinite { .. }) => FAILED,
+            Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => FAILED,
             Self::HalfSpace(_) => USAGE,
             Self::Run(error) => match error {
                 RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) => USAGE,
                 RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
                 RunError::Checkpoint(_) => USAGE,
                 RunError::Interrupted { .. } => INTERRUPTED,
-                RunError::HalfSpace(_) | RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
+                RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
             },
             Self::Cache(_) | Self::Plot(_) | Self::Threads { .. } | Self::Signals(_) => FAILED,
         }

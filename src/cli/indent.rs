@@ -5,8 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use serde::Serialize;
-use tyrewave::half_space::convolution::Extent;
-use tyrewave::half_space::rough::{Control, HeightMap, Indentation, Limits, indent};
+use tyrewave::half_space::rough::{Control, Extent, HeightMap, Indentation, Limits, indent};
 use tyrewave::results::npy::{NpyWriter, Row};
 
 use super::heights::{poisson_ratio, positive, read_grid};

@@ -7,7 +7,7 @@
 //! - [`active_set`]: which points touch, and their forces; [`factors`] caches the factorisations, found by
 //!   [`pattern_index`];
 //! - [`local_set`]: the same with slices that yield by themselves; [`search`] chooses;
-//! - [`local_compliance`]: how much the tread yields to the texture, by formula;
+//! - [`local_compliance`]: how much the tread yields to the texture, by formula and by pressing patches of a road;
 //! - [`march`]: one time step after the other;
 //! - [`axle`]: axle height, static solution; [`moving_axle`]: an axle with a mass;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.

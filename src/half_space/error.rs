@@ -3,12 +3,6 @@
 /// A contact problem that cannot be posed or was not solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HalfSpaceError {
-    /// An influence matrix that is not positive definite.
-    #[error("the influence matrix of {cells} cells in contact is not positive definite")]
-    NotPositiveDefinite {
-        /// Order of the matrix.
-        cells: usize,
-    },
     /// Heights that do not fill the grid.
     #[error("a height map of {rows} x {columns} cells needs as many heights, at least one; {found} were given")]
     Shape {
@@ -47,7 +41,8 @@ pub enum HalfSpaceError {
     },
     /// The iteration did not reach its tolerance.
     #[error(
-        "no convergence in {iterations} iterations: the contact conditions are violated by {residual:.1e} of the penetration"
+        "no convergence in {iterations} iterations: the contact conditions are violated by {residual:.1e} of the \
+         penetration"
     )]
     NotConverged {
         /// Iterations made.

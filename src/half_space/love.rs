@@ -8,10 +8,9 @@
 //!
 //! 1. Within ten half-sides of the middle in both directions: the closed form, corner terms x asinh(y/|x|) + y
 //!    asinh(x/|y|) that vanish smoothly on the axes (no logarithm of zero anywhere).
-//! 2. Farther out: the inner integral along one side is exact, a difference of two asinh rewritten as one
-//!    `ln_1p` without cancellation; the outer one, along the direction in which the point lies farther out, is
-//!    Gauss-Legendre: the integrand's singularity is at least ten half-sides away, so the error of n points falls like
-//!    20^(-2n).
+//! 2. Farther out: the inner integral along one side is exact, a difference of two asinh rewritten as one `ln_1p`
+//!    without cancellation; the outer one, along the direction in which the point lies farther out, is Gauss-Legendre:
+//!    the integrand's singularity is at least ten half-sides away, so the error of n points falls like 20^(-2n).
 //!
 //! Relative error everywhere below 1e-13.
 
@@ -100,8 +99,8 @@ fn line(x: f64, y: f64, b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reference;
     use super::*;
+    use crate::half_space::reference;
 
     /// The integral to 17 digits by mpmath: (x, y, side_x, side_y, pi u).
     const PRECISE: [(f64, f64, f64, f64, f64); 55] = [

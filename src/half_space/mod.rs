@@ -1,20 +1,16 @@
-//! Frictionless contact of a rigid body with an elastic half-space: influence of a loaded cell, rough contact.
+//! Frictionless contact of a rigid body with an elastic half-space. Knows no road and no tyre.
 //!
-//! Knows no road and no tyre. Lengths in m, pressures in Pa; the modulus enters as E* = E/(1 - nu^2).
+//! [`love`] has the influence of a loaded cell. From it: [`line`], a profile pushed into a row of cells, which serves the
+//! road's slices; and [`rough`], a whole height map, free or periodic.
+//!
+//! Lengths in m, pressures in Pa; the modulus enters as E* = E/(1 - nu^2).
 
-pub mod active_set;
-pub mod convolution;
-pub mod error;
-mod gradients;
-pub mod growing;
+mod error;
 pub mod line;
 pub mod love;
-pub mod periodic;
 #[cfg(test)]
-pub(crate) mod reference;
+mod reference;
 pub mod rough;
 
 pub use error::HalfSpaceError;
-pub use growing::GrowingContact;
-pub use line::LineInfluence;
-pub use periodic::PeriodicContact;
+pub use line::{GrowingContact, LineInfluence};

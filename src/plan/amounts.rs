@@ -17,7 +17,7 @@ use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
 use crate::response::vibration::{ElementVelocities, SegmentLayout};
 use crate::road::Lattice;
-use crate::road::made::{Sizes, TargetSpectrum};
+use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::run::road_ahead::CHUNK_ROWS;
 use crate::run::vibration::point_bytes;
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};

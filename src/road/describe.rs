@@ -5,9 +5,10 @@ use serde::Serialize;
 use super::error::RoadError;
 use super::lattice::Lattice;
 use super::report::RoadReport;
-use super::surface::{Limits, RoadSurface, isotropic, measured_map};
+use super::sources::Source;
+use super::surface::{Limits, RoadSurface};
 use super::texture::{ProfileSpectrum, TextureLevel, mean_profile_depth, rms};
-use crate::scene::{Lateral, Road};
+use crate::scene::Road;
 
 /// Length of a made road that is measured \[m\].
 const MEASURED_LENGTH: f64 = 20.0;
@@ -66,7 +67,9 @@ pub struct RoadDescription {
 /// # Errors
 /// As [`RoadSurface::open`].
 pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Result<RoadDescription, RoadError> {
-    let mut surface = RoadSurface::open(spec, lattice, limits)?;
+    let mut report = RoadReport::default();
+    let source = Source::read(spec, lattice, limits.bytes, &mut report)?;
+    let mut surface = RoadSurface::on(lattice, source.clone(), limits, report)?;
     let mut elements = (SAMPLE_LENGTH / lattice.dx).ceil().clamp(2.0, 1e6) as usize;
     if let Some((_, end)) = surface.extent() {
         elements = elements.min((end / lattice.dx + 1e-6).floor() as usize + 1);
@@ -75,19 +78,17 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
     surface.heights(0, elements, &mut heights)?;
     let (low, high) =
         heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
-    let own = own_profiles(spec, lattice, limits)?;
-    let measures = own.as_ref().map(|own| own.measure()).unwrap_or_default();
+    let own = Profiles::of(source, lattice.width(), limits)?;
     let report = surface.report().clone();
-    let shortest_of_road = own.as_ref().map(|own| own.shortest);
     Ok(RoadDescription {
         extent: surface.extent(),
         lattice,
-        levels: measures.levels,
-        rms: measures.rms,
-        mean_profile_depth: measures.depth,
+        levels: own.levels(),
+        rms: own.rms(),
+        mean_profile_depth: own.depth(),
         span: high - low,
         highest_frequency: report.highest_frequency(speed),
-        highest_frequency_of_road: shortest_of_road.map(|wavelength| speed / wavelength),
+        highest_frequency_of_road: (own.shortest > 0.0).then(|| speed / own.shortest),
         report,
         sample: HeightSample {
             start: lattice.place(0, 1.0),
@@ -100,70 +101,57 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
     })
 }
 
-/// Profiles on the road's own lattice.
+/// Profiles on the road's own lattice, equally long; none of the plane.
+#[derive(Default)]
 struct Profiles {
     spacing: f64,
+    /// Wavelengths between which they are measured \[m\].
     shortest: f64,
     longest: f64,
     profiles: Vec<Vec<f64>>,
 }
 
-#[derive(Default)]
-struct Measures {
-    levels: Vec<TextureLevel>,
-    rms: f64,
-    depth: Option<f64>,
-}
-
 impl Profiles {
-    fn measure(&self) -> Measures {
-        let Some(first) = self.profiles.first() else { return Measures::default() };
-        let mut spectrum = ProfileSpectrum::new(first.len(), self.spacing);
-        let (mut square, mut depths, mut deep) = (0.0, 0.0, 0);
-        for profile in &self.profiles {
-            spectrum.add(profile);
-            square += rms(profile).powi(2);
-            if let Some(depth) = mean_profile_depth(profile, self.spacing) {
-                depths += depth;
-                deep += 1;
+    /// Of a source, over the contact width \[m\].
+    fn of(source: Source, contact_width: f64, limits: Limits) -> Result<Self, RoadError> {
+        let (spacing, shortest) = match &source {
+            Source::Smooth => return Ok(Self::default()),
+            Source::Made(design) => (design.spacing, design.target.shortest()),
+            Source::Measured(map, _) => {
+                let inside = |column: &usize| {
+                    let y = map.first_y + *column as f64 * map.dy;
+                    map.dy == 0.0 || y.abs() <= 0.5 * contact_width * (1.0 + 1e-9)
+                };
+                let profiles = (0..map.columns).filter(inside).map(|column| map.column(column)).collect();
+                // Fewer than four periods of a wave say little about it.
+                return Ok(Self { spacing: map.dx, shortest: 2.0 * map.dx, longest: 0.25 * map.end(), profiles });
             }
-        }
-        Measures {
-            levels: spectrum.levels(self.longest, self.shortest),
-            rms: (square / self.profiles.len() as f64).sqrt(),
-            depth: (deep > 0).then(|| depths / f64::from(deep)),
-        }
+        };
+        // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's
+        // cells.
+        let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
+        let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
+        let mut heights = vec![0.0; rows * own.columns];
+        RoadSurface::on(own, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
+        let column = |column: usize| heights.iter().skip(column).step_by(own.columns).copied().collect();
+        Ok(Self { spacing, shortest, longest: 0.5, profiles: (0..own.columns).map(column).collect() })
     }
-}
 
-fn own_profiles(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Option<Profiles>, RoadError> {
-    let mut unused = RoadReport::default();
-    let width = lattice.width();
-    let (spacing, shortest) = match spec {
-        Road::Smooth => return Ok(None),
-        Road::Made(made) => (made.spacing, super::made::TargetSpectrum::of(made)?.shortest()),
-        Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
-            let (target, spacing) = isotropic(profile, limits, &mut unused)?;
-            (spacing, target.shortest())
-        }
-        _ => {
-            let Some(map) = measured_map(spec, width, limits, &mut unused)? else { return Ok(None) };
-            let inside = |column: &usize| {
-                map.dy == 0.0 || (map.first_y + *column as f64 * map.dy).abs() <= 0.5 * width * (1.0 + 1e-9)
-            };
-            let profiles = (0..map.columns).filter(inside).map(|column| map.column(column)).collect();
-            // Fewer than four periods of a wave say little about it.
-            return Ok(Some(Profiles { spacing: map.dx, shortest: 2.0 * map.dx, longest: 0.25 * map.end(), profiles }));
-        }
-    };
-    // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's
-    // cells.
-    let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
-    let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
-    let mut surface = RoadSurface::open(spec, own, limits)?;
-    let mut heights = vec![0.0; rows * own.columns];
-    surface.heights(0, rows, &mut heights)?;
-    let profiles =
-        (0..own.columns).map(|column| heights.iter().skip(column).step_by(own.columns).copied().collect()).collect();
-    Ok(Some(Profiles { spacing, shortest, longest: 0.5, profiles }))
+    fn levels(&self) -> Vec<TextureLevel> {
+        let Some(first) = self.profiles.first() else { return Vec::new() };
+        let mut spectrum = ProfileSpectrum::new(first.len(), self.spacing);
+        self.profiles.iter().for_each(|profile| spectrum.add(profile));
+        spectrum.levels(self.longest, self.shortest)
+    }
+
+    fn rms(&self) -> f64 {
+        let square = self.profiles.iter().fold(0.0, |sum, profile| sum + rms(profile).powi(2));
+        (square / self.profiles.len().max(1) as f64).sqrt()
+    }
+
+    fn depth(&self) -> Option<f64> {
+        let depths = self.profiles.iter().filter_map(|profile| mean_profile_depth(profile, self.spacing));
+        let (sum, count) = depths.fold((0.0, 0.0), |(sum, count), depth| (sum + depth, count + 1.0));
+        (count > 0.0).then(|| sum / count)
+    }
 }

@@ -1,8 +1,8 @@
 //! What can be wrong with a road.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::opencrg::CrgError;
+use super::file_fault::FileFault;
 
 /// A road that cannot be used, and why. Lengths in metres unless the message says otherwise.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +17,10 @@ pub enum RoadError {
         source: std::io::Error,
     },
     /// A file is too large for the memory that the run may use.
-    #[error("{} needs {needed} bytes in memory, more than the {limit} that the run may use (numerics.memory_limit)", path.display())]
+    #[error(
+        "{} needs {needed} bytes in memory, more than the {limit} that the run may use (numerics.memory_limit)",
+        path.display()
+    )]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -26,114 +29,30 @@ pub enum RoadError {
         /// Bytes allowed.
         limit: u64,
     },
-    /// A cell that should hold a number holds something else.
-    #[error("{}: line {line}, column {column} ({role}): {found:?} is not a number", path.display())]
-    NotANumber {
+    /// A file that is damaged, or holds no road that can be used.
+    #[error("{}: {fault}", path.display())]
+    File {
         /// The file.
         path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// Column, from 1.
-        column: usize,
-        /// Which quantity the column holds.
-        role: &'static str,
-        /// The cell's text.
-        found: String,
-    },
-    /// A line has too few columns.
-    #[error("{}: line {line} has {found} columns, column {needed} is needed", path.display())]
-    MissingCell {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// Column needed, from 1.
-        needed: usize,
-        /// Columns found.
-        found: usize,
-    },
-    /// The columns file cannot be split into records.
-    #[error("{}: {source}", path.display())]
-    Columns {
-        /// The file.
-        path: PathBuf,
-        /// What the reader said, with the position.
-        source: csv::Error,
-    },
-    /// The scene names a column that the file does not have.
-    #[error("{}: no column {name:?}; the file has: {}", path.display(), available.join(", "))]
-    NoSuchColumn {
-        /// The file.
-        path: PathBuf,
-        /// Name or number asked for.
-        name: String,
-        /// What there is.
-        available: Vec<String>,
+        /// What is wrong with it.
+        fault: FileFault,
     },
     /// A CSV without units.
-    #[error("{}: the scene must give road.{key} = \"m\", \"mm\" or \"um\": a CSV file does not state its units", path.display())]
+    #[error(
+        "{}: the scene must give road.{key} = \"m\", \"mm\" or \"um\": a CSV file does not state its units",
+        path.display()
+    )]
     MissingUnit {
         /// The file.
         path: PathBuf,
         /// The key of the scene.
         key: &'static str,
     },
-    /// A file of a format with fixed units states another one.
-    #[error("{}: line {line}: no unit in {found:?}: expected \"Distance (mm)\" and \"Depth (mm)\" or the like", path.display())]
-    UnknownUnit {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// The column's title.
-        found: String,
-    },
-    /// Fewer points than a road needs.
-    #[error("{}: {found} usable points, at least {needed} are needed", path.display())]
-    TooFewPoints {
-        /// The file.
-        path: PathBuf,
-        /// Usable points.
-        found: usize,
-        /// Points needed.
-        needed: usize,
-    },
-    /// Too large a share of the heights is missing.
-    #[error("{}: {missing} of {total} heights are missing, more than the {} % that are filled by interpolation", path.display(), allowed * 100.0)]
-    TooManyMissing {
-        /// The file.
-        path: PathBuf,
-        /// Missing heights.
-        missing: usize,
-        /// All heights.
-        total: usize,
-        /// Largest share that is filled.
-        allowed: f64,
-    },
-    /// An infinite height or distance.
-    #[error("{}: row {row}, column {column} is {value}", path.display())]
-    Infinite {
-        /// The file.
-        path: PathBuf,
-        /// Row, from 0.
-        row: usize,
-        /// Column, from 0.
-        column: usize,
-        /// The value.
-        value: f64,
-    },
-    /// Heights that can hardly be metres.
-    #[error("{}: the heights span {span:.4} m, more than {allowed} m: are they in another unit (millimetres)?", path.display())]
-    ImplausibleHeights {
-        /// The file.
-        path: PathBuf,
-        /// Highest minus lowest.
-        span: f64,
-        /// Largest span that passes for a texture.
-        allowed: f64,
-    },
     /// The part of the road asked for is not there.
-    #[error("{}: road.range = [{}, {}] m asked for, the file covers {} to {} m", path.display(), asked.0, asked.1, available.0, available.1)]
+    #[error(
+        "{}: road.range = [{}, {}] m asked for, the file covers {} to {} m",
+        path.display(), asked.0, asked.1, available.0, available.1
+    )]
     Range {
         /// The file.
         path: PathBuf,
@@ -149,22 +68,6 @@ pub enum RoadError {
         path: PathBuf,
         /// What the reader said.
         source: std::io::Error,
-    },
-    /// An array that is not two-dimensional.
-    #[error("{}: a grid needs a two-dimensional array (rows along x, columns across), this one has the shape {shape:?}", path.display())]
-    NpyShape {
-        /// The file.
-        path: PathBuf,
-        /// Its shape.
-        shape: Vec<u64>,
-    },
-    /// An array that does not hold real floating-point numbers.
-    #[error("{}: a grid needs float64 or float32 heights, this array holds {found}", path.display())]
-    NpyType {
-        /// The file.
-        path: PathBuf,
-        /// Its element type.
-        found: String,
     },
     /// A spacing or count that is no positive finite number.
     #[error("{key} = {value} must be positive and finite")]
@@ -302,14 +205,6 @@ pub enum RoadError {
         /// Bytes allowed.
         limit: u64,
     },
-    /// An OpenCRG file with a fault.
-    #[error("{}: {source}", path.display())]
-    Crg {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: CrgError,
-    },
     /// The output buffer does not have rows x columns entries.
     #[error("the height buffer has {found} entries, {needed} are needed")]
     BufferSize {
@@ -318,4 +213,16 @@ pub enum RoadError {
         /// Entries found.
         found: usize,
     },
+}
+
+impl RoadError {
+    /// A fault of the file at `path`.
+    pub(crate) fn file(path: &Path, fault: impl Into<FileFault>) -> Self {
+        Self::File { path: path.to_owned(), fault: fault.into() }
+    }
+}
+
+/// Refuses a quantity that is not positive and finite; `key` is its name in the scene.
+pub(super) fn positive(key: &'static str, value: f64) -> Result<(), RoadError> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(RoadError::NotPositive { key, value }) }
 }

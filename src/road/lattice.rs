@@ -2,13 +2,10 @@
 
 use serde::Serialize;
 
-use super::error::RoadError;
-use super::grid;
-use crate::scene::{Lateral, ProfileRoad, Road};
+use super::error::{RoadError, positive};
 
 /// The run's lattice of road cells: element e is centred at road coordinate e dx and holds `along` rows of cells, each
-/// of `columns` cells across the
-/// contact width, centred on the tyre. Heights are those of the cells' centres.
+/// of `columns` cells across the contact width, centred on the tyre. Heights are those of the cells' centres.
 ///
 /// Rows are counted through: element e owns the rows e `along` to (e + 1) `along`, so its slice is `along` x `columns`
 /// contiguous heights.
@@ -25,40 +22,12 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact
-    /// width exactly, its rows falling
-    /// on the middle of each element and an odd number of them on its length; one column for roads that are level
-    /// across; else cells of about [`Road::cell`].
-    ///
-    /// # Errors
-    /// A grid's file that cannot be read (its header is needed); dx or width not positive.
-    pub fn choose(
-        road: &Road,
-        dx: f64,
-        contact_width: f64,
-        cells_across: Option<usize>,
-        cells_along: Option<usize>,
-    ) -> Result<Self, RoadError> {
-        positive("element length", dx)?;
-        positive("tyre.contact_width", contact_width)?;
-        for (key, cells) in [("contact.cells_across", cells_across), ("contact.cells_along", cells_along)] {
-            positive(key, cells.unwrap_or(1) as f64)?;
-        }
-        let (across, along) = (Self::across(contact_width, road.cell()), Road::cells(dx, road.cell()));
-        let (columns, along) = match road {
-            Road::Smooth => (1, 1),
-            Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, along),
-            Road::Grid(spec) => {
-                let columns = grid::columns(spec)?;
-                let rows = (dx / spec.dx).round();
-                let fits =
-                    same(rows * spec.dx, dx) && rows as i64 % 2 == 1 && same(spec.dy * columns as f64, contact_width);
-                if fits { (columns, rows as usize) } else { (across, along) }
-            }
-            _ => (across, along),
-        };
-        let columns = cells_across.unwrap_or(columns);
-        Ok(Self { dx, along: cells_along.unwrap_or(along), dy: contact_width / columns as f64, columns })
+    /// Refuses lengths and numbers that make no lattice.
+    pub(super) fn check(&self) -> Result<(), RoadError> {
+        positive("element length", self.dx)?;
+        positive("column spacing", self.dy)?;
+        positive("contact.cells_across", self.columns as f64)?;
+        positive("contact.cells_along", self.along as f64)
     }
 
     /// Cells of a size across a width \[m\], as nearly as can be.
@@ -96,8 +65,4 @@ impl Lattice {
 /// Equal up to rounding in a scene file.
 pub(super) fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
-}
-
-pub(super) fn positive(key: &'static str, value: f64) -> Result<(), RoadError> {
-    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(RoadError::NotPositive { key, value }) }
 }

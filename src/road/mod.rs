@@ -1,29 +1,26 @@
 //! Roads: measured or made height maps, brought to the run's elements, and the stiffness curve of each slice.
 //!
-//! A reader ([`profile`], [`opencrg`], [`grid`]) delivers a [`height_map`]; [`resample`] brings it to the run's
-//! [`lattice`] and continues it past its end. [`made`] roads are drawn on that lattice directly. [`surface`] is the one
-//! face of all of them; [`texture`] measures, [`describe`](mod@describe) tells.
+//! The data's way: [`sources`] read a file or a design; [`resample`] brings a measured height map to the run's
+//! lattice and continues it past its end, a made texture is drawn on that lattice directly. `surface` is the one
+//! face of all of them. [`slices`] turn its heights into curves; `texture` measures, [`describe`](fn@describe)
+//! tells. `report` is what was found on the way, `error` why there is no road, `file_fault` what is wrong with
+//! its file.
 
-pub mod describe;
-pub mod error;
-pub mod grid;
-pub mod height_map;
-pub mod lattice;
-pub mod made;
-pub mod opencrg;
-pub mod profile;
-pub mod read;
-pub mod report;
+mod describe;
+mod error;
+mod file_fault;
+mod lattice;
+mod report;
 pub mod resample;
 pub mod slices;
-pub mod surface;
-pub mod texture;
-pub mod wavenumber;
+pub mod sources;
+mod surface;
+pub(crate) mod texture;
 
 pub use describe::{RoadDescription, describe};
 pub use error::RoadError;
 pub use lattice::Lattice;
-pub use report::{RoadNote, RoadReport};
+pub use report::RoadReport;
 pub use surface::{Limits, RoadSurface};
 
 #[cfg(test)]

@@ -4,125 +4,54 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::made::BandFit;
+use super::texture::BandFit;
 
-/// Something that the user should know about the road.
+/// Something that the user should know about the road, as it stands in `road.json`; lengths in m.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "note")]
-#[non_exhaustive]
 pub enum RoadNote {
-    /// Missing heights were interpolated.
-    Filled {
-        /// Missing heights.
-        missing: usize,
-        /// All heights.
-        total: usize,
-    },
-    /// Points of a profile far outside all others were taken for dropouts.
-    Spikes {
-        /// How many.
-        count: usize,
-        /// Distance from the median beyond which a point is a spike \[m\].
-        limit: f64,
-    },
-    /// Only part of the profile is used.
-    Cut {
-        /// From \[m, file coordinate\].
-        from: f64,
-        /// To \[m\].
-        to: f64,
-        /// Points left out.
-        dropped: usize,
-    },
-    /// Distances were not in rising order.
-    Unsorted {
-        /// How many steps went back.
-        steps: usize,
-    },
-    /// Several points at one distance; their heights were averaged.
-    Duplicates {
-        /// Points merged away.
-        merged: usize,
-    },
-    /// Points not equally spaced; resampled by linear interpolation.
-    Resampled {
-        /// Smallest spacing \[m\].
-        smallest: f64,
-        /// Largest spacing \[m\].
-        largest: f64,
-        /// Uniform spacing \[m\].
-        spacing: f64,
-    },
+    /// Missing heights were interpolated: so many of all.
+    Filled { missing: usize, total: usize },
+    /// Points of a profile farther than `limit` from the median were taken for dropouts.
+    Spikes { count: usize, limit: f64 },
+    /// Only part of the profile is used, in the file's coordinate; so many points were left out.
+    Cut { from: f64, to: f64, dropped: usize },
+    /// Distances were not in rising order: so many went back.
+    Unsorted { steps: usize },
+    /// Several points at one distance were averaged: so many merged away.
+    Duplicates { merged: usize },
+    /// Points `smallest` to `largest` apart were interpolated linearly to one spacing.
+    Resampled { smallest: f64, largest: f64, spacing: f64 },
     /// Mean and linear slope of the profile, or the plane of the strip, were removed.
     Levelled,
-    /// Wavelengths longer than this were removed.
-    Detrended {
-        /// Longest wavelength that stays \[m\].
-        longest_wavelength: f64,
-    },
-    /// Columns outside the contact strip, or not measured, were not used.
+    /// Longer wavelengths than this were removed.
+    Detrended { longest_wavelength: f64 },
+    /// Of all columns those outside the contact strip, or not measured, were not used; `incomplete` ones lack heights,
+    /// `missing_points` of the file's `total_points`. `lateral_position` is v of the tyre's middle.
     Columns {
-        /// Columns in the file.
         total: usize,
-        /// Columns used.
         used: usize,
-        /// Columns with missing heights.
         incomplete: usize,
-        /// Missing heights in the file.
         missing_points: usize,
-        /// All heights in the file.
         total_points: usize,
-        /// v of the tyre's middle \[m\].
         lateral_position: f64,
     },
-    /// Columns at explicit positions; interpolated linearly to a uniform spacing.
-    UnevenColumns {
-        /// Uniform spacing \[m\].
-        spacing: f64,
-    },
-    /// The file asks for something that has no influence on heights along the reference line, or is unknown.
-    Ignored {
-        /// Section and key.
-        key: String,
-    },
-    /// Missing heights were set as the file's modifiers say.
-    MissingByModifier {
-        /// How many.
-        count: usize,
-        /// `zero` or `nearest across`.
-        mode: &'static str,
-    },
-    /// The road's own resolution is coarser than the run's.
-    Coarse {
-        /// The road's spacing \[m\].
-        spacing: f64,
-        /// The run's \[m\].
-        run: f64,
-    },
+    /// Columns at explicit positions were interpolated linearly to a uniform spacing.
+    UnevenColumns { spacing: f64 },
+    /// Section and key of what has no influence on heights along the reference line, or is unknown.
+    Ignored { key: String },
+    /// Missing heights were set as the file's modifiers say: to `zero`, or to the `nearest across`.
+    MissingByModifier { count: usize, mode: &'static str },
+    /// The road's own spacing is coarser than the run's.
+    Coarse { spacing: f64, run: f64 },
     /// Heights span more than a texture does.
-    LargeSpan {
-        /// Highest minus lowest \[m\].
-        span: f64,
-    },
-    /// The step where a repeated road starts again.
-    Joint {
-        /// Root-mean-square difference between first and last row \[m\].
-        step: f64,
-    },
-    /// The spectrum asked for belongs to no isotropic surface; the nearest one is used.
-    NotRealisable {
-        /// Largest deviation \[dB\].
-        deviation: f64,
-        /// Where \[m\].
-        wavelength: f64,
-    },
-    /// The profile's spectrum was measured and an isotropic surface made from it.
-    MadeIsotropic {
-        /// Longest wavelength \[m\].
-        longest: f64,
-        /// Shortest wavelength \[m\].
-        shortest: f64,
-    },
+    LargeSpan { span: f64 },
+    /// The root-mean-square step from the last row to the first, where a repeated road starts again.
+    Joint { step: f64 },
+    /// The spectrum asked for belongs to no isotropic surface; the nearest one deviates most \[dB\] at a wavelength.
+    NotRealisable { deviation: f64, wavelength: f64 },
+    /// The profile's spectrum was measured, and an isotropic surface made from it between two wavelengths.
+    MadeIsotropic { longest: f64, shortest: f64 },
 }
 
 impl RoadNote {
@@ -147,17 +76,14 @@ impl fmt::Display for RoadNote {
         let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         match self {
             Self::Filled { missing, total } => {
-                write!(
-                    out,
-                    "{missing} of {total} heights ({:.1} %) are missing and were interpolated",
-                    percent(*missing, *total)
-                )
+                let share = percent(*missing, *total);
+                write!(out, "{missing} of {total} heights ({share:.1} %) are missing and were interpolated")
             }
             Self::Spikes { count, limit } => {
                 write!(out, "{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)
             }
             Self::Cut { from, to, dropped } => {
-                write!(out, "used from {:.4} to {:.4} m of the file, {dropped} points left out", from, to)
+                write!(out, "used from {from:.4} to {to:.4} m of the file, {dropped} points left out")
             }
             Self::Unsorted { steps } => write!(out, "distances went back {steps} times; the points were sorted"),
             Self::Duplicates { merged } => {
@@ -176,11 +102,12 @@ impl fmt::Display for RoadNote {
             }
             Self::Columns { total, used, incomplete, missing_points, total_points, lateral_position } => write!(
                 out,
-                "{used} of {total} columns used, around v = {lateral_position:.3} m; {incomplete} columns lack heights ({missing_points} of {total_points} points, {:.1} %)",
+                "{used} of {total} columns used, around v = {lateral_position:.3} m; {incomplete} columns lack heights \
+                 ({missing_points} of {total_points} points, {:.1} %)",
                 percent(*missing_points, *total_points)
             ),
             Self::UnevenColumns { spacing } => {
-                write!(out, "uneven columns were interpolated linearly to {:.4} m", spacing)
+                write!(out, "uneven columns were interpolated linearly to {spacing:.4} m")
             }
             Self::Ignored { key } => write!(out, "{key} has no effect here"),
             Self::MissingByModifier { count, mode } => {
@@ -198,7 +125,8 @@ impl fmt::Display for RoadNote {
             }
             Self::NotRealisable { deviation, wavelength } => write!(
                 out,
-                "no isotropic surface has this profile spectrum; the nearest one deviates by up to {deviation:.1} dB, at {:.1} mm",
+                "no isotropic surface has this profile spectrum; the nearest one deviates by up to {deviation:.1} dB, \
+                 at {:.1} mm",
                 1e3 * wavelength
             ),
             Self::MadeIsotropic { longest, shortest } => write!(

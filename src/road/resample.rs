@@ -2,18 +2,16 @@
 //!
 //! 1. Across: each row of the map is resampled to the run's columns, once.
 //! 2. Along: each of the run's rows of cells is a weighted sum of rows of the map, the rows past the end taken as
-//!    `at_end` says (reflected, where the road
-//!    must not be left).
+//!    `at_end` says (reflected, where the road must not be left).
 //!
 //! An axis on which the map is already at the run's spacing and phase is copied, bit for bit. On any other, the kernel
-//! is the
-//! windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
+//! is the windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
 //! spacings.
 
 use rayon::prelude::*;
 
-use super::height_map::{HeightMap, reflected};
 use super::lattice::{Lattice, same};
+use super::sources::height_map::{HeightMap, reflected};
 use super::texture::ProfileSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::scene::AtEnd;

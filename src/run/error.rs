@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::contact::ContactError;
-use crate::half_space::HalfSpaceError;
 use crate::response::SpectrumError;
 use crate::results::{CheckpointError, PlotError, ResultsError};
 use crate::road::RoadError;
@@ -24,9 +23,6 @@ pub enum RunError {
     /// The road's slices.
     #[error(transparent)]
     Slices(#[from] SliceError),
-    /// The contact of a rough patch with a half-space.
-    #[error(transparent)]
-    HalfSpace(#[from] HalfSpaceError),
     /// The contact.
     #[error(transparent)]
     Contact(#[from] ContactError),

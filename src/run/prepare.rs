@@ -9,13 +9,13 @@ use std::sync::atomic::AtomicBool;
 
 use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, deepest, window_reach};
 use crate::contact::geometry::Geometry;
+use crate::contact::local_compliance::local_compliance;
 use crate::contact::march::March;
 use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
 use crate::contact::search::SliceLaw;
 use crate::contact::slice_queue::SliceQueue;
 use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
 use crate::counters::{Meter, Stage};
-use crate::local_compliance::local_compliance;
 use crate::plan::{Decisions, Plan};
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};

@@ -9,7 +9,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::local_compliance::{DOUBTS, formula_for};
+use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
 use crate::run::error::RunError;

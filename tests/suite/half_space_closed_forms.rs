@@ -2,8 +2,7 @@
 
 use std::f64::consts::PI;
 
-use tyrewave::half_space::convolution::{Convolution, Extent};
-use tyrewave::half_space::rough::{Control, HeightMap, Indentation, Limits, indent};
+use tyrewave::half_space::rough::{Control, Convolution, Extent, HeightMap, Indentation, Limits, indent};
 use tyrewave::half_space::{GrowingContact, HalfSpaceError, LineInfluence, love};
 
 /// A square map of n x n cells over `side`, from the height at (x, y) relative to its middle.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Lowest first; modules of one level do not know each other.
-const LEVELS: [&[&str]; 12] = [
+const LEVELS: [&[&str]; 11] = [
     &["numeric", "counters"],
     &["half_space"],
     &["scene"],
@@ -13,7 +13,6 @@ const LEVELS: [&[&str]; 12] = [
     &["contact"],
     &["response"],
     &["results"],
-    &["local_compliance"],
     &["plan"],
     &["run"],
     &["study"],

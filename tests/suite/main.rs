@@ -16,6 +16,7 @@ mod hard_cases;
 mod histories;
 mod influence;
 mod layers;
+mod line_contact;
 mod mobility;
 mod performance;
 mod plans;

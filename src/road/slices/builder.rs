@@ -63,8 +63,7 @@ impl SliceBuilder {
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size, [`SliceError::MayShrink`]
-    /// if
-    /// the grid is so extreme that rounding hides that contact only grows.
+    /// if the grid is so extreme that rounding hides that contact only grows.
     pub fn half_space(columns: usize, length: f64, pitch: f64) -> Result<Self, SliceError> {
         for (what, value) in [("the length of a slice's cells", length), ("the width of a slice's cells", pitch)] {
             if !(value > 0.0 && value.is_finite()) {
@@ -147,13 +146,11 @@ impl SliceBuilder {
     }
 
     /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the
-    /// highest point
-    /// (0 at or above it).
+    /// highest point (0 at or above it).
     ///
     /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the
-    /// rigid lines
-    /// of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length` by `pitch`
-    /// \[m\].
+    /// rigid lines of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length`
+    /// by `pitch` \[m\].
     ///
     /// # Errors
     /// As [`Self::build`].

@@ -2,23 +2,19 @@
 //! section 6).
 //!
 //! Uniform pressure on cells of [`CELL_LENGTH`] by the lateral pitch, Love's solution, rigid profile, no friction. Of
-//! one line,
-//! S_line(y) = F(y)/(force of the flat line pushed in by 1 m on the same grid): S_line(y) = y for a flat line, slope 1
-//! once the
-//! whole width is in contact, whatever the modulus and Poisson's ratio. [`GrowingContact`] gives F exactly.
+//! one line, S_line(y) = F(y)/(force of the flat line pushed in by 1 m on the same grid): S_line(y) = y for a flat
+//! line, slope 1 once the whole width is in contact, whatever the modulus and Poisson's ratio. [`GrowingContact`] gives
+//! F exactly.
 //!
 //! Of an element, S(y) is the mean over its lines of S_line(y - (z_peak - z_peak,line)): its points of touch are
-//! theirs, each later by as much as
-//! the line's peak lies lower, all of them sorted.
+//! theirs, each later by as much as the line's peak lies lower, all of them sorted.
 
 use super::StiffnessCurve;
 use crate::half_space::{GrowingContact, LineInfluence};
 
 /// Length along the road of the cells that carry a line's pressure \[m\]: a property of the law, not of the element, or
-/// a line would grow softer across
-/// with every refinement and S had no limit. Stones of asphalt, and its shortest waves that carry energy, are 4 to 8 mm
-/// long; elements were about 4 mm long where
-/// both laws were compared.
+/// a line would grow softer across with every refinement and S had no limit. Stones of asphalt, and its shortest waves
+/// that carry energy, are 4 to 8 mm long; elements were about 4 mm long where both laws were compared.
 pub const CELL_LENGTH: f64 = 4e-3;
 
 /// The half-space curve of finite heights \[m\], line by line, one per cell of `line`; the rest is scratch.

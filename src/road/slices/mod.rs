@@ -1,10 +1,13 @@
 //! The non-linear stiffness of road slices: what the road under an element does to the tread pressed on it.
+//!
+//! A `builder` turns heights into a `curve` by one of the laws `winkler` and `half_space`, `reduce` leaves breakpoints
+//! out within a tolerance, [`statistics`] tells how the curves of a road spread.
 
-pub mod builder;
-pub mod curve;
-pub mod error;
+mod builder;
+mod curve;
+mod error;
 mod half_space;
-pub mod reduce;
+mod reduce;
 pub mod statistics;
 mod winkler;
 

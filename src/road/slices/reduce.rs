@@ -16,8 +16,7 @@
 use super::StiffnessCurve;
 
 /// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`, its `error` the largest |S_reduced - S|
-/// over all y >= 0, found at the
-/// breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
+/// over all y >= 0, found at the breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
 pub fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     if tolerance <= 0.0 || curve.penetration.is_empty() {
         return curve;

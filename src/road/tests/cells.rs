@@ -5,17 +5,8 @@ use crate::road::slices::SliceBuilder;
 use crate::scene::{AtEnd, GridRoad, MadeRoad};
 
 fn grid(folder: &tempfile::TempDir, rows: usize, columns: usize, dx: f64, dy: f64, at_end: AtEnd) -> (Road, Vec<f64>) {
-    use npyz::WriterBuilder;
     let heights: Vec<f64> = (0..rows * columns).map(|i| 1e-3 * (i as f64 * 1.7).sin()).collect();
-    let mut bytes = Vec::new();
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(&[rows as u64, columns as u64])
-        .writer(&mut bytes)
-        .begin_nd()
-        .unwrap();
-    writer.extend(heights.iter().copied()).unwrap();
-    writer.finish().unwrap();
+    let bytes = npy(&[rows as u64, columns as u64], npyz::Order::C, heights.iter().copied());
     let file = write(folder, "grid.npy", &bytes);
     (Road::Grid(GridRoad { file, dx, dy, at_end }), heights)
 }
@@ -85,8 +76,7 @@ fn a_step_across_has_an_area_curve() {
 }
 
 /// Both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's mean: past
-/// the highest cell, which more cells find higher, it
-/// has none so soon.
+/// the highest cell, which more cells find higher, it has none so soon.
 #[test]
 fn slices_converge_with_cells_along() {
     let spec = Road::Made(MadeRoad { seed: 8, ..MadeRoad::default() });

@@ -1,14 +1,15 @@
 //! Drawn roads: levels in all directions, Gaussian heights, no seams between patches, levels and patches of their own.
 
 use super::*;
-use crate::road::made::{Patches, RingSpectrum, TargetSpectrum, Texture};
+use crate::road::sources::made::{Design, Patches, RingSpectrum, TargetSpectrum, Texture};
 use crate::road::texture::{ProfileSpectrum, nearest_band};
 use crate::scene::MadeRoad;
 
 const SPACING: f64 = 0.001;
 
 fn texture(target: &TargetSpectrum, lattice: Lattice) -> Texture {
-    Texture::new(target, None, SPACING, 4, lattice, 1 << 30).unwrap()
+    let design = Design { target: target.clone(), shape: None, spacing: SPACING, seed: 4 };
+    Texture::new(&design, lattice, 1 << 30).unwrap()
 }
 
 /// A band of waves by itself: 25 to 10 mm, as high as those of asphalt.
@@ -85,9 +86,8 @@ fn heights_are_gaussian_with_the_variance_of_the_spectrum() {
 }
 
 /// Mean squares and mean squared differences over 2 and 6 mm where patches fade into each other are those elsewhere:
-/// the fade takes at most the factor
-/// cos(pi/2 pi/2 lag/fade) of the covariance, 1 % here. 60 seams of 0.23 m by 0.12 m hold some 20 000 independent
-/// heights: four standard errors of the ratio are 6 %.
+/// the fade takes at most the factor cos(pi/2 pi/2 lag/fade) of the covariance, 1 % here. 60 seams of 0.23 m by 0.12 m
+/// hold some 20 000 independent heights: four standard errors of the ratio are 6 %.
 #[test]
 fn patches_join_without_a_seam() {
     let columns = 60;
@@ -160,8 +160,7 @@ fn a_finer_lattice_sees_the_same_road() {
 }
 
 /// 100 m of asphalt by 0.12 m hold some 200 000 cells of 8 mm, about its mean wavelength: moments of a Gaussian are
-/// known to sqrt(6/n) and sqrt(24/n), 0.006 and 0.011, and the
-/// long waves, of which there are few, add as much again.
+/// known to sqrt(6/n) and sqrt(24/n), 0.006 and 0.011, and the long waves, of which there are few, add as much again.
 #[test]
 fn skewed_roads_have_their_moments_and_their_levels() {
     let lattice = Lattice { dx: 0.002, along: 1, dy: 0.002, columns: 60 };

@@ -1,5 +1,5 @@
 use super::*;
-use crate::road::made::TargetSpectrum;
+use crate::road::sources::made::TargetSpectrum;
 use crate::road::texture::{ProfileSpectrum, mid_wavelength};
 use crate::scene::{MadeRoad, PowerLawTexture};
 
@@ -8,8 +8,7 @@ fn made(seed: u64) -> Road {
 }
 
 /// Levels along x over 60 m: per band about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB standard
-/// deviation
-/// (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB is 2.5
+/// deviation (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB is 2.5
 /// deviations.
 #[test]
 fn levels_along_are_those_asked_for() {

@@ -1,5 +1,3 @@
-use npyz::WriterBuilder;
-
 use super::*;
 use crate::road::texture::{ProfileSpectrum, mean_profile_depth};
 use crate::scene::{AtEnd, GridRoad, Lateral, LengthUnit, ProfileRoad};
@@ -31,7 +29,7 @@ fn captif_levels_depth_and_dropouts() {
     for (name, levels, _dropouts) in published {
         let Some(file) = shared(name) else { return };
         let mut report = RoadReport::default();
-        let map = crate::road::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
+        let map = crate::road::sources::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
         assert!((map.dx - 3.75e-5).abs() < 1e-7 && (map.end() - 1.808).abs() < 1e-3, "{} {}", map.dx, map.end());
         assert!(report.missing > 2000 && report.missing < 4500, "{}", report.missing);
         let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
@@ -53,7 +51,7 @@ fn captif_levels_depth_and_dropouts() {
 fn captif_spike_of_47_mm_counts_as_dropout() {
     let Some(file) = shared("captif_aylesbury_station_1.dat") else { return };
     let mut report = RoadReport::default();
-    let map = crate::road::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
+    let map = crate::road::sources::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
     assert!(report.notes.iter().any(|note| matches!(note, RoadNote::Spikes { .. })), "{:?}", report.notes);
     assert!(map.span() < 0.02, "{}", map.span());
 }
@@ -136,28 +134,44 @@ fn faulty_profiles_are_refused_with_the_place() {
         number += 1;
         refused(&Road::Profile(profile(write(&folder, &format!("{number}.csv"), text))), line())
     };
-    assert!(matches!(fault(b""), RoadError::TooFewPoints { found: 0, .. }));
-    assert!(matches!(fault(b"s,z\n"), RoadError::TooFewPoints { found: 0, .. }));
-    assert!(matches!(fault(b"0,1\n1,2\n"), RoadError::TooFewPoints { found: 2, .. }));
+    assert!(matches!(fault(b""), RoadError::File { fault: FileFault::TooFewPoints { found: 0, .. }, .. }));
+    assert!(matches!(fault(b"s,z\n"), RoadError::File { fault: FileFault::TooFewPoints { found: 0, .. }, .. }));
+    assert!(matches!(fault(b"0,1\n1,2\n"), RoadError::File { fault: FileFault::TooFewPoints { found: 2, .. }, .. }));
     match fault(b"s,z\n0,1\n0.1,2\n0.2,wet\n") {
-        RoadError::NotANumber { line: 4, column: 2, role: "height", found, .. } => assert_eq!(found, "wet"),
+        RoadError::File { fault: FileFault::NotANumber { line: 4, column: 2, role: "height", found, .. }, .. } => {
+            assert_eq!(found, "wet")
+        }
         other => panic!("{other}"),
     }
-    assert!(matches!(fault(b"s,z\n0,1\nfar,2\n"), RoadError::NotANumber { line: 3, column: 1, role: "distance", .. }));
-    assert!(matches!(fault(b"0,1\n1,inf\n"), RoadError::NotANumber { line: 2, column: 2, .. }));
-    assert!(matches!(fault(b"0 1\n1 2\n"), RoadError::NotANumber { .. } | RoadError::MissingCell { .. }));
+    assert!(matches!(
+        fault(b"s,z\n0,1\nfar,2\n"),
+        RoadError::File { fault: FileFault::NotANumber { line: 3, column: 1, role: "distance", .. }, .. }
+    ));
+    assert!(matches!(
+        fault(b"0,1\n1,inf\n"),
+        RoadError::File { fault: FileFault::NotANumber { line: 2, column: 2, .. }, .. }
+    ));
+    assert!(matches!(
+        fault(b"0 1\n1 2\n"),
+        RoadError::File { fault: FileFault::NotANumber { .. }, .. }
+            | RoadError::File { fault: FileFault::MissingCell { .. }, .. }
+    ));
     assert!(matches!(
         fault(b"\xff\xfe\x00garbage\n\x01\x02"),
-        RoadError::NotANumber { .. } | RoadError::MissingCell { .. }
+        RoadError::File { fault: FileFault::NotANumber { .. }, .. }
+            | RoadError::File { fault: FileFault::MissingCell { .. }, .. }
     ));
     let metres: String = (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), 1e3 * f64::from(i % 7))).collect();
-    assert!(matches!(fault(metres.as_bytes()), RoadError::ImplausibleHeights { .. }));
+    assert!(matches!(fault(metres.as_bytes()), RoadError::File { fault: FileFault::ImplausibleHeights { .. }, .. }));
     let holes: String =
         (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), if i % 2 == 0 { "" } else { "1" })).collect();
-    assert!(matches!(fault(holes.as_bytes()), RoadError::TooManyMissing { missing: 50, .. }));
+    assert!(matches!(
+        fault(holes.as_bytes()),
+        RoadError::File { fault: FileFault::TooManyMissing { missing: 50, .. }, .. }
+    ));
     let outlier: String = (0..50).map(|i| format!("{},1\n", if i == 49 { 1e15 } else { f64::from(i) })).collect();
     assert!(
-        matches!(fault(outlier.as_bytes()), RoadError::TooManyMissing { .. }),
+        matches!(fault(outlier.as_bytes()), RoadError::File { fault: FileFault::TooManyMissing { .. }, .. }),
         "must not be filled with 1e15 points"
     );
     let absent = Road::Profile(profile(folder.path().join("absent.csv")));
@@ -167,27 +181,17 @@ fn faulty_profiles_are_refused_with_the_place() {
     let captif = fault(
         b"Road Name\tCAPTIF\t\n*****DATA*****\t\t\nData Point No:\tDistance (mm)\tDepth (mm)\n1\t0.0\t1.0\n2\tx\t1.0\n",
     );
-    assert!(matches!(captif, RoadError::NotANumber { line: 5, column: 2, .. }), "{captif}");
+    assert!(
+        matches!(captif, RoadError::File { fault: FileFault::NotANumber { line: 5, column: 2, .. }, .. }),
+        "{captif}"
+    );
     let unit = fault(b"*****DATA*****\t\t\nData Point No:\tDistance (furlong)\tDepth (mm)\n");
-    assert!(matches!(unit, RoadError::UnknownUnit { line: 2, .. }), "{unit}");
+    assert!(matches!(unit, RoadError::File { fault: FileFault::UnknownUnit { line: 2, .. }, .. }), "{unit}");
     let large = Road::Profile(profile(write(&folder, "large.csv", b"0,1\n")));
     assert!(matches!(
         RoadSurface::open(&large, line(), Limits { bytes: 3 }),
         Err(RoadError::TooLarge { needed: 4, limit: 3, .. })
     ));
-}
-
-fn npy<T: npyz::Serialize + npyz::AutoSerialize>(
-    shape: &[u64],
-    order: npyz::Order,
-    data: impl IntoIterator<Item = T>,
-) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut writer =
-        npyz::WriteOptions::new().default_dtype().order(order).shape(shape).writer(&mut bytes).begin_nd().unwrap();
-    writer.extend(data).unwrap();
-    writer.finish().unwrap();
-    bytes
 }
 
 fn grid(file: PathBuf, dx: f64, dy: f64) -> GridRoad {
@@ -237,26 +241,36 @@ fn faulty_grids_are_refused() {
     };
     let level = |count: usize| (0..count).map(|i| 1e-4 * i as f64);
     let order = npyz::Order::C;
-    assert!(matches!(fault(&npy(&[40], order, level(40))), RoadError::NpyShape { .. }));
-    assert!(matches!(fault(&npy(&[2, 5, 4], order, level(40))), RoadError::NpyShape { .. }));
-    assert!(matches!(fault(&npy(&[10, 4], order, 0..40_i32)), RoadError::NpyType { .. }));
+    assert!(matches!(fault(&npy(&[40], order, level(40))), RoadError::File { fault: FileFault::NpyShape { .. }, .. }));
+    assert!(matches!(
+        fault(&npy(&[2, 5, 4], order, level(40))),
+        RoadError::File { fault: FileFault::NpyShape { .. }, .. }
+    ));
+    assert!(matches!(
+        fault(&npy(&[10, 4], order, 0..40_i32)),
+        RoadError::File { fault: FileFault::NpyType { .. }, .. }
+    ));
     assert!(matches!(fault(b"not an array"), RoadError::Npy { .. }));
     let whole = npy(&[10, 4], order, level(40));
     assert!(matches!(fault(&whole[..whole.len() - 3]), RoadError::Npy { .. }), "cut off");
     let with =
         |value: f64| npy(&[10, 4], order, level(40).enumerate().map(move |(i, z)| if i == 22 { value } else { z }));
-    assert!(matches!(fault(&with(f64::INFINITY)), RoadError::Infinite { row: 5, column: 2, .. }));
+    assert!(matches!(
+        fault(&with(f64::INFINITY)),
+        RoadError::File { fault: FileFault::Infinite { row: 5, column: 2, .. }, .. }
+    ));
     let millimetres = fault(&npy(&[10, 4], order, level(40).map(|z| 1e3 * z)));
     assert!(
-        matches!(millimetres, RoadError::ImplausibleHeights { .. }) && millimetres.to_string().contains("millimetres")
+        matches!(millimetres, RoadError::File { fault: FileFault::ImplausibleHeights { .. }, .. })
+            && millimetres.to_string().contains("millimetres")
     );
     assert!(matches!(
         fault(&npy(&[10, 4], order, (0..40).map(|_| f64::NAN))),
-        RoadError::TooManyMissing { missing: 40, .. }
+        RoadError::File { fault: FileFault::TooManyMissing { missing: 40, .. }, .. }
     ));
     let mut complex = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
     complex.extend(format!("{:<117}\n", "{'descr': '<c16', 'fortran_order': False, 'shape': (10, 4), }").bytes());
-    assert!(matches!(fault(&complex), RoadError::NpyType { .. }));
+    assert!(matches!(fault(&complex), RoadError::File { fault: FileFault::NpyType { .. }, .. }));
     let holes = Road::Grid(grid(write(&folder, "h.npy", &with(f64::NAN)), 0.004, 0.05));
     let mut road = open(&holes, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 });
     assert_eq!(road.report().missing, 1);

@@ -8,6 +8,10 @@ mod measured;
 
 use std::path::PathBuf;
 
+use npyz::WriterBuilder;
+
+use super::file_fault::FileFault;
+use super::report::RoadNote;
 use super::*;
 use crate::scene::Road;
 
@@ -46,4 +50,17 @@ fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
     path
+}
+
+fn npy<T: npyz::Serialize + npyz::AutoSerialize>(
+    shape: &[u64],
+    order: npyz::Order,
+    data: impl IntoIterator<Item = T>,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer =
+        npyz::WriteOptions::new().default_dtype().order(order).shape(shape).writer(&mut bytes).begin_nd().unwrap();
+    writer.extend(data).unwrap();
+    writer.finish().unwrap();
+    bytes
 }

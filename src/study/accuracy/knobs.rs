@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::local_compliance::{DOUBTS, formula_for};
+use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::road::Lattice;
 use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 use crate::study::accuracy::settings::Settings;

@@ -1,0 +1,125 @@
+//! What can be wrong inside a road's file. Rows and channels of arrays count from 0, lines and columns of text from 1.
+
+use std::path::PathBuf;
+
+/// A fault of a file. Its messages are what a user reads behind the file's name; lengths in metres unless they say
+/// otherwise.
+#[derive(Debug, thiserror::Error)]
+pub enum FileFault {
+    // Profiles and grids.
+    #[error("line {line}, column {column} ({role}): {found:?} is not a number")]
+    NotANumber { line: u64, column: usize, role: &'static str, found: String },
+    #[error("line {line} has {found} columns, column {needed} is needed")]
+    MissingCell { line: u64, needed: usize, found: usize },
+    /// No records, as the CSV reader says with the position.
+    #[error(transparent)]
+    Columns(#[from] csv::Error),
+    #[error("no column {name:?}; the file has: {}", available.join(", "))]
+    NoSuchColumn { name: String, available: Vec<String> },
+    #[error("line {line}: no unit in {found:?}: expected \"Distance (mm)\" and \"Depth (mm)\" or the like")]
+    UnknownUnit { line: u64, found: String },
+    #[error("{found} usable points, at least {needed} are needed")]
+    TooFewPoints { found: usize, needed: usize },
+    /// More than the share `allowed` of the heights.
+    #[error(
+        "{missing} of {total} heights are missing, more than the {} % that are filled by interpolation",
+        allowed * 100.0
+    )]
+    TooManyMissing { missing: usize, total: usize, allowed: f64 },
+    #[error("row {row}, column {column} is {value}")]
+    Infinite { row: usize, column: usize, value: f64 },
+    /// Heights that can hardly be metres.
+    #[error("the heights span {span:.4} m, more than {allowed} m: are they in another unit (millimetres)?")]
+    ImplausibleHeights { span: f64, allowed: f64 },
+    #[error("a grid needs a two-dimensional array (rows along x, columns across), this one has the shape {shape:?}")]
+    NpyShape { shape: Vec<u64> },
+    #[error("a grid needs float64 or float32 heights, this array holds {found}")]
+    NpyType { found: String },
+
+    // OpenCRG: its header.
+    #[error("line {line}: {key} = {found:?} is not a number")]
+    HeaderNumber { line: usize, key: String, found: String },
+    #[error("line {line}: expected \"key = value\", found {found:?}")]
+    HeaderLine { line: usize, found: String },
+    #[error("the header has no {what}")]
+    Missing { what: &'static str },
+    #[error(
+        "line {line}: unknown data format {found:?}: expected one of LRFI, LDFI, LRBI, LDBI, KRFI, KDFI, KRBI, KDBI"
+    )]
+    Format { line: usize, found: String },
+    #[error("line {line}: channel {channel:?} is in {found:?}, expected {expected:?}")]
+    Unit { line: usize, channel: String, found: String, expected: &'static str },
+    #[error("line {line}: channel {channel:?} is defined twice or cannot be understood")]
+    Channel { line: usize, channel: String },
+    /// Some by number and some by position, or numbers with gaps.
+    #[error("the {sections} longitudinal sections must all have positions (at v = X), or be numbered 1 to {sections}")]
+    Sections { sections: usize },
+    #[error(
+        "long_section_v_right = {right}, _left = {left}, _increment = {increment} make {expected} longitudinal \
+         sections, {found} are defined"
+    )]
+    SectionCount { right: f64, left: f64, increment: f64, expected: f64, found: usize },
+    #[error("{what} = {value} must be positive and finite")]
+    NotPositive { what: &'static str, value: f64 },
+    #[error(
+        "reference_line_start_u = {start}, _end_u = {end}, _increment = {increment} do not make a whole number of rows"
+    )]
+    RowCount { start: f64, end: f64, increment: f64 },
+    #[error("the file has no data: no line starting with $$$$ ends its header")]
+    NoData,
+
+    // OpenCRG: its data.
+    /// Binary data of the wrong length, in bytes; `padded` with what fills them to whole records.
+    #[error(
+        "the header promises {rows} rows of {channels} channels: {expected} bytes of data, {padded} with the padding \
+         to whole 80-byte records; {found} are there{hint}"
+    )]
+    Payload { rows: u64, channels: usize, expected: u64, padded: u64, found: u64, hint: LikelyCause },
+    #[error("the header promises {expected} rows of data, {found} are there")]
+    Rows { expected: u64, found: u64 },
+    /// A text record that ends too early: fields expected, characters of a field, characters found.
+    #[error("line {line}: {expected} fields of {width} characters expected, the record ends after {found} characters")]
+    Record { line: usize, expected: usize, width: usize, found: usize },
+    /// Damaged data, or data of another format; the channel counts from 1.
+    #[error(
+        "row {row}, channel {channel} is {value:e}: no road has this, the data are damaged or not of the stated \
+         format{hint}"
+    )]
+    Absurd { row: usize, channel: usize, value: f64, hint: LikelyCause },
+    #[error("row {row}: the channel {channel:?} has no value")]
+    ReferenceLineHole { row: usize, channel: &'static str },
+
+    // OpenCRG: files that include others.
+    #[error("$ROAD_CRG_FILE names {}, outside the folder {}", path.display(), folder.display())]
+    IncludeOutside { path: PathBuf, folder: PathBuf },
+    #[error(
+        "$ROAD_CRG_FILE names {}, which includes itself or stands at the end of too long a chain", path.display()
+    )]
+    IncludeCycle { path: PathBuf },
+    #[error("$ROAD_CRG_FILE names {}: {source}", path.display())]
+    Include { path: PathBuf, source: std::io::Error },
+}
+
+/// A guess at what damaged a file; displays as nothing or as the end of a sentence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LikelyCause {
+    /// No guess.
+    Unknown,
+    /// The data hold no CR LF pair at all although chance would put some there: line ends were converted.
+    LineEndsConverted,
+    /// The file simply stops.
+    Truncated,
+}
+
+impl std::fmt::Display for LikelyCause {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(match self {
+            Self::Unknown => "",
+            Self::LineEndsConverted => {
+                ". The binary data contain no CR LF pair: the file was probably transferred as text and every CR LF \
+                 became LF; transfer it again in binary mode"
+            }
+            Self::Truncated => ". The file ends too early: it was cut off",
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! Height maps given as a two-dimensional `.npy` array.
+
+use std::fs::File;
+use std::io::BufReader;
+
+use npyz::{DType, NpyFile, Order, TypeChar};
+
+use super::height_map::{HeightMap, LARGE_SPAN, fill_missing};
+use crate::road::error::{RoadError, positive};
+use crate::road::file_fault::FileFault;
+use crate::road::report::{RoadNote, RoadReport};
+use crate::scene::GridRoad;
+
+/// Largest share of missing heights.
+const MISSING_ALLOWED: f64 = 0.2;
+
+/// Number of columns, from the array's header.
+///
+/// # Errors
+/// As [`read`], as far as the header tells.
+pub fn columns(spec: &GridRoad) -> Result<usize, RoadError> {
+    Ok(open(spec)?.1.1)
+}
+
+type Opened = (NpyFile<BufReader<File>>, (usize, usize), u64);
+
+/// The file behind its header, rows and columns, bytes per height.
+fn open(spec: &GridRoad) -> Result<Opened, RoadError> {
+    let path = &spec.file;
+    let file = File::open(path).map_err(|source| RoadError::Io { path: path.clone(), source })?;
+    let found = NpyFile::new(BufReader::new(file)).map_err(|source| RoadError::Npy { path: path.clone(), source })?;
+    let bytes = match found.dtype() {
+        DType::Plain(kind) if kind.type_char() == TypeChar::Float && matches!(kind.size_field(), 4 | 8) => {
+            kind.size_field()
+        }
+        other => return Err(RoadError::file(path, FileFault::NpyType { found: other.descr() })),
+    };
+    let &[rows, columns] = found.shape() else {
+        return Err(RoadError::file(path, FileFault::NpyShape { shape: found.shape().to_vec() }));
+    };
+    let shape = (rows as usize, columns as usize);
+    if rows < 2 || columns < 1 {
+        return Err(RoadError::file(path, FileFault::TooFewPoints { found: shape.0.min(shape.1), needed: 2 }));
+    }
+    Ok((found, shape, bytes))
+}
+
+/// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
+///
+/// # Errors
+/// Not a complete two-dimensional array of floating-point numbers; infinite heights, too many missing, or an
+/// implausible span; too large.
+pub fn read(spec: &GridRoad, contact_width: f64, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
+    let path = &spec.file;
+    positive("road.dx", spec.dx)?;
+    positive("road.dy", spec.dy)?;
+    let (file, (rows, columns), bytes) = open(spec)?;
+    let needed = (rows as u64).saturating_mul(columns as u64).saturating_mul(8);
+    if needed > limit {
+        return Err(RoadError::TooLarge { path: path.clone(), needed, limit });
+    }
+    let width = columns as f64 * spec.dy;
+    if width < contact_width * (1.0 - 1e-9) {
+        return Err(RoadError::Narrow { path: path.clone(), needed: contact_width, available: width });
+    }
+    let order = file.order();
+    let fault = |source| RoadError::Npy { path: path.clone(), source };
+    let stored: Vec<f64> = if bytes == 8 {
+        file.into_vec().map_err(fault)?
+    } else {
+        file.into_vec::<f32>().map_err(fault)?.into_iter().map(f64::from).collect()
+    };
+    let mut heights = match order {
+        Order::C => stored,
+        Order::Fortran => (0..rows * columns).map(|index| stored[index % columns * rows + index / columns]).collect(),
+    };
+    if let Some(place) = heights.iter().position(|height| height.is_infinite()) {
+        let (row, column) = (place / columns, place % columns);
+        return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
+    }
+    report.points = heights.len();
+    report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
+    let first_y = -0.5 * (columns as f64 - 1.0) * spec.dy;
+    let map = HeightMap { path: path.clone(), dx: spec.dx, dy: spec.dy, first_y, columns, heights };
+    let span = map.plausible_span()?;
+    if span > LARGE_SPAN {
+        report.notes.push(RoadNote::LargeSpan { span });
+    }
+    Ok(map)
+}

@@ -1,0 +1,255 @@
+//! A measured piece of road on a uniform lattice: what every reader delivers.
+
+use std::path::{Path, PathBuf};
+
+use crate::numeric::windowed_sinc::WindowedSinc;
+use crate::road::error::RoadError;
+use crate::road::file_fault::FileFault;
+use crate::road::report::RoadNote;
+use crate::road::texture::line_of;
+
+/// Heights that span more than this are no texture alone \[m\].
+pub const LARGE_SPAN: f64 = 0.1;
+/// Largest span of heights that can be a texture's \[m\].
+const LARGEST_SPAN: f64 = 0.5;
+
+/// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the
+/// tyre's middle. A single column with `dy` = 0 is level across.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightMap {
+    /// Where it came from.
+    pub path: PathBuf,
+    /// Row spacing \[m\].
+    pub dx: f64,
+    /// Column spacing \[m\]; 0: the only column holds for every y.
+    pub dy: f64,
+    /// Lateral position of column 0 \[m\].
+    pub first_y: f64,
+    /// Number of columns.
+    pub columns: usize,
+    /// Row-major heights \[m\], rows x columns, finite.
+    pub heights: Vec<f64>,
+}
+
+impl HeightMap {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.heights.len() / self.columns.max(1)
+    }
+
+    /// Road coordinate of the last row \[m\]; the first is at 0.
+    pub fn end(&self) -> f64 {
+        (self.rows() as f64 - 1.0) * self.dx
+    }
+
+    /// One column.
+    pub fn column(&self, column: usize) -> Vec<f64> {
+        self.heights.iter().skip(column).step_by(self.columns).copied().collect()
+    }
+
+    /// Highest minus lowest \[m\].
+    pub fn span(&self) -> f64 {
+        let (low, high) = self
+            .heights
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &height| (low.min(height), high.max(height)));
+        high - low
+    }
+
+    /// The same, refused where it is larger than any texture's: the heights are most likely in millimetres.
+    pub fn plausible_span(&self) -> Result<f64, RoadError> {
+        let (span, allowed) = (self.span(), LARGEST_SPAN);
+        if span > allowed {
+            return Err(RoadError::file(&self.path, FileFault::ImplausibleHeights { span, allowed }));
+        }
+        Ok(span)
+    }
+
+    /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of
+    /// the rows. Wavelengths shorter than 0.8 `longest` stay as they are.
+    pub fn remove_trend(&mut self, longest: f64) {
+        let columns = self.columns;
+        let lines: Vec<(f64, f64)> = self.heights.chunks_exact(columns).map(line_of).collect();
+        // The kernel blocks from 0.5 cycles per unit on: a unit of half the shortest wavelength that must stay.
+        let unit = 0.5 * 0.8 * longest / self.dx;
+        if unit < 1.0 {
+            return;
+        }
+        let kernel = WindowedSinc::resampling();
+        let mut weights = Vec::new();
+        let rows = lines.len() as i64;
+        for (r, row) in self.heights.chunks_exact_mut(columns).enumerate() {
+            let first = kernel.weights(r as f64, unit, &mut weights);
+            let (mut mean, mut slope) = (0.0, 0.0);
+            for (tap, weight) in weights.iter().enumerate() {
+                let (row_mean, row_slope) = lines[reflected(first + tap as i64, rows)];
+                mean += weight * row_mean;
+                slope += weight * row_slope;
+            }
+            for (c, height) in row.iter_mut().enumerate() {
+                *height -= mean + slope * (c as f64 - 0.5 * (columns as f64 - 1.0));
+            }
+        }
+    }
+}
+
+/// Subtracts the least-squares plane from a row-major map.
+pub fn remove_plane(heights: &mut [f64], columns: usize) {
+    let means: Vec<f64> = heights.chunks_exact(columns).map(|row| row.iter().sum::<f64>() / columns as f64).collect();
+    let mut across = vec![0.0; columns];
+    for row in heights.chunks_exact(columns) {
+        for (sum, height) in across.iter_mut().zip(row) {
+            *sum += height / means.len() as f64;
+        }
+    }
+    let (mean, along) = line_of(&means);
+    let (_, slope) = line_of(&across);
+    let middle = (0.5 * (means.len() as f64 - 1.0), 0.5 * (columns as f64 - 1.0));
+    for (r, row) in heights.chunks_exact_mut(columns).enumerate() {
+        for (c, height) in row.iter_mut().enumerate() {
+            *height -= mean + along * (r as f64 - middle.0) + slope * (c as f64 - middle.1);
+        }
+    }
+}
+
+/// An index reflected at the ends of 0..count, the end samples not doubled.
+pub fn reflected(index: i64, count: i64) -> usize {
+    if count <= 1 {
+        return 0;
+    }
+    let period = 2 * (count - 1);
+    let folded = index.rem_euclid(period);
+    (if folded < count { folded } else { period - folded }) as usize
+}
+
+/// Fills missing (NaN) heights of a row-major map by linear interpolation across, then along; at a border the nearest
+/// valid height is held. Returns how many were filled.
+///
+/// # Errors
+/// More than the share `allowed` is missing.
+pub fn fill_missing(
+    path: &Path,
+    heights: &mut [f64],
+    columns: usize,
+    allowed: f64,
+    notes: &mut Vec<RoadNote>,
+) -> Result<usize, RoadError> {
+    let total = heights.len();
+    let missing = heights.iter().filter(|height| height.is_nan()).count();
+    if missing == 0 {
+        return Ok(0);
+    }
+    if missing as f64 > allowed * total as f64 {
+        return Err(RoadError::file(path, FileFault::TooManyMissing { missing, total, allowed }));
+    }
+    let rows = total / columns;
+    let mut line = vec![0.0; columns.max(rows)];
+    for row in heights.chunks_exact_mut(columns) {
+        // Across only between valid neighbours: towards a border the road goes on along, not level across.
+        fill_line(row, false);
+    }
+    for column in 0..columns {
+        for row in 0..rows {
+            line[row] = heights[row * columns + column];
+        }
+        fill_line(&mut line[..rows], true);
+        for row in 0..rows {
+            heights[row * columns + column] = line[row];
+        }
+    }
+    for row in heights.chunks_exact_mut(columns) {
+        // A column without a single valid height is left: hold its neighbour.
+        fill_line(row, true);
+    }
+    notes.push(RoadNote::Filled { missing, total });
+    Ok(missing)
+}
+
+/// Interpolates NaN runs linearly; runs at the ends take the nearest valid value if `hold`. A line of NaN alone stays.
+pub fn fill_line(line: &mut [f64], hold: bool) {
+    let mut last: Option<usize> = None;
+    for index in 0..line.len() {
+        if line[index].is_nan() {
+            continue;
+        }
+        match last {
+            Some(before) if before + 1 < index => {
+                let (from, to) = (line[before], line[index]);
+                let steps = (index - before) as f64;
+                for (step, hole) in line[before + 1..index].iter_mut().enumerate() {
+                    *hole = from + (to - from) * (step + 1) as f64 / steps;
+                }
+            }
+            None if hold => {
+                let value = line[index];
+                line[..index].fill(value);
+            }
+            _ => {}
+        }
+        last = Some(index);
+    }
+    if let (true, Some(before)) = (hold, last) {
+        let value = line[before];
+        line[before + 1..].fill(value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const N: f64 = f64::NAN;
+
+    #[test]
+    fn holes_are_interpolated_across_then_along() {
+        let mut heights = vec![1.0, N, 3.0, N, 4.0, 5.0, 5.0, 6.0, N];
+        let mut notes = Vec::new();
+        assert_eq!(fill_missing(Path::new("x"), &mut heights, 3, 0.5, &mut notes).unwrap(), 3);
+        assert_eq!(heights, [1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 5.0, 6.0, 5.0]);
+        assert_eq!(notes, [RoadNote::Filled { missing: 3, total: 9 }]);
+        let refused = fill_missing(Path::new("x"), &mut [1.0, N, N, N], 2, 0.5, &mut notes);
+        assert!(matches!(
+            refused,
+            Err(RoadError::File { fault: FileFault::TooManyMissing { missing: 3, total: 4, .. }, .. })
+        ));
+    }
+
+    #[test]
+    fn plane_is_removed_exactly_and_texture_kept() {
+        let texture = |r: usize, c: usize| if (r / 2 + c / 2).is_multiple_of(2) { 1e-3 } else { -1e-3 };
+        let build = |tilt: f64| -> Vec<f64> {
+            let height = |(r, c)| texture(r, c) + tilt * (5.0 + 0.3 * r as f64 - 0.2 * c as f64);
+            (0..64).map(|i| height((i / 8, i % 8))).collect()
+        };
+        let (mut tilted, mut level) = (build(1.0), build(0.0));
+        remove_plane(&mut tilted, 8);
+        remove_plane(&mut level, 8);
+        for (a, b) in tilted.iter().zip(&level) {
+            assert!((a - b).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn trend_longer_than_asked_goes_and_shorter_stays() {
+        let wave = |r: usize, wavelength: f64| (2.0 * std::f64::consts::PI * r as f64 * 0.01 / wavelength).cos();
+        let mut map = HeightMap {
+            path: PathBuf::new(),
+            dx: 0.01,
+            dy: 0.0,
+            first_y: 0.0,
+            columns: 1,
+            heights: (0..2001).map(|r| wave(r, 4.0) + wave(r, 0.2)).collect(),
+        };
+        map.remove_trend(1.0);
+        for (r, height) in map.heights.iter().enumerate() {
+            assert!((height - wave(r, 0.2)).abs() < 2e-3, "row {r}: {height}");
+        }
+    }
+
+    #[test]
+    fn reflection_does_not_double_the_ends() {
+        let found: Vec<usize> = (-3..7).map(|i| reflected(i, 4)).collect();
+        assert_eq!(found, [3, 2, 1, 0, 1, 2, 3, 2, 1, 0]);
+        assert_eq!(reflected(-5, 1), 0);
+    }
+}

@@ -1,0 +1,23 @@
+//! Roads that are made: isotropic random texture with a given profile spectrum, Gaussian or skewed.
+//!
+//! `target` turns levels or a power law into band energies of a profile, `rings` finds the two-dimensional spectrum
+//! whose profiles have them, `sizes` divides it into levels of some octaves and says how large they are, `levels`
+//! draws each in patches, `synthesis` puts them together row by row; `noise` has their random numbers, `rows`
+//! their inner loop. `shape` gives heights their skewness and kurtosis, `translation` finds the Gaussian spectrum
+//! that this makes the wanted one of.
+
+mod levels;
+mod noise;
+mod rings;
+mod rows;
+mod shape;
+mod sizes;
+mod synthesis;
+mod target;
+mod translation;
+
+pub use rings::RingSpectrum;
+pub use shape::Shape;
+pub use sizes::Sizes;
+pub use synthesis::{Design, Patches, Texture};
+pub use target::TargetSpectrum;

@@ -1,0 +1,165 @@
+//! Drawing a random surface piece by piece.
+//!
+//! 1. The spectrum is divided into [levels](super::levels) of some octaves each. Short waves are forgotten after a few
+//!    millimetres: they are drawn with a short lateral period, long ones on a coarse lattice.
+//! 2. Each level is drawn patch by patch, its place and its random numbers fixed on the road.
+//! 3. A row of the run's cells is interpolated along in the patches of all levels, by a windowed sinc, all columns at
+//!    once.
+//! 4. Where the road is not to be Gaussian, each height is transformed by itself.
+//!
+//! The spectrum is scene data and the random numbers belong to the waves of a patch, so the road is the same at any
+//! number of elements and cells, up to
+//! what the cells can resolve. Results do not depend on the order of access nor on the number of threads.
+
+use std::collections::VecDeque;
+
+use pulp::Arch;
+use rayon::prelude::*;
+
+use super::levels::{Level, Patch};
+use super::rings::RingSpectrum;
+use super::rows::{Interpolation, LANES};
+use super::shape::{Shape, ShapeTable};
+use super::sizes::{KEPT, Sizes};
+use super::target::TargetSpectrum;
+use super::translation::corrected;
+use crate::road::error::RoadError;
+use crate::road::lattice::Lattice;
+
+/// Rows that one thread interpolates at a time.
+const BLOCK: usize = 32;
+
+/// A texture to be drawn.
+#[derive(Clone)]
+pub struct Design {
+    /// Levels of its profiles.
+    pub target: TargetSpectrum,
+    /// What makes heights other than Gaussian.
+    pub shape: Option<Shape>,
+    /// The road's own spacing \[m\].
+    pub spacing: f64,
+    /// Of its random numbers.
+    pub seed: u64,
+}
+
+/// A random isotropic surface on a run's lattice.
+pub struct Texture {
+    spectrum: RingSpectrum,
+    lattice: Lattice,
+    levels: Vec<Level>,
+    /// What makes the heights other than Gaussian.
+    shape: Option<ShapeTable>,
+    /// Rows within half a block of the shortest waves.
+    piece: usize,
+}
+
+impl Texture {
+    /// Prepares a texture: `limit` bounds the bytes of its working arrays.
+    ///
+    /// # Errors
+    /// A spacing too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.
+    pub fn new(design: &Design, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
+        let Design { target, shape, spacing, seed } = design;
+        let sizes = Sizes::new(target, *spacing, lattice, limit)?;
+        let spectrum = shape.as_ref().map_or_else(|| RingSpectrum::fit(target), |shape| corrected(target, shape));
+        let rms = spectrum.variance().sqrt();
+        let shape = shape.as_ref().map(|shape| ShapeTable::new(shape, rms));
+        let shortest = sizes.levels.iter().map(|level| level.block).fold(f64::INFINITY, f64::min);
+        // Counted from the longest waves: which of the shorter ones a run resolves changes nothing for them.
+        let all = sizes.levels.len() as u64;
+        let levels = sizes
+            .levels
+            .into_iter()
+            .enumerate()
+            .map(|(place, sizes)| Level::new(&spectrum, sizes, all - 1 - place as u64, *seed, lattice));
+        let levels = levels.collect();
+        Ok(Self {
+            levels,
+            shape,
+            spectrum,
+            lattice,
+            piece: ((0.5 * shortest / lattice.cell()) as usize).clamp(1, 1 << 20),
+        })
+    }
+
+    /// The two-dimensional spectrum and how well it meets the target.
+    pub fn spectrum(&self) -> &RingSpectrum {
+        &self.spectrum
+    }
+
+    /// Heights \[m\] of rows from `first` on, as many as fill `heights`.
+    pub fn rows(&self, first: i64, patches: &mut Patches, heights: &mut [f64]) {
+        let columns = self.lattice.columns;
+        patches.levels.resize_with(self.levels.len(), VecDeque::new);
+        for (piece, heights) in heights.chunks_mut(self.piece * columns).enumerate() {
+            let first = first + (piece * self.piece) as i64;
+            let last = first + (heights.len() / columns) as i64 - 1;
+            for (level, kept) in self.levels.iter().zip(&mut patches.levels) {
+                let (from, to) = (level.place(&self.lattice, first), level.place(&self.lattice, last));
+                let from = from.block - i64::from(from.weights[1] > 0.0);
+                for block in from..=to.block {
+                    draw(level, block, kept, &mut patches.amplitudes);
+                }
+            }
+            let kept = &patches.levels;
+            heights.par_chunks_mut(BLOCK * columns).enumerate().for_each_init(
+                Default::default,
+                |space, (number, heights)| {
+                    self.interpolate(first + (number * BLOCK) as i64, kept, space, heights);
+                },
+            );
+        }
+    }
+
+    fn interpolate(&self, first: i64, kept: &[VecDeque<(i64, Patch)>], space: &mut Rows, heights: &mut [f64]) {
+        let columns = self.lattice.columns;
+        let Rows { sums, weights } = space;
+        sums.resize(columns.div_ceil(LANES), [0.0; LANES]);
+        let arch = Arch::new();
+        for (row, heights) in (first..).zip(heights.chunks_exact_mut(columns)) {
+            sums.fill([0.0; LANES]);
+            for (level, kept) in self.levels.iter().zip(kept) {
+                let place = level.place(&self.lattice, row);
+                for (before, &factor) in place.weights.iter().enumerate() {
+                    let block = place.block - before as i64;
+                    if factor > 0.0
+                        && let Some((_, patch)) = kept.iter().find(|(held, _)| *held == block)
+                    {
+                        let sample = place.sample + before as f64 * level.pitch();
+                        let samples = level.samples(patch, sample, factor, weights);
+                        arch.dispatch(Interpolation { sums, weights, samples });
+                    }
+                }
+            }
+            heights.iter_mut().zip(sums.as_flattened()).for_each(|(height, &sum)| *height = f64::from(sum));
+            if let Some(shape) = &self.shape {
+                shape.apply(heights);
+            }
+        }
+    }
+}
+
+/// Makes sure that a patch is there.
+fn draw(level: &Level, block: i64, kept: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
+    if kept.iter().any(|(held, _)| *held == block) {
+        return;
+    }
+    let oldest = if kept.len() == KEPT { kept.pop_front() } else { None };
+    let (_, mut heights) = oldest.unwrap_or_default();
+    level.patch(block, amplitudes, &mut heights);
+    kept.push_back((block, heights));
+}
+
+/// Patches that have been drawn, the last few of each level, and scratch to draw the next.
+#[derive(Default)]
+pub struct Patches {
+    levels: Vec<VecDeque<(i64, Patch)>>,
+    amplitudes: Vec<f32>,
+}
+
+/// Arrays of a row in the making.
+#[derive(Default)]
+struct Rows {
+    sums: Vec<[f32; LANES]>,
+    weights: Vec<f32>,
+}

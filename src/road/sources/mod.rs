@@ -1,0 +1,116 @@
+//! Where roads come from, and the lattice that they want.
+//!
+//! Files are `read` within a bound of memory. A `profile`, a `grid` and an `opencrg` road become a
+//! [`height_map`]; a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
+
+mod grid;
+pub mod height_map;
+pub mod made;
+pub(super) mod opencrg;
+pub(super) mod profile;
+mod read;
+
+use height_map::HeightMap;
+use made::{Design, Shape, TargetSpectrum};
+
+use super::error::{RoadError, positive};
+use super::file_fault::FileFault;
+use super::lattice::{Lattice, same};
+use super::report::{RoadNote, RoadReport};
+use super::texture::{ProfileSpectrum, bands_between};
+use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
+
+/// Lattice of isotropic surfaces made after a profile \[m\].
+const ISOTROPIC_SPACING: f64 = 0.001;
+/// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
+const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
+
+/// A road as its scene and its file describe it, on no run's lattice yet.
+#[derive(Clone)]
+pub(super) enum Source {
+    /// The plane z = 0.
+    Smooth,
+    /// A texture to be drawn.
+    Made(Design),
+    /// A measured piece, and what follows its end.
+    Measured(HeightMap, AtEnd),
+}
+
+impl Source {
+    /// Reads what a scene describes, of a wide road the strip that the lattice covers.
+    ///
+    /// # Errors
+    /// Of the road's file and of the spectrum asked for.
+    pub fn read(spec: &Road, lattice: Lattice, bytes: u64, report: &mut RoadReport) -> Result<Self, RoadError> {
+        lattice.check()?;
+        let (map, at_end) = match spec {
+            Road::Smooth => return Ok(Self::Smooth),
+            Road::Made(made) => {
+                let shape = Shape::new(made.skewness, made.kurtosis)?;
+                let target = TargetSpectrum::of(made)?;
+                return Ok(Self::Made(Design { target, shape, spacing: made.spacing, seed: made.seed }));
+            }
+            Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
+                return isotropic(profile, bytes, report).map(Self::Made);
+            }
+            Road::Profile(profile) => (profile::read(profile, bytes, report)?, profile.at_end),
+            Road::OpenCrg(road) => (opencrg::read(road, lattice.width(), bytes, report)?, road.at_end),
+            Road::Grid(road) => (grid::read(road, lattice.width(), bytes, report)?, road.at_end),
+        };
+        Ok(Self::Measured(map, at_end))
+    }
+}
+
+/// A surface with the levels of a profile.
+fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<Design, RoadError> {
+    let map = profile::read(spec, bytes, report)?;
+    let spacing = ISOTROPIC_SPACING.max(map.dx);
+    let longest = (map.end() * ISOTROPIC_LONGEST.1).min(ISOTROPIC_LONGEST.0);
+    let shortest = spacing / 0.45;
+    if bands_between(longest, shortest).next().is_none() {
+        let needed = (8.0 * shortest / map.dx / ISOTROPIC_LONGEST.1).ceil() as usize;
+        return Err(RoadError::file(&spec.file, FileFault::TooFewPoints { found: map.heights.len(), needed }));
+    }
+    let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
+    spectrum.add(&map.heights);
+    let target = TargetSpectrum::measured(&spectrum.levels(longest, shortest))?;
+    report.notes.push(RoadNote::MadeIsotropic { longest: target.longest(), shortest: target.shortest() });
+    Ok(Design { target, shape: None, spacing, seed: spec.seed })
+}
+
+impl Lattice {
+    /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact
+    /// width exactly, its rows falling on the middle of each element and an odd number of them on its length; one
+    /// column for roads that are level across; else cells of about [`Road::cell`].
+    ///
+    /// # Errors
+    /// A grid's file that cannot be read (its header is needed); dx or width not positive.
+    pub fn choose(
+        road: &Road,
+        dx: f64,
+        contact_width: f64,
+        cells_across: Option<usize>,
+        cells_along: Option<usize>,
+    ) -> Result<Self, RoadError> {
+        positive("element length", dx)?;
+        positive("tyre.contact_width", contact_width)?;
+        for (key, cells) in [("contact.cells_across", cells_across), ("contact.cells_along", cells_along)] {
+            positive(key, cells.unwrap_or(1) as f64)?;
+        }
+        let (across, along) = (Self::across(contact_width, road.cell()), Road::cells(dx, road.cell()));
+        let (columns, along) = match road {
+            Road::Smooth => (1, 1),
+            Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, along),
+            Road::Grid(spec) => {
+                let columns = grid::columns(spec)?;
+                let rows = (dx / spec.dx).round();
+                let fits =
+                    same(rows * spec.dx, dx) && rows as i64 % 2 == 1 && same(spec.dy * columns as f64, contact_width);
+                if fits { (columns, rows as usize) } else { (across, along) }
+            }
+            _ => (across, along),
+        };
+        let columns = cells_across.unwrap_or(columns);
+        Ok(Self { dx, along: cells_along.unwrap_or(along), dy: contact_width / columns as f64, columns })
+    }
+}

@@ -1,0 +1,16 @@
+//! OpenCRG: curved regular grids of road elevation.
+//!
+//! `header` reads the sections, `data` the columns of numbers behind them, `file` follows includes and
+//! assembles the grid, `strip` cuts what a tyre needs out of it.
+//!
+//! Format: ASAM OpenCRG 1.2, as far as elevations need it. Heights are functions of (u, v), the distance along the
+//! reference line and the distance to its left; where the line runs in the plane has no influence on them.
+
+mod data;
+mod file;
+mod header;
+mod strip;
+
+#[cfg(test)]
+pub(in crate::road) use file::Crg;
+pub use strip::read;

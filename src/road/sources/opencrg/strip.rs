@@ -1,0 +1,151 @@
+//! The strip of an OpenCRG road that a tyre rolls on.
+//!
+//! 1. Columns complete along the whole road are usable; where none are wide enough together, columns that lack at most
+//!    a tenth of their heights are, too, the rest interpolated along.
+//! 2. The tyre's middle is at `lateral_position`, by default in the middle of the widest run of usable columns.
+//! 3. Columns within the strip, and some beside it for the interpolation, become a height map; uneven columns are first
+//!    interpolated linearly to their smallest spacing.
+//! 4. The plane through the strip is removed, and with `longest_wavelength` everything slower.
+
+use super::file::Crg;
+use crate::numeric::windowed_sinc::WindowedSinc;
+use crate::road::error::{RoadError, positive};
+use crate::road::lattice::same;
+use crate::road::report::{RoadNote, RoadReport};
+use crate::road::sources::height_map::{HeightMap, LARGE_SPAN, fill_missing, remove_plane};
+use crate::scene::OpenCrgRoad;
+
+/// Largest share of a column's heights that is interpolated.
+const MISSING_ALLOWED: f64 = 0.1;
+
+/// Reads a file and cuts the strip of `contact_width` \[m\].
+///
+/// # Errors
+/// As [`Crg::read`]; no usable columns of the strip's width, or a position that leaves them.
+pub fn read(
+    spec: &OpenCrgRoad,
+    contact_width: f64,
+    limit: u64,
+    report: &mut RoadReport,
+) -> Result<HeightMap, RoadError> {
+    let crg = Crg::read(&spec.file, limit)?;
+    report.notes.extend(crg.notes.iter().cloned());
+    cut(&crg, spec, contact_width, report)
+}
+
+fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
+    let path = &spec.file;
+    let columns = crg.v.len();
+    let missing: Vec<usize> = (0..columns)
+        .map(|column| crg.grid.iter().skip(column).step_by(columns).filter(|height| height.is_nan()).count())
+        .collect();
+    let allowed = (MISSING_ALLOWED * crg.rows() as f64) as usize;
+    let needed = contact_width * (1.0 - 1e-9);
+    // Column numbers of the run of usable columns for the strip.
+    let mut narrow = None;
+    let mut found = None;
+    for most in [0, allowed] {
+        for run in runs(&missing, most) {
+            let (from, to) = (crg.v[run.0], crg.v[run.1]);
+            let holds = match spec.lateral_position {
+                Some(v) => v - 0.5 * needed >= from && v + 0.5 * needed <= to,
+                None => to - from >= needed,
+            };
+            let width = |run: (usize, usize)| crg.v[run.1] - crg.v[run.0];
+            if holds && found.is_none_or(|best| width(run) > width(best)) {
+                found = Some(run);
+            }
+            if narrow.is_none_or(|best| width(run) > width(best)) {
+                narrow = Some(run);
+            }
+        }
+        if found.is_some() {
+            break;
+        }
+    }
+    let Some((first, last)) = found else {
+        let (from, to) = narrow.map_or((0.0, 0.0), |run| (crg.v[run.0], crg.v[run.1]));
+        return Err(match spec.lateral_position {
+            Some(position) => {
+                RoadError::LateralPosition { path: path.clone(), position, width: contact_width, available: (from, to) }
+            }
+            None => RoadError::Narrow { path: path.clone(), needed: contact_width, available: to - from },
+        });
+    };
+    let middle = spec.lateral_position.unwrap_or(0.5 * (crg.v[first] + crg.v[last]));
+    let spacing = crg.v[first..=last].windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let uneven = crg.v[first..=last].windows(2).any(|pair| (pair[1] - pair[0] - spacing).abs() > 1e-6 * spacing);
+    // As many columns beside the strip as the interpolation reaches, where there are.
+    let beside = WindowedSinc::resampling().half_width() * spacing.max(0.5 * contact_width);
+    let from = crg.v[first..=last].partition_point(|&v| v < middle - 0.5 * contact_width - beside) + first;
+    let to = crg.v[first..=last].partition_point(|&v| v <= middle + 0.5 * contact_width + beside) + first - 1;
+    let v = &crg.v[from..=to];
+    let mut heights: Vec<f64> = (0..crg.rows())
+        .flat_map(|row| (from..=to).map(move |column| (row, column)))
+        .map(|(row, column)| crg.elevation(row, column))
+        .collect();
+    fill_missing(path, &mut heights, v.len(), MISSING_ALLOWED, &mut report.notes)?;
+    report.points = crg.grid.len();
+    report.missing = missing.iter().sum();
+    let half = 0.5 * contact_width + 1e-9;
+    report.notes.push(RoadNote::Columns {
+        total: columns,
+        used: v.iter().filter(|&&v| (v - middle).abs() <= half).count(),
+        incomplete: missing.iter().filter(|&&count| count > 0).count(),
+        missing_points: report.missing,
+        total_points: report.points,
+        lateral_position: middle,
+    });
+    let mut map = HeightMap {
+        path: path.clone(),
+        dx: crg.increment,
+        dy: spacing,
+        first_y: v[0] - middle,
+        columns: v.len(),
+        heights,
+    };
+    if uneven {
+        map = even(&map, v, middle);
+        report.notes.push(RoadNote::UnevenColumns { spacing });
+    }
+    remove_plane(&mut map.heights, map.columns);
+    report.notes.push(RoadNote::Levelled);
+    if let Some(longest) = spec.longest_wavelength {
+        positive("road.longest_wavelength", longest)?;
+        map.remove_trend(longest);
+        report.notes.push(RoadNote::Detrended { longest_wavelength: longest });
+    }
+    if map.span() > LARGE_SPAN {
+        report.notes.push(RoadNote::LargeSpan { span: map.span() });
+    }
+    Ok(map)
+}
+
+/// First and last column of every run of columns with at most `most` missing heights.
+fn runs(missing: &[usize], most: usize) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for (column, _) in missing.iter().enumerate().filter(|&(_, &count)| count <= most) {
+        match runs.last_mut() {
+            Some(run) if run.1 + 1 == column => run.1 = column,
+            _ => runs.push((column, column)),
+        }
+    }
+    runs
+}
+
+/// The map with columns at `v`, interpolated linearly to its even `dy`.
+fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
+    let width = v[v.len() - 1] - v[0];
+    let intervals = (width / map.dy * (1.0 + 1e-9)).floor().max(1.0);
+    let dy = if same(intervals * map.dy, width) { map.dy } else { width / intervals };
+    let columns = intervals as usize + 1;
+    let heights = map.heights.chunks_exact(map.columns).flat_map(|row| {
+        (0..columns).map(move |column| {
+            let place = v[0] + column as f64 * dy;
+            let above = v.partition_point(|&v| v <= place).clamp(1, v.len() - 1);
+            let part = ((place - v[above - 1]) / (v[above] - v[above - 1])).min(1.0);
+            row[above - 1] + part * (row[above] - row[above - 1])
+        })
+    });
+    HeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights: heights.collect() }
+}

@@ -1,0 +1,196 @@
+//! Third-octave levels of profiles.
+//!
+//! 1. Remove mean and linear slope, apply a Hann window over the whole length, scaled to keep the mean square.
+//! 2. Transform; the one-sided power spectrum at the lines k/length, each line a cell one line spacing wide.
+//! 3. A band's energy is the sum of the cells, a cell at a band edge counted by the part of it inside.
+//! 4. Level = 10 lg(energy / (1e-6 m)^2) (ISO 13473-4); for several profiles energies are averaged.
+
+use realfft::RealFftPlanner;
+use serde::Serialize;
+
+use super::profile::remove_line;
+
+/// Reference height of texture levels \[m\].
+const REFERENCE_HEIGHT: f64 = 1e-6;
+
+/// Exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
+pub fn mid_wavelength(band: i32) -> f64 {
+    10_f64.powf(f64::from(band) / 10.0)
+}
+
+/// Number of the band whose mid-wavelength is nearest on the logarithmic scale.
+pub fn nearest_band(wavelength: f64) -> i32 {
+    (10.0 * wavelength.log10()).round() as i32
+}
+
+/// Lower and upper edge of a band in wavenumber (cycles per metre).
+pub fn band_edges(band: i32) -> (f64, f64) {
+    let mid = 1.0 / mid_wavelength(band);
+    (mid * 10_f64.powf(-0.05), mid * 10_f64.powf(0.05))
+}
+
+/// A mean square \[m^2\] as texture level, dB re 1e-6 m; minus infinity for zero.
+pub fn level(mean_square: f64) -> f64 {
+    10.0 * (mean_square / (REFERENCE_HEIGHT * REFERENCE_HEIGHT)).log10()
+}
+
+/// The mean square \[m^2\] of a texture level, dB re 1e-6 m.
+pub fn mean_square(level: f64) -> f64 {
+    REFERENCE_HEIGHT * REFERENCE_HEIGHT * 10_f64.powf(level / 10.0)
+}
+
+/// The level of one third-octave band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TextureLevel {
+    /// Exact mid-wavelength \[m\].
+    pub wavelength: f64,
+    /// Level, dB re 1e-6 m.
+    pub level: f64,
+}
+
+/// What is asked of profiles in one band, and what they have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BandFit {
+    /// Middle of the band \[m\], geometric.
+    pub wavelength: f64,
+    /// Level asked for, dB re 1e-6 m.
+    pub target: f64,
+    /// Level of the surface (expectation), dB re 1e-6 m.
+    pub fitted: f64,
+}
+
+impl BandFit {
+    /// How far the level is from the one asked for \[dB\].
+    pub fn deviation(&self) -> f64 {
+        (self.fitted - self.target).abs()
+    }
+}
+
+/// Energy spectrum of one or more equally long profiles, averaged.
+#[derive(Clone, Debug)]
+pub struct ProfileSpectrum {
+    line: f64,
+    power: Vec<f64>,
+    profiles: usize,
+}
+
+impl ProfileSpectrum {
+    /// An empty average for profiles of `points` heights, `spacing` \[m\] apart.
+    pub fn new(points: usize, spacing: f64) -> Self {
+        Self { line: 1.0 / (points as f64 * spacing), power: vec![0.0; points / 2 + 1], profiles: 0 }
+    }
+
+    /// Adds one profile; `heights.len()` must be the `points` of [`Self::new`], at least 2.
+    pub fn add(&mut self, heights: &[f64]) {
+        let points = heights.len();
+        if points < 2 || self.power.len() != points / 2 + 1 {
+            return;
+        }
+        let mut windowed = heights.to_vec();
+        remove_line(&mut windowed);
+        let mut window_square = 0.0;
+        for (index, height) in windowed.iter_mut().enumerate() {
+            let phase = 2.0 * std::f64::consts::PI * (index as f64 + 0.5) / points as f64;
+            let window = 0.5 - 0.5 * phase.cos();
+            window_square += window * window;
+            *height *= window;
+        }
+        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(points);
+        let mut spectrum = transform.make_output_vec();
+        // The lengths are the planner's own, the only thing that it can complain about.
+        if transform.process(&mut windowed, &mut spectrum).is_err() {
+            return;
+        }
+        let scale = 1.0 / (points as f64 * window_square);
+        for (index, (sum, value)) in self.power.iter_mut().zip(&spectrum).enumerate() {
+            let sides = if index == 0 || 2 * index == points { 1.0 } else { 2.0 };
+            *sum += sides * scale * value.norm_sqr();
+        }
+        self.profiles += 1;
+    }
+
+    /// Mean square \[m^2\] between two wavenumbers (cycles per metre).
+    pub fn energy(&self, lower: f64, upper: f64) -> f64 {
+        let inside = |index: usize| {
+            let centre = index as f64;
+            ((upper / self.line).min(centre + 0.5) - (lower / self.line).max(centre - 0.5)).clamp(0.0, 1.0)
+        };
+        let from = ((lower / self.line - 0.5).floor().max(0.0)) as usize;
+        let to = ((upper / self.line + 0.5).ceil() as usize + 1).min(self.power.len());
+        let sum: f64 = (from.min(to)..to).map(|index| inside(index) * self.power[index]).sum();
+        sum / self.profiles.max(1) as f64
+    }
+
+    /// All lines but the mean: wavenumber (cycles per metre) and mean square \[m^2\].
+    pub fn lines(&self) -> impl Iterator<Item = (f64, f64)> {
+        let profiles = self.profiles.max(1) as f64;
+        let lines = self.power.iter().enumerate().skip(1);
+        lines.map(move |(index, power)| (index as f64 * self.line, power / profiles))
+    }
+
+    /// Level of one third-octave band, dB re 1e-6 m.
+    pub fn level(&self, band: i32) -> f64 {
+        let (lower, upper) = band_edges(band);
+        level(self.energy(lower, upper))
+    }
+
+    /// Levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first.
+    pub fn levels(&self, longest: f64, shortest: f64) -> Vec<TextureLevel> {
+        bands_between(longest, shortest)
+            .map(|band| TextureLevel { wavelength: mid_wavelength(band), level: self.level(band) })
+            .collect()
+    }
+}
+
+/// Numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.
+pub fn bands_between(longest: f64, shortest: f64) -> impl Iterator<Item = i32> {
+    let slack = 1.0 + 1e-9;
+    (nearest_band(shortest) - 1..=nearest_band(longest) + 1).rev().filter(move |&band| {
+        let (lower, upper) = band_edges(band);
+        lower * longest * slack >= 1.0 && upper * shortest <= slack
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(amplitude: f64, wavelength: f64, spacing: f64, points: usize) -> Vec<f64> {
+        (0..points).map(|i| amplitude * (2.0 * std::f64::consts::PI * i as f64 * spacing / wavelength).sin()).collect()
+    }
+
+    #[test]
+    fn a_sine_has_the_level_of_its_rms_in_its_band_only() {
+        let profile = sine(1e-3, 0.05, 1e-3, 4000);
+        let mut spectrum = ProfileSpectrum::new(4000, 1e-3);
+        spectrum.add(&profile);
+        let expected = level(0.5e-6);
+        assert!((spectrum.level(-13) - expected).abs() < 0.01, "{} for {expected}", spectrum.level(-13));
+        assert!(spectrum.level(-12) < expected - 60.0 && spectrum.level(-14) < expected - 60.0);
+    }
+
+    #[test]
+    fn all_lines_together_are_the_windowed_mean_square() {
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let profile: Vec<f64> = (0..200_001).map(|_| noise()).collect();
+        let mut spectrum = ProfileSpectrum::new(profile.len(), 1e-3);
+        spectrum.add(&profile);
+        let total = spectrum.energy(0.0, 501.0);
+        assert!((total * 12.0 - 1.0).abs() < 0.01, "uniform noise has the variance 1/12, found {total}");
+    }
+
+    #[test]
+    fn bands_are_base_ten_and_abut() {
+        assert_eq!(nearest_band(0.158), -8);
+        assert_eq!(nearest_band(0.0126), -19);
+        for band in -30..5 {
+            assert!((band_edges(band).1 / band_edges(band - 1).0 - 1.0).abs() < 1e-12);
+            assert!((mid_wavelength(band) * (band_edges(band).0 * band_edges(band).1).sqrt() - 1.0).abs() < 1e-12);
+        }
+        assert_eq!(bands_between(0.158_489 * 1.13, 0.003_981 / 1.13).count(), 17);
+    }
+}

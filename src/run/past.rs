@@ -136,7 +136,7 @@ impl Past<'_> {
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
     pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let numerics = &self.loaded.scene.numerics;
-        if numerics.time_rule == TimeRule::Trapezoidal {
+        if numerics.time_rule.is_marginal() {
             warnings.push(ringing(numerics.time_rule, self.plan.time_step));
         }
         let weights = meter.time(Stage::Influence, || {

@@ -4,9 +4,9 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back_and_skips};
 use crate::counters::Work;
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
+use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State};
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
 
@@ -98,19 +98,19 @@ impl WavenumberGroup {
         for n in first..first + count {
             let modes = model.modes(n, field)?;
             let mut poles = modes.poles.iter().zip(modes.residues).enumerate().map(|(index, (&pole, &residue))| {
-                let (g, w) = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
+                let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
                 [g, w]
             });
             pairs.push(poles.by_ref().take(modes.pairs).collect());
             reals.push(poles.collect());
         }
-        let (looks_back, skip) = looks_back_and_skips(rule, instants / rule.nodes().len());
+        let (looks_back, skip) = rule.looks_back_and_skips(instants / rule.stages());
         Some(Self {
             first,
             count,
             pairs: PoleRows::new(&pairs, looks_back),
             reals: PoleRows::new(&reals, looks_back),
-            stages: rule.nodes().len(),
+            stages: rule.stages(),
             skip,
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],

@@ -10,7 +10,7 @@
 //! | sdirk2, sdirk3, stage i | g base_i + w F_i | 1/(1 - gamma lambda dt) | g R gamma dt |
 //! | first-order-hold | g b_(l-1) + v F_(l-1) + w F_l | exp(lambda dt) | see [`FirstOrderHold`] |
 //!
-//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`crate::scene::RungeKutta::bases`]);
+//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`super::RungeKutta::bases`]);
 //! the last stage is the step's end. The first-order hold steps as bdf1 with last step's force weighted w + v/g instead
 //! of w.
 //!
@@ -26,37 +26,8 @@
 use num_complex::Complex64;
 use pulp::Simd;
 
-use super::transfer::FirstOrderHold;
-use crate::scene::TimeRule;
-
-/// g and w of a pole; w carries the factor 2 of a pair if the residue does.
-pub fn coefficients(rule: TimeRule, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
-    let z = pole * time_step;
-    let implicit = |delta: f64| {
-        let inverse = (delta - z).inv();
-        (inverse, inverse * residue * time_step)
-    };
-    match rule {
-        TimeRule::Bdf1 => implicit(1.0),
-        TimeRule::Bdf2 => {
-            let (inverse, w) = implicit(1.5);
-            (2.0 * inverse, w)
-        }
-        TimeRule::Trapezoidal => {
-            let (inverse, w) = implicit(2.0);
-            (inverse * (2.0 + z), w)
-        }
-        TimeRule::Sdirk2 | TimeRule::Sdirk3 => {
-            let gamma = rule.runge_kutta().map_or(1.0, |rule| rule.gamma);
-            let g = (1.0 - gamma * z).inv();
-            (g, g * residue * time_step * gamma)
-        }
-        TimeRule::FirstOrderHold => {
-            let hold = FirstOrderHold::new(z);
-            (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
-        }
-    }
-}
+use super::TimeRule;
+use super::hold::FirstOrderHold;
 
 /// Stages of a rule at most.
 pub const MOST_STAGES: usize = 3;
@@ -326,54 +297,85 @@ pub trait WithRecursion {
     fn with<R: Recursion>(self, recursion: R) -> Self::Output;
 }
 
-/// Does the work with the recursion of a rule.
-pub fn with_recursion<W: WithRecursion>(rule: TimeRule, work: W) -> W::Output {
-    match (rule, rule.runge_kutta()) {
-        (TimeRule::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
-        (_, Some(method)) => work.with(Stages::<2>(method.bases())),
-        (TimeRule::Bdf2, _) => work.with(Bdf2),
-        (TimeRule::Trapezoidal, _) => work.with(Trapezoidal),
-        _ => work.with(Stages::<1>(Default::default())),
-    }
-}
-
-/// Whether a rule needs b of two steps, and the products of passing over so many steps, see [`Recursion::skip`].
-pub fn looks_back_and_skips(rule: TimeRule, steps: usize) -> (bool, usize) {
-    struct Known(usize);
-    impl WithRecursion for Known {
-        type Output = (bool, usize);
-
-        fn with<R: Recursion>(self, _: R) -> (bool, usize) {
-            (R::LOOKS_BACK, R::products_of_skip(self.0))
-        }
-    }
-    with_recursion(rule, Known(steps))
-}
-
-/// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
-/// stage of a step: the table's rules, instant by instant.
-pub fn impulse_response(rule: TimeRule, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
-    let stages = rule.nodes().len();
-    let bases = rule.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
-    // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.
-    let mut of_step = [Complex64::ZERO; MOST_STAGES + 1];
-    of_step[stage + 1] = w;
-    let mut now = stage;
-    let mut before = Complex64::ZERO;
-    for (lag, value) in response.iter_mut().enumerate() {
-        let last = of_step[now + 1];
-        now += 1;
-        if now == stages {
-            (now, of_step) = (0, [last, Complex64::ZERO, Complex64::ZERO, Complex64::ZERO]);
-        }
-        let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
-        let next = match rule {
-            TimeRule::Bdf2 => g * (last - 0.25 * before),
-            TimeRule::Trapezoidal if lag == 0 => g * last + w,
-            _ => g * base,
+impl TimeRule {
+    /// g and w of a pole; w carries the factor 2 of a pair if the residue does.
+    pub fn coefficients(self, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
+        let z = pole * time_step;
+        let implicit = |delta: f64| {
+            let inverse = (delta - z).inv();
+            (inverse, inverse * residue * time_step)
         };
-        before = last;
-        of_step[now + 1] = next;
-        *value += next.re;
+        match self {
+            Self::Bdf1 => implicit(1.0),
+            Self::Bdf2 => {
+                let (inverse, w) = implicit(1.5);
+                (2.0 * inverse, w)
+            }
+            Self::Trapezoidal => {
+                let (inverse, w) = implicit(2.0);
+                (inverse * (2.0 + z), w)
+            }
+            Self::Sdirk2 | Self::Sdirk3 => {
+                let gamma = self.runge_kutta().map_or(1.0, |rule| rule.gamma);
+                let g = (1.0 - gamma * z).inv();
+                (g, g * residue * time_step * gamma)
+            }
+            Self::FirstOrderHold => {
+                let hold = FirstOrderHold::new(z);
+                (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
+            }
+        }
+    }
+
+    /// Does the work with the rule's recursion.
+    pub fn with_recursion<W: WithRecursion>(self, work: W) -> W::Output {
+        match (self, self.runge_kutta()) {
+            (Self::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
+            (_, Some(method)) => work.with(Stages::<2>(method.bases())),
+            (Self::Bdf2, _) => work.with(Bdf2),
+            (Self::Trapezoidal, _) => work.with(Trapezoidal),
+            _ => work.with(Stages::<1>(Default::default())),
+        }
+    }
+
+    /// Whether the rule needs b of two steps, and the products of passing over so many steps, see [`Recursion::skip`].
+    pub fn looks_back_and_skips(self, steps: usize) -> (bool, usize) {
+        struct Known(usize);
+        impl WithRecursion for Known {
+            type Output = (bool, usize);
+
+            fn with<R: Recursion>(self, _: R) -> (bool, usize) {
+                (R::LOOKS_BACK, R::products_of_skip(self.0))
+            }
+        }
+        self.with_recursion(Known(steps))
+    }
+
+    /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
+    /// stage of a step: the table's rules, instant by instant.
+    pub fn impulse_response(self, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
+        let stages = self.stages();
+        let bases = self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
+        // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.
+        let mut of_step = [Complex64::ZERO; MOST_STAGES + 1];
+        of_step[stage + 1] = w;
+        let mut now = stage;
+        let mut before = Complex64::ZERO;
+        for (lag, value) in response.iter_mut().enumerate() {
+            let last = of_step[now + 1];
+            now += 1;
+            if now == stages {
+                (now, of_step) = (0, [last, Complex64::ZERO, Complex64::ZERO, Complex64::ZERO]);
+            }
+            let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
+            let next = match self {
+                Self::Bdf2 => g * (last - 0.25 * before),
+                Self::Trapezoidal if lag == 0 => g * last + w,
+                _ => g * base,
+            };
+            before = last;
+            of_step[now + 1] = next;
+            *value += next.re;
+        }
     }
 }

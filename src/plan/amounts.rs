@@ -7,9 +7,9 @@
 
 use serde::Serialize;
 
-use crate::contact::axle::{StaticTyre, window_reach};
-use crate::contact::factors::largest_memory;
-use crate::contact::history::modes::INSTANTS;
+use crate::contact::complementarity::largest_memory;
+use crate::contact::history::INSTANTS;
+use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::Plan;

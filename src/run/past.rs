@@ -3,9 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
-use crate::contact::history::{DirectHistory, ModalHistory, PastForces, ScaledHistory};
+use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces, ScaledHistory};
+use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::Stability;
-use crate::contact::tread::{ContactKernel, EqualBedding, LagKernel};
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::Plan;
 use crate::run::error::RunError;

@@ -7,13 +7,13 @@
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, deepest, window_reach};
+use crate::contact::axle::{AxleHeight, LARGEST_RATE, LoadControl, MovingAxle, SprungMass};
+use crate::contact::complementarity::SliceLaw;
 use crate::contact::geometry::Geometry;
+use crate::contact::kernel::{ContactKernel, EqualBedding, equal_bedding};
 use crate::contact::march::March;
-use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
-use crate::contact::search::SliceLaw;
 use crate::contact::slice_queue::SliceQueue;
-use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
+use crate::contact::static_contact::{StaticContact, StaticTyre, deepest, window_reach};
 use crate::counters::{Meter, Stage};
 use crate::local_compliance::local_compliance;
 use crate::plan::{Decisions, Plan};
@@ -22,7 +22,7 @@ use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::run::error::RunError;
 use crate::run::past::{Past, contact_field};
 use crate::run::road_ahead::RoadAhead;
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices};
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::rational::RationalModel;
 
@@ -224,11 +224,7 @@ fn moving_axle(
     at_rest: StaticContact,
 ) -> Result<MovingAxle, RunError> {
     // What the contact is within a step: the points at rest by the first weights.
-    let mut influence = kernel.instant.clone();
-    influence[0] += kernel.spring;
-    if kernel.law == Tread::Uncoupled {
-        influence[1..].fill(0.0);
-    }
+    let influence = kernel.within_a_step();
     let within_a_step = StaticTyre { influence: &influence, circumference: loaded.scene.tyre.circumference };
     let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
     let rate = sprung.rate(stiffness, plan.time_step);

@@ -25,15 +25,15 @@
 //! wavenumbers that the fit avoids.
 
 mod behind;
-pub mod direct;
+mod direct;
 mod far;
-pub mod modes;
-pub mod scaled;
-pub mod transfer;
+mod modes;
+mod scaled;
+pub(super) mod transfer;
 mod wavenumber_group;
 
-pub use direct::DirectHistory;
-pub use modes::ModalHistory;
+pub use direct::{DirectHistory, LagKernel};
+pub use modes::{INSTANTS, ModalHistory};
 pub use scaled::ScaledHistory;
 
 use std::ops::AddAssign;

@@ -12,7 +12,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
-use tyrewave::contact::ldlt::{LINE, Ldlt, assemble, room};
+use tyrewave::contact::complementarity::{LINE, Ldlt, assemble, room};
 use tyrewave::numeric::Ring;
 use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};

@@ -3,7 +3,8 @@
 //! The data's way is also the order of the modules; each knows only what lies before it: [`scene`] -> [`tyre`] and
 //! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`profile`]. [`numeric`] and
 //! [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
-//! half-space, knows no tyre and serves the road's slices. The command line is the program's own and uses what everybody
+//! half-space, knows no tyre and serves the road's slices; [`time_rule`] is how a run goes from one step to the next, a
+//! choice that a scene names. The command line is the program's own and uses what everybody
 //! can.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
@@ -21,4 +22,5 @@ pub mod road;
 pub mod run;
 pub mod scene;
 pub mod study;
+pub mod time_rule;
 pub mod tyre;

@@ -12,15 +12,13 @@
 //!    the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
-use super::active_set::{Residuals, SearchCounts};
 use super::axle::AxleHeight;
+use super::complementarity::{Residuals, Search, SearchCounts, SliceLaw, SlicesUnder};
 use super::error::ContactError;
 use super::geometry::Geometry;
 use super::history::{HistoryTimes, HistoryWork, PastForces};
-use super::local_set::SlicesUnder;
-use super::search::{Search, SliceLaw};
+use super::kernel::ContactKernel;
 use super::slice_queue::SliceQueue;
-use super::tread::ContactKernel;
 use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
@@ -120,9 +118,11 @@ impl March {
     ) -> Self {
         let columns = geometry.columns;
         let nodes = numerics.time_rule.nodes();
+        let mut within_a_step = kernel.within_a_step();
+        within_a_step.truncate(columns);
         Self {
             history,
-            search: Search::new(&kernel, slices, columns, numerics),
+            search: Search::new(within_a_step, kernel.is_coupled(), slices, numerics),
             old: vec![0.0; columns],
             required: vec![0.0; columns],
             forces: vec![0.0; columns],

@@ -19,7 +19,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::history::transfer::{Transfer, first_weight};
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
@@ -73,7 +73,7 @@ impl Stability {
                 let first = first_weight(&modes, rule, time_step);
                 let w = Transfer::new(modes, rule, time_step);
                 // Just inside -1: the trapezoidal symbol is infinite there.
-                let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.nodes().len() as f64);
+                let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
                 Some(([UNSTABLE, MARGINAL].map(|radius| smallest_zero(&w, radius)), end / first, first))
             })
             .collect();

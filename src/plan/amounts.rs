@@ -7,9 +7,9 @@
 
 use serde::Serialize;
 
-use crate::contact::axle::{StaticTyre, window_reach};
-use crate::contact::factors::largest_memory;
-use crate::contact::history::modes::INSTANTS;
+use crate::contact::complementarity::largest_memory;
+use crate::contact::history::INSTANTS;
+use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::Plan;
@@ -225,7 +225,7 @@ impl Amounts {
         let elements = numerics.elements as f64;
         self.count(Counter::Poles, self.poles);
         let Expected { points, columns, .. } = self.expected;
-        let stages = numerics.time_rule.nodes().len() as f64;
+        let stages = numerics.time_rule.stages() as f64;
         let (wavenumbers, steps) = (wavenumbers(scene), plan.steps as f64);
         let padded = (wavenumbers / GROUP).ceil() * GROUP / wavenumbers;
         let pass = (PER_POLE[0] + PER_POLE[1] / stages) * padded * self.poles;
@@ -282,7 +282,7 @@ impl Amounts {
     fn contact(&mut self, scene: &Scene, plan: &Plan) {
         let Expected { points, columns, .. } = self.expected;
         let smooth = matches!(scene.road, Road::Smooth);
-        let solutions = plan.steps as f64 * scene.numerics.time_rule.nodes().len() as f64;
+        let solutions = plan.steps as f64 * scene.numerics.time_rule.stages() as f64;
         self.add(Stage::Axle, Unit::StaticPair, columns * columns, Place::Before);
         let column = if smooth { Unit::LevelColumn } else { Unit::RoughColumn };
         self.add(Stage::Penetration, column, solutions * columns, Place::March);

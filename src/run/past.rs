@@ -3,9 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
-use crate::contact::history::{DirectHistory, ModalHistory, PastForces, ScaledHistory};
+use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces, ScaledHistory};
+use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::Stability;
-use crate::contact::tread::{ContactKernel, EqualBedding, LagKernel};
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::Plan;
 use crate::run::error::RunError;
@@ -135,7 +135,7 @@ impl Past<'_> {
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
     pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let numerics = &self.loaded.scene.numerics;
-        if numerics.time_rule == TimeRule::Trapezoidal {
+        if numerics.time_rule.is_marginal() {
             warnings.push(ringing(numerics.time_rule, self.plan.time_step));
         }
         let weights = meter.time(Stage::Influence, || {

@@ -7,14 +7,14 @@
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::axle::{AxleHeight, LoadControl, StaticContact, StaticTyre, deepest, window_reach};
+use crate::contact::axle::{AxleHeight, LARGEST_RATE, LoadControl, MovingAxle, SprungMass};
+use crate::contact::complementarity::SliceLaw;
 use crate::contact::geometry::Geometry;
+use crate::contact::kernel::{ContactKernel, EqualBedding, equal_bedding};
 use crate::contact::local_compliance::local_compliance;
 use crate::contact::march::March;
-use crate::contact::moving_axle::{LARGEST_RATE, MovingAxle, SprungMass};
-use crate::contact::search::SliceLaw;
 use crate::contact::slice_queue::SliceQueue;
-use crate::contact::tread::{ContactKernel, EqualBedding, equal_bedding};
+use crate::contact::static_contact::{StaticContact, StaticTyre, deepest, window_reach};
 use crate::counters::{Meter, Stage};
 use crate::plan::{Decisions, Plan};
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
@@ -22,8 +22,7 @@ use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::run::error::RunError;
 use crate::run::past::{Past, contact_field};
 use crate::run::road_ahead::RoadAhead;
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Tread};
-use crate::tyre::influence::convolution_quadrature::resolved_symbol;
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices};
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::poles::RationalModel;
 
@@ -59,7 +58,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let Decisions { tyre, tread, slices, .. } = &plan.decisions;
     let mut warnings: Vec<String> = plan.notes().collect();
     let sum = meter.time(Stage::Influence, || {
-        InfluenceSum::new(tyre, numerics, resolved_symbol(numerics.time_rule) / plan.time_step)
+        InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / plan.time_step)
     });
     let field = contact_field(*tread);
     let (at_rest, bedding) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
@@ -224,13 +223,8 @@ fn moving_axle(
     kernel: &ContactKernel,
     at_rest: StaticContact,
 ) -> Result<MovingAxle, RunError> {
-    let numerics = &loaded.scene.numerics;
     // What the contact is within a step: the points at rest by the first weights.
-    let mut influence = kernel.instant.clone();
-    influence[0] += kernel.spring;
-    if kernel.law == Tread::Uncoupled {
-        influence[1..].fill(0.0);
-    }
+    let influence = kernel.within_a_step();
     let within_a_step = StaticTyre { influence: &influence, circumference: loaded.scene.tyre.circumference };
     let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
     let rate = sprung.rate(stiffness, plan.time_step);
@@ -245,9 +239,7 @@ fn moving_axle(
     }
     let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };
     let control = LoadControl::new(sprung.load, rest, plan.warm_up_steps);
-    // The mean force of a Runge-Kutta step acts in its middle.
-    let lead = if numerics.time_rule.nodes().len() > 1 { 0.5 } else { 0.0 };
-    Ok(MovingAxle::new(sprung, control, plan.time_step, lead))
+    Ok(MovingAxle::new(sprung, control, plan.time_step, loaded.scene.numerics.time_rule.force_lead()))
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.

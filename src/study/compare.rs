@@ -69,9 +69,7 @@ impl Common {
     /// Of a run up to the band that holds `highest` \[Hz\], within a stretch of time \[s\] that is the same for all.
     pub fn of(trial: &Trial, within: Range<f64>, highest: f64) -> Self {
         let spacing = PASS / band(highest).upper_edge();
-        // The mean force of a Runge-Kutta step acts in its middle.
-        let lag = if trial.rule.nodes().len() > 1 { 0.5 } else { 0.0 };
-        let force = resampled(&trial.force, trial.plan.time_step, lag, spacing, within);
+        let force = resampled(&trial.force, trial.plan.time_step, trial.rule.force_lead(), spacing, within);
         // Too short for a spectrum: no levels.
         let spectrum = PowerSpectrum::of(&force, spacing, Some(SEGMENT)).ok();
         let spectrum =

@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tyrewave::contact::axle::{AxleHeight, LoadControl, StaticContact};
-use tyrewave::contact::moving_axle::{MovingAxle, SprungMass};
+use tyrewave::contact::axle::{AxleHeight, LoadControl, MovingAxle, SprungMass};
 use tyrewave::contact::slice_queue::SliceQueue;
+use tyrewave::contact::static_contact::StaticContact;
 use tyrewave::counters::Meter;
 use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;

@@ -3,8 +3,7 @@
 use num_complex::Complex64;
 use serde_json::Value;
 use tyrewave::scene::{Law, Layer, Material, Tyre};
-use tyrewave::tyre::layers::Stack;
-use tyrewave::tyre::layers::cases;
+use tyrewave::tyre::layers::{Stack, cases};
 
 use crate::common::default_tyre;
 

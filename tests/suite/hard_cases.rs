@@ -8,7 +8,6 @@ use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
-use tyrewave::tyre::influence::convolution_quadrature::symbol;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
 use crate::common::{
@@ -41,7 +40,7 @@ fn precursor(law: Law, n: usize, rule: TimeRule) -> f64 {
     let mut spectrum = inverse.make_input_vec();
     for (k, entry) in spectrum.iter_mut().enumerate() {
         let zeta = Complex64::from_polar(radius, -2.0 * PI * k as f64 / points as f64);
-        *entry = sum.value(n, &sum.at(symbol(rule, zeta) / time_step), Field::Surface).value;
+        *entry = sum.value(n, &sum.at(rule.symbol(zeta) / time_step), Field::Surface).value;
     }
     spectrum[0].im = 0.0;
     spectrum[points / 2].im = 0.0;

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use num_complex::Complex64;
 use tyrewave::scene::{Law, Layer, Material, TimeRule, Tyre};
-use tyrewave::tyre::influence::convolution_quadrature::{Weights, symbol};
+use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::cache::{Cache, Unusable, key};
 use tyrewave::tyre::poles::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
@@ -76,7 +76,7 @@ fn error_on_fresh_points_of_the_axis_the_real_axis_and_between_is_what_was_asked
     // The contour of a second-order rule whose |s| reaches the top: there the maximum principle bounds the error by the
     // largest |H_n| alone.
     let contour: Vec<_> = (0..60)
-        .map(|k| symbol(TimeRule::Bdf2, Complex64::from_polar(0.999, -PI * k as f64 / 59.0)) * (options.top / 4.0))
+        .map(|k| TimeRule::Bdf2.symbol(Complex64::from_polar(0.999, -PI * k as f64 / 59.0)) * (options.top / 4.0))
         .collect();
     let error = fresh_error(&model, &sum, &contour, 1.0);
     assert!(error < 1e-6, "{error:.1e}");

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// Lowest first; modules of one level do not know each other.
 const LEVELS: [&[&str]; 11] = [
     &["numeric", "counters"],
-    &["half_space"],
+    &["half_space", "time_rule"],
     &["scene"],
     &["tyre", "road"],
     &["contact"],

@@ -7,8 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::Plan;
-use tyrewave::plan::Unit;
+use tyrewave::plan::{Plan, Unit};
 use tyrewave::run::Run;
 use tyrewave::scene::{DEFAULT, LoadedScene};
 

@@ -4,7 +4,8 @@
 //! u_old(e) = sum_(p >= 1) sum_e' w_p(e - e') F_(l-p)(e')
 //! ```
 //!
-//! with e in today's window and e' in the window of p steps ago. This is the reference for every faster way.
+//! with e in today's window, e' in the window of p steps ago, and w_p(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p)
+//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force. This is the reference for every faster way.
 //!
 //! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
 //! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
@@ -13,12 +14,54 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::{HistoryWork, PastForces};
-use crate::contact::tread::{LagKernel, padded};
 use crate::counters::Work;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::numeric::{Ring, StateError, StateReader, StateWriter};
+use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
 const CHUNKS: usize = 32;
+
+/// Kernels of the direct history: influence in the contact frame, lag by lag.
+#[derive(Clone, Debug)]
+pub struct LagKernel {
+    /// Rows by lag, see [`LagKernel::lag`].
+    lags: Vec<f64>,
+    /// Entries per lag.
+    row: usize,
+}
+
+impl LagKernel {
+    /// Transforms the weights of all wavenumbers to the elements a window of `columns` can see of itself, `substeps`
+    /// steps per element.
+    pub fn new(weights: &Weights, elements: usize, columns: usize, substeps: usize) -> Self {
+        let mut ring = Ring::new(elements);
+        let row = padded(columns) + columns + 1;
+        let mut lags = vec![0.0; row * weights.lags];
+        for (p, kernel) in lags.chunks_exact_mut(row).enumerate().skip(1) {
+            let influence = ring.elements_of(|n| weights.of(n)[p]);
+            let first = (p / substeps) as i64 - (columns as i64 - 1);
+            for (i, value) in kernel.iter_mut().enumerate() {
+                *value = influence[(first + i as i64).rem_euclid(elements as i64) as usize];
+            }
+        }
+        Self { lags, row }
+    }
+
+    /// Number of lags, lag 0 included.
+    fn lags(&self) -> usize {
+        self.lags.len() / self.row
+    }
+
+    /// Kernel of lag p: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
+    pub fn lag(&self, p: usize) -> &[f64] {
+        &self.lags[p * self.row..(p + 1) * self.row]
+    }
+}
+
+/// Columns rounded up to whole vectors of eight.
+fn padded(columns: usize) -> usize {
+    columns.div_ceil(8) * 8
+}
 
 /// Ring of past forces and the sums over it.
 #[derive(Clone, Debug)]

@@ -7,12 +7,12 @@ use pulp::Arch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::behind::Task;
-use super::recursion::{Recursion, WithRecursion, with_recursion};
 use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use super::{HistoryTimes, HistoryWork};
 use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::transform_multiply_adds;
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
+use crate::time_rule::recursion::{Recursion, WithRecursion};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
@@ -95,7 +95,7 @@ impl Far {
 impl Task for Far {
     fn carry_out(&mut self, behind: bool) {
         self.behind = behind;
-        with_recursion(self.rule, OverAllPoles(self));
+        self.rule.with_recursion(OverAllPoles(self));
     }
 }
 

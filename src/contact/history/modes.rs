@@ -1,7 +1,7 @@
 //! The past carried by poles: convolution quadrature as a recursion, block by block.
 //!
 //! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
-//! a + F for every pole (MODEL: section 4; the rules stand in [`super::recursion`]). States and coefficients of all
+//! a + F for every pole (MODEL: section 4; the rules stand in [`crate::time_rule::recursion`]). States and coefficients of all
 //! poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits for
 //! them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a block
 //! another thread, if there is one, does so for the next:
@@ -23,13 +23,12 @@ use pulp::Arch;
 
 use super::behind::Behind;
 use super::far::Far;
-use super::recursion::{coefficients, impulse_response};
 use super::transfer::first_weight;
 use super::{HistoryWork, PastForces};
 use crate::counters::{Clocks, Spent, Work};
 use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
@@ -80,7 +79,7 @@ impl ModalHistory {
         instants: usize,
     ) -> Option<Self> {
         let elements = model.elements;
-        let stages = rule.nodes().len();
+        let stages = rule.stages();
         let instants = (instants / stages).max(1) * stages;
         // A clone would not keep the room for the forces.
         let rows = (0..2 * instants).map(|_| Row { first: 0, forces: Vec::with_capacity(elements) }).collect();
@@ -127,7 +126,7 @@ impl ModalHistory {
 
     /// Adds what the forces of the block before and of earlier instants of this one displace.
     fn add_near(&self, first: usize, out: &mut [f64]) -> Work {
-        let (stages, lags) = (self.rule.nodes().len(), 2 * self.old.len() - 1);
+        let (stages, lags) = (self.rule.stages(), 2 * self.old.len() - 1);
         let mut points = 0;
         let now = self.old.len() + self.instant;
         for (earlier, row) in self.rows[..now].iter().enumerate() {
@@ -155,14 +154,14 @@ fn first_influences(
     time_step: f64,
     lags: usize,
 ) -> Option<Vec<Vec<f64>>> {
-    let stages = rule.nodes().len();
+    let stages = rule.stages();
     let mut weights = vec![0.0; (model.largest_wavenumber() + 1) * stages * lags];
     for (n, weights) in weights.chunks_mut(stages * lags).enumerate() {
         let modes = model.modes(n, field)?;
         for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-            let (g, w) = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
+            let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
             for (stage, response) in weights.chunks_mut(lags).enumerate() {
-                impulse_response(rule, [g, w], stage, response);
+                rule.impulse_response([g, w], stage, response);
             }
         }
     }
@@ -238,14 +237,6 @@ mod tests {
     use crate::scene::{DEFAULT, Scene};
     use crate::tyre::poles::{FitOptions, fit};
 
-    const RULES: [TimeRule; 6] = [
-        TimeRule::Bdf1,
-        TimeRule::Bdf2,
-        TimeRule::Trapezoidal,
-        TimeRule::Sdirk2,
-        TimeRule::Sdirk3,
-        TimeRule::FirstOrderHold,
-    ];
     const COLUMNS: usize = 11;
 
     fn model() -> RationalModel {
@@ -255,7 +246,7 @@ mod tests {
 
     /// Forces of some points, none at times, that depend on what came before.
     fn roll(history: &mut ModalHistory, from: i64, to: i64) -> Vec<f64> {
-        let stages = history.rule.nodes().len() as i64;
+        let stages = history.rule.stages() as i64;
         let mut all = Vec::new();
         for instant in from..to {
             let first = instant / stages / 2;
@@ -277,7 +268,7 @@ mod tests {
     #[test]
     fn blocks_are_the_plain_recursion() {
         let model = model();
-        for rule in RULES {
+        for rule in TimeRule::ALL {
             let history = |instants| ModalHistory::with_blocks(&model, Field::Surface, rule, 1e-4, instants).unwrap();
             let plain = roll(&mut history(1), 0, 150);
             let largest = plain.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -292,7 +283,7 @@ mod tests {
     #[test]
     fn a_history_goes_on_from_any_instant_of_a_block_bit_for_bit() {
         let model = model();
-        for rule in RULES {
+        for rule in TimeRule::ALL {
             let history = || ModalHistory::new(&model, Field::Surface, rule, 1e-4).unwrap();
             for stop in 29..50 {
                 let mut whole = history();

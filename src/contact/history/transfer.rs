@@ -6,41 +6,9 @@
 
 use num_complex::Complex64;
 
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
+use crate::time_rule::hold::FirstOrderHold;
 use crate::tyre::poles::model::Modes;
-
-/// Exact step of a' = lambda a + F for F linear between the steps, in units of dt, z = lambda dt:
-/// a_l = exp(z) a_(l-1) + dt (yesterday F_(l-1) + today F_l).
-#[derive(Clone, Copy, Debug)]
-pub struct FirstOrderHold {
-    /// exp(z); not below exp(-300), which is as good as zero and still has a reciprocal.
-    pub decay: Complex64,
-    /// (exp z - 1 - z)/z^2.
-    pub today: Complex64,
-    /// (exp z - 1)/z less that.
-    pub yesterday: Complex64,
-}
-
-impl FirstOrderHold {
-    /// For z = lambda dt, Re z < 0.
-    pub fn new(z: Complex64) -> Self {
-        let decay = Complex64::new(z.re.max(-300.0), z.im).exp();
-        let (first, second) = if z.norm() < 0.5 {
-            // Taylor: sum z^k/(k+1)!, sum z^k/(k+2)!; 0.5^16/18! is far below rounding.
-            let (mut first, mut second, mut term) = (Complex64::ZERO, Complex64::ZERO, Complex64::ONE);
-            for k in 0..16 {
-                let order = f64::from(k);
-                first += term / (order + 1.0);
-                second += term / ((order + 1.0) * (order + 2.0));
-                term *= z / (order + 1.0);
-            }
-            (first, second)
-        } else {
-            ((decay - 1.0) / z, (decay - 1.0 - z) / (z * z))
-        };
-        Self { decay, today: second, yesterday: first - second }
-    }
-}
 
 /// w(zeta) of one wavenumber, ready to be evaluated.
 pub struct Transfer<'a> {
@@ -55,7 +23,7 @@ impl<'a> Transfer<'a> {
     /// For a rule and a time step \[s\].
     pub fn new(modes: Modes<'a>, rule: TimeRule, time_step: f64) -> Self {
         let mut holds = Vec::new();
-        if rule == TimeRule::FirstOrderHold {
+        if !rule.is_quadrature() {
             for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
                 holds.push((FirstOrderHold::new(pole * time_step), residue * time_step));
                 if index < modes.pairs {
@@ -83,8 +51,8 @@ impl<'a> Transfer<'a> {
 /// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or
 /// within a stage.
 pub fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
-    match rule.runge_kutta() {
-        Some(method) => modes.evaluate(Complex64::new(1.0 / (method.gamma * time_step), 0.0)).re,
+    match rule.first_rate(time_step) {
+        Some(rate) => modes.evaluate(Complex64::new(rate, 0.0)).re,
         None => Transfer::new(*modes, rule, time_step).at(Complex64::ZERO).re,
     }
 }

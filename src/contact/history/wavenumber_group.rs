@@ -4,9 +4,9 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::recursion::{MOST_STAGES, Poles, Recursion, State, coefficients, looks_back_and_skips};
 use crate::counters::Work;
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
+use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State, StepMaps};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
@@ -98,20 +98,20 @@ impl WavenumberGroup {
         for n in first..first + count {
             let modes = model.modes(n, field)?;
             let mut poles = modes.poles.iter().zip(modes.residues).enumerate().map(|(index, (&pole, &residue))| {
-                let (g, w) = coefficients(rule, pole, modes.multiplicity(index) * residue, time_step);
+                let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
                 [g, w]
             });
             pairs.push(poles.by_ref().take(modes.pairs).collect());
             reals.push(poles.collect());
         }
-        let (looks_back, skip) = looks_back_and_skips(rule, instants / rule.nodes().len());
+        let looks_back = rule.looks_back();
         Some(Self {
             first,
             count,
             pairs: PoleRows::new(&pairs, looks_back),
             reals: PoleRows::new(&reals, looks_back),
-            stages: rule.nodes().len(),
-            skip,
+            stages: rule.stages(),
+            skip: rule.products_of_skip(instants / rule.stages()),
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],
         })
@@ -213,7 +213,7 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         vector: usize,
         coefficients: &[S::f64s],
         states: &mut [S::f64s],
-    ) -> Driven<S, R, PARTS> {
+    ) -> Driven<S, PARTS> {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let zero = [simd.splat_f64s(0.0); PARTS];
         let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
@@ -229,7 +229,7 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 }
             }
         }
-        let maps = self.recursion.maps(simd, &poles);
+        let maps = self.recursion.maps(simd, poles);
         let [mut re, mut im] = systems;
         for step in self.forces.chunks_exact(2 * vectors * R::STAGES) {
             let mut forces = [[simd.splat_f64s(0.0); MOST_STAGES]; 2];
@@ -253,12 +253,7 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
 
     /// Two poles add what they displace in the block after the coming one.
     #[inline(always)]
-    fn foretell<const PARTS: usize>(
-        &mut self,
-        vector: usize,
-        mut one: Driven<S, R, PARTS>,
-        mut other: Driven<S, R, PARTS>,
-    ) {
+    fn foretell<const PARTS: usize>(&mut self, vector: usize, mut one: Driven<S, PARTS>, mut other: Driven<S, PARTS>) {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let of_step = 2 * vectors * R::STAGES;
         let steps = self.displacement.len() / of_step;
@@ -278,8 +273,8 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
 }
 
 /// A pole and its two real systems, all forces so far taken in.
-struct Driven<S: Simd, R: Recursion, const PARTS: usize> {
-    maps: R::Maps<S, PARTS>,
+struct Driven<S: Simd, const PARTS: usize> {
+    maps: StepMaps<S, PARTS>,
     re: State<S, PARTS>,
     im: State<S, PARTS>,
 }

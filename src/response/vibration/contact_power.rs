@@ -15,7 +15,7 @@
 //! forces, and nothing is balanced.
 
 use crate::numeric::{StateError, StateReader, StateWriter};
-use crate::scene::{RungeKutta, TimeRule};
+use crate::time_rule::{RungeKutta, TimeRule};
 
 /// Displacements of the last steps.
 #[derive(Clone, Debug)]
@@ -95,11 +95,7 @@ impl ContactPower {
                 continue;
             }
             let [one, two] = [last, before].map(|window| window.at(&window.displacement, element).unwrap_or(now));
-            work += match self.rule {
-                TimeRule::Bdf1 => force * (now - one),
-                TimeRule::Bdf2 => force * (1.5 * now - 2.0 * one + 0.5 * two),
-                _ => 0.5 * (force + old_force) * (now - one),
-            };
+            work += self.rule.work_of_step([force, old_force], [now, one, two]);
         }
         work
     }

@@ -24,7 +24,7 @@
 use num_complex::Complex64;
 use pulp::Arch;
 
-use crate::scene::RungeKutta;
+use crate::time_rule::RungeKutta;
 use crate::tyre::poles::Modes;
 
 /// Bins that are evaluated side by side.

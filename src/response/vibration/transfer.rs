@@ -17,8 +17,7 @@ use super::products;
 use super::stage_transfer::{ScaledModes, StageTransfer};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::TangentialModel;
-use crate::tyre::poles::{Modes, RationalModel};
+use crate::tyre::poles::{Modes, RationalModel, TangentialModel};
 
 /// Which velocity is observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

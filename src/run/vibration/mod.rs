@@ -18,8 +18,7 @@ use crate::run::error::RunError;
 use crate::run::past::planned_model;
 use crate::run::prepare::Prepared;
 use crate::scene::{LoadedScene, SceneError, Vibration};
-use crate::tyre::poles::RationalModel;
-use crate::tyre::poles::{TangentialModel, tangential_model};
+use crate::tyre::poles::{RationalModel, TangentialModel, tangential_model};
 
 /// Takes in the patch forces of every step.
 pub struct VibrationRecorder {

@@ -170,7 +170,7 @@ impl VibrationRecorder {
 /// Velocities of a field, and how far they are from those by the tyre's own transfer.
 fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
     let decibel = |ratio: f64| 10.0 * ratio.log10();
-    let same = of_tyre.iter().find(|other| other.field == field.field && rule != TimeRule::FirstOrderHold);
+    let same = of_tyre.iter().find(|other| other.field == field.field && rule.is_quadrature());
     let total = |spectrum: &PowerSpectrum| spectrum.mean_square();
     let bands = same.map(|other| {
         let [one, two] = [field, other].map(|field| field.non_rotating.third_octaves(LOWEST_FREQUENCY, 1.0));

@@ -11,11 +11,12 @@ mod numerics;
 mod resolution;
 mod road;
 mod rolling;
-mod time_rule;
 mod tyre;
 mod vibration;
 
 use serde::Serialize;
+
+pub use crate::time_rule::TimeRule;
 
 pub use contact::*;
 pub use effects::*;
@@ -25,7 +26,6 @@ pub use numerics::*;
 pub use resolution::*;
 pub use road::*;
 pub use rolling::*;
-pub use time_rule::*;
 pub use tyre::*;
 pub use vibration::*;
 

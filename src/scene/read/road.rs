@@ -4,8 +4,9 @@ use serde::Deserialize;
 
 use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole};
 use super::super::table::{Nested, Table};
-use super::super::{AtEnd, GridRoad, Lateral, LengthUnit, MadeRoad, OpenCrgRoad, PowerLawTexture, Problem};
-use super::super::{ProfileRoad, Road};
+use super::super::{
+    AtEnd, GridRoad, Lateral, LengthUnit, MadeRoad, OpenCrgRoad, PowerLawTexture, Problem, ProfileRoad, Road,
+};
 
 const LENGTH: Bounds = Bounds::positive("m");
 const COORDINATE: Bounds = Bounds::any("m");

@@ -70,7 +70,7 @@ pub fn candidates(
             (rule, known.map(|(settings, error)| (settings.time_step(scene), error)).collect())
         })
         // A rule that rings is marginal, whatever its levels are.
-        .filter(|(rule, known): &(_, Vec<_>)| known.len() > 1 && *rule != TimeRule::Trapezoidal)
+        .filter(|(rule, known): &(TimeRule, Vec<_>)| known.len() > 1 && !rule.is_marginal())
         .collect();
     let rolled = scene.rolling.warm_up + scene.rolling.duration;
     let mut found = Vec::new();

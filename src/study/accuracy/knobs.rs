@@ -69,10 +69,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         // An even number: it is halved to see whether it is enough.
         (0.5 * steps / elements as f64).ceil().max(1.0) as usize * 2
     });
-    let time_rule = match own.time_rule {
-        TimeRule::Sdirk2 | TimeRule::Sdirk3 => own.time_rule,
-        TimeRule::Bdf1 | TimeRule::Bdf2 | TimeRule::Trapezoidal | TimeRule::FirstOrderHold => TimeRule::Bdf2,
-    };
+    let time_rule = if own.time_rule.runge_kutta().is_some() { own.time_rule } else { TimeRule::Bdf2 };
     let cell = FINEST_CELL * scene.cell_for(highest);
     let cells = |_| Lattice::across(scene.tyre.contact_width, cell);
     Settings {
@@ -141,7 +138,7 @@ fn substeps(reference: &Settings) -> Knob {
 }
 
 fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
-    let steps = if time_rule == TimeRule::FirstOrderHold {
+    let steps = if !time_rule.is_quadrature() {
         Err("its inverse is unstable for a tyre: refused by every run".to_owned())
     } else {
         let step = |substeps: usize| (substeps.to_string(), Settings { substeps, time_rule, ..reference.clone() });

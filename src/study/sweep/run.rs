@@ -10,8 +10,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::counters::Stage;
-use crate::plan::Decisions;
-use crate::plan::Plan;
+use crate::plan::{Decisions, Plan};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{RollingResistance, SUMMARY_FILE};

@@ -16,28 +16,10 @@ use realfft::RealFftPlanner;
 
 use super::folded_sum::InfluenceSum;
 use super::kernel::Field;
-use crate::scene::TimeRule;
+use crate::time_rule::TimeRule;
 
 /// What wraps round, relative to itself: rho^K.
 const WRAPPED: f64 = 1e-12;
-
-/// delta(zeta) of a multistep rule; of the others the first of the rates at zeta (see [`TimeRule::rates`]), of the
-/// first-order hold the exact one.
-pub fn symbol(rule: TimeRule, zeta: Complex64) -> Complex64 {
-    rule.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
-}
-
-/// Largest |delta| that a rule should be resolved for, times dt: the value at the sampling frequency for the backward
-/// differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on the unit
-/// circle for the Runge-Kutta rules.
-pub fn resolved_symbol(rule: TimeRule) -> f64 {
-    match rule {
-        TimeRule::Bdf1 => 2.0,
-        TimeRule::Bdf2 => 4.0,
-        TimeRule::Sdirk2 | TimeRule::Sdirk3 => 8.0,
-        TimeRule::Trapezoidal | TimeRule::FirstOrderHold => 16.0,
-    }
-}
 
 /// The points s_k on the circle for lags 0..`lags`.
 #[derive(Clone, Debug)]
@@ -58,7 +40,7 @@ impl Contour {
         let points = (0..=length / 2)
             .map(|k| {
                 let zeta = Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64);
-                symbol(rule, zeta) / time_step
+                rule.symbol(zeta) / time_step
             })
             .collect();
         Self { points, length, radius }

@@ -22,8 +22,7 @@ use super::tree::{Tree, Visit};
 use super::wavenumber::{Fitted, Refusal, RefusalReason, Start, Target, fit_wavenumber};
 use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
-use crate::tyre::influence::FaceValues;
-use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, Truncation};
 
 /// Samples beyond the number of poles that a fit starts with.
 const SPARE_SAMPLES: usize = 16;

@@ -9,8 +9,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::Value;
 use tempfile::TempDir;
 use tyrewave::results::npy::{NpyWriter, Row};
-use tyrewave::run::RunReport;
-use tyrewave::run::{self, RunError, RunOptions, Unwatched};
+use tyrewave::run::{self, RunError, RunOptions, RunReport, Unwatched};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Tyre};
 
 /// The default tyre's circumference \[m\].

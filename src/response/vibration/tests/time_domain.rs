@@ -3,7 +3,7 @@
 use super::*;
 use crate::contact::history::{ModalHistory, PastForces};
 use crate::numeric::Ring;
-use crate::scene::RungeKutta;
+use crate::time_rule::RungeKutta;
 use crate::tyre::poles::{TangentialModel, tangential_model};
 
 /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the

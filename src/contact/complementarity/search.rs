@@ -1,13 +1,12 @@
 //! The ways to find the forces of a step.
 
 use super::active_set::{ActiveSet, Residuals, SearchCounts};
-use super::error::ContactError;
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
 use super::sweeps::move_on;
-use super::tread::ContactKernel;
+use crate::contact::ContactError;
 use crate::counters::{Clocks, Spent};
 use crate::numeric::{StateError, StateReader, StateWriter};
-use crate::scene::{Numerics, Tread};
+use crate::scene::Numerics;
 
 /// By how much a slice yields more than the element as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,25 +37,22 @@ pub enum Search {
 }
 
 impl Search {
-    /// The search that tread and slice law ask for. Points by themselves have no neighbours: the paper's two couplings
-    /// are one for them.
-    pub fn new(kernel: &ContactKernel, law: SliceLaw, columns: usize, numerics: &Numerics) -> Self {
-        let mut influence = kernel.instant[..columns].to_vec();
-        influence[0] += kernel.spring;
+    /// The search that tread and slice law ask for, over as many points as there is `influence` of a force within its step,
+    /// by distance \[m/N\]. Points that are not `coupled` have no neighbours: the paper's two couplings are one for them.
+    pub fn new(influence: Vec<f64>, coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
+        let columns = influence.len();
         let (own, tolerance) = (influence[0], numerics.contact_tolerance);
         let compliance = match law {
             SliceLaw::Local(compliance) => compliance,
             SliceLaw::Explicit | SliceLaw::Implicit => own,
         };
-        match (kernel.law, law) {
-            (Tread::Uncoupled, _) => {
-                Self::Alone { own, slice: LocalSlice::new(own, compliance), near: vec![0; columns] }
-            }
-            (_, SliceLaw::Explicit) => {
+        match (coupled, law) {
+            (false, _) => Self::Alone { own, slice: LocalSlice::new(own, compliance), near: vec![0; columns] },
+            (true, SliceLaw::Explicit) => {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
                 Self::Explicit(Box::new(search))
             }
-            _ => Self::Local(Box::new(LocalSet::new(influence, compliance, columns, tolerance))),
+            (true, _) => Self::Local(Box::new(LocalSet::new(influence, compliance, columns, tolerance))),
         }
     }
 

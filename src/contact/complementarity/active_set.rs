@@ -16,7 +16,8 @@
 
 use pulp::Arch;
 
-use super::factors::{FactorCache, FactorCounts, Singular};
+use super::factors::{FactorCache, FactorCounts};
+use super::ldlt::Singular;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::counters::{Clocks, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};

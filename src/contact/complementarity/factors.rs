@@ -15,8 +15,7 @@
 //! alignments, so a factor found and the same one made again solve to the same bits; which of the ways serves a set
 //! changes its forces by rounding.
 
-pub use super::ldlt::Singular;
-use super::ldlt::{Aligned, LINE, Ldlt, assemble, finite, room};
+use super::ldlt::{Aligned, LINE, Ldlt, Singular, assemble, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use crate::counters::{Clocks, Laps, Spent, Work};

@@ -1,7 +1,4 @@
-//! From influence functions to what the contact needs: the first weight G0, and the kernels of the history.
-//!
-//! w_(p)(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p) exp(2 pi i n j/N): displacement of the element j further on, p
-//! steps after a unit force.
+//! From influence functions to what the points in contact feel of each other within a step: the first weight G0.
 //!
 //! Tread laws:
 //! - `elastic`: influence functions of the tread surface;
@@ -13,17 +10,15 @@
 //!   12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: [`equal_bedding`] scales
 //!   the influence functions, too.
 
-use super::axle::{StaticContact, matched};
 use super::error::ContactError;
+use super::static_contact::{StaticContact, matched};
 use crate::numeric::Ring;
 use crate::scene::Tread;
-use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// What the points in contact feel of each other within a step.
 #[derive(Clone, Debug)]
 pub struct ContactKernel {
-    /// The tread law.
-    pub law: Tread,
+    law: Tread,
     /// G0 of the element j further on, j = 0..N (periodic) \[m/N\]; springs not included.
     pub instant: Vec<f64>,
     /// Spring compliance per element \[m/N\]; 0 without springs.
@@ -43,9 +38,22 @@ impl ContactKernel {
         }
         Ok(Self { law, instant: Ring::new(elements).elements_of(|n| first_weights[n]).to_vec(), spring })
     }
-}
 
-impl ContactKernel {
+    /// Whether points feel each other within a step.
+    pub fn is_coupled(&self) -> bool {
+        self.law != Tread::Uncoupled
+    }
+
+    /// What a force does within its step to the element j further on, j = 0..N \[m/N\], springs included.
+    pub fn within_a_step(&self) -> Vec<f64> {
+        let mut influence = self.instant.clone();
+        influence[0] += self.spring;
+        if !self.is_coupled() {
+            influence[1..].fill(0.0);
+        }
+        influence
+    }
+
     /// What has to be added to G0_ii \[m/N\] for points that do not feel each other within a step to have the static
     /// force `wanted` at its indentation, from the static influence: at rest all steps but the last are history, so the
     /// influence is the static one less G0, and G0_ii and the addition on its diagonal.
@@ -96,46 +104,4 @@ pub fn equal_bedding(
         row
     })?;
     Ok(EqualBedding { scale, spring: surface[0] - scale * carcass[0] })
-}
-
-/// Kernels of the direct history: influence in the contact frame, lag by lag.
-#[derive(Clone, Debug)]
-pub struct LagKernel {
-    /// Rows by lag, see [`LagKernel::lag`].
-    lags: Vec<f64>,
-    /// Entries per lag.
-    row: usize,
-}
-
-impl LagKernel {
-    /// Transforms the weights of all wavenumbers to the elements a window of `columns` can see of itself, `substeps`
-    /// steps per element.
-    pub fn new(weights: &Weights, elements: usize, columns: usize, substeps: usize) -> Self {
-        let mut ring = Ring::new(elements);
-        let row = padded(columns) + columns + 1;
-        let mut lags = vec![0.0; row * weights.lags];
-        for (p, kernel) in lags.chunks_exact_mut(row).enumerate().skip(1) {
-            let influence = ring.elements_of(|n| weights.of(n)[p]);
-            let first = (p / substeps) as i64 - (columns as i64 - 1);
-            for (i, value) in kernel.iter_mut().enumerate() {
-                *value = influence[(first + i as i64).rem_euclid(elements as i64) as usize];
-            }
-        }
-        Self { lags, row }
-    }
-
-    /// Number of lags, lag 0 included.
-    pub fn lags(&self) -> usize {
-        self.lags.len() / self.row
-    }
-
-    /// Kernel of lag p: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
-    pub fn lag(&self, p: usize) -> &[f64] {
-        &self.lags[p * self.row..(p + 1) * self.row]
-    }
-}
-
-/// Columns rounded up to whole vectors of eight.
-pub fn padded(columns: usize) -> usize {
-    columns.div_ceil(8) * 8
 }

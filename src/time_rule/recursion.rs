@@ -10,7 +10,7 @@
 //! | sdirk2, sdirk3, stage i | g base_i + w F_i | 1/(1 - gamma lambda dt) | g R gamma dt |
 //! | first-order-hold | g b_(l-1) + v F_(l-1) + w F_l | exp(lambda dt) | see [`FirstOrderHold`] |
 //!
-//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`crate::scene::RungeKutta::bases`]);
+//! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`super::RungeKutta::bases`]);
 //! the last stage is the step's end. The first-order hold steps as bdf1 with last step's force weighted w + v/g instead
 //! of w.
 //!
@@ -26,37 +26,8 @@
 use num_complex::Complex64;
 use pulp::Simd;
 
-use super::transfer::FirstOrderHold;
-use crate::scene::TimeRule;
-
-/// g and w of a pole; w carries the factor 2 of a pair if the residue does.
-pub fn coefficients(rule: TimeRule, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
-    let z = pole * time_step;
-    let implicit = |delta: f64| {
-        let inverse = (delta - z).inv();
-        (inverse, inverse * residue * time_step)
-    };
-    match rule {
-        TimeRule::Bdf1 => implicit(1.0),
-        TimeRule::Bdf2 => {
-            let (inverse, w) = implicit(1.5);
-            (2.0 * inverse, w)
-        }
-        TimeRule::Trapezoidal => {
-            let (inverse, w) = implicit(2.0);
-            (inverse * (2.0 + z), w)
-        }
-        TimeRule::Sdirk2 | TimeRule::Sdirk3 => {
-            let gamma = rule.runge_kutta().map_or(1.0, |rule| rule.gamma);
-            let g = (1.0 - gamma * z).inv();
-            (g, g * residue * time_step * gamma)
-        }
-        TimeRule::FirstOrderHold => {
-            let hold = FirstOrderHold::new(z);
-            (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
-        }
-    }
-}
+use super::TimeRule;
+use super::hold::FirstOrderHold;
 
 /// Stages of a rule at most.
 pub const MOST_STAGES: usize = 3;
@@ -82,31 +53,44 @@ pub struct State<S: Simd, const PARTS: usize> {
     pub before: Number<S, PARTS>,
 }
 
+/// What a pole does in a step.
+#[derive(Clone, Copy)]
+pub struct StepMaps<S: Simd, const PARTS: usize> {
+    /// R.
+    whole: Number<S, PARTS>,
+    /// W of every instant: what a unit force there adds to b at the step's end.
+    inputs: [Number<S, PARTS>; MOST_STAGES],
+    /// A of every instant; the last stage ends the step, its A is R.
+    outputs: [Number<S, PARTS>; MOST_STAGES],
+}
+
+impl<S: Simd, const PARTS: usize> StepMaps<S, PARTS> {
+    /// Of a rule of one stage.
+    #[inline(always)]
+    fn of_one(Poles { g, w }: Poles<S, PARTS>) -> Self {
+        Self { whole: g, inputs: [w; MOST_STAGES], outputs: [g; MOST_STAGES] }
+    }
+}
+
+/// A value for every instant of a step.
+pub type Instants<S> = [<S as Simd>::f64s; MOST_STAGES];
+
 /// How a rule goes from one step to the next.
 pub trait Recursion: Copy + Send + Sync {
     /// Instants of a step, [`MOST_STAGES`] at most.
     const STAGES: usize;
     /// Whether it needs b of two steps.
     const LOOKS_BACK: bool = false;
-    /// What a pole does in a step.
-    type Maps<S: Simd, const P: usize>: Copy;
 
     /// From g and w.
-    fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> Self::Maps<S, P>;
-
-    /// What unit forces at its instants add to b at its end.
-    fn inputs<S: Simd, const P: usize>(maps: &Self::Maps<S, P>) -> [Number<S, P>; MOST_STAGES];
+    fn maps<S: Simd, const P: usize>(self, simd: S, poles: Poles<S, P>) -> StepMaps<S, P>;
 
     /// Goes through a step without forces; gives Re b at its instants.
-    fn foretell<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Self::Maps<S, P>,
-        state: &mut State<S, P>,
-    ) -> [S::f64s; MOST_STAGES];
+    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S>;
 
     /// Goes through so many steps without forces.
     #[inline(always)]
-    fn skip<S: Simd, const P: usize>(simd: S, maps: &Self::Maps<S, P>, states: [&mut State<S, P>; 2], steps: usize) {
+    fn skip<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, states: [&mut State<S, P>; 2], steps: usize) {
         for state in states {
             for _ in 0..steps {
                 Self::foretell(simd, maps, state);
@@ -114,21 +98,11 @@ pub trait Recursion: Copy + Send + Sync {
         }
     }
 
-    /// Products of [`Self::skip`], of two states.
-    fn products_of_skip(steps: usize) -> usize {
-        2 * steps
-    }
-
     /// Takes in the forces of a step.
     #[inline(always)]
-    fn take_in<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Self::Maps<S, P>,
-        forces: [S::f64s; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) {
+    fn take_in<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, forces: Instants<S>, state: &mut State<S, P>) {
         Self::foretell(simd, maps, state);
-        for (&force, &input) in forces.iter().zip(&Self::inputs(maps)).take(Self::STAGES) {
+        for (&force, &input) in forces.iter().zip(&maps.inputs).take(Self::STAGES) {
             add(simd, force, input, &mut state.end);
         }
     }
@@ -171,28 +145,18 @@ pub struct Bdf2;
 impl Recursion for Bdf2 {
     const STAGES: usize = 1;
     const LOOKS_BACK: bool = true;
-    type Maps<S: Simd, const P: usize> = Poles<S, P>;
 
     #[inline(always)]
-    fn maps<S: Simd, const P: usize>(self, _: S, poles: &Poles<S, P>) -> Poles<S, P> {
-        *poles
+    fn maps<S: Simd, const P: usize>(self, _: S, poles: Poles<S, P>) -> StepMaps<S, P> {
+        StepMaps::of_one(poles)
     }
 
     #[inline(always)]
-    fn inputs<S: Simd, const P: usize>(maps: &Poles<S, P>) -> [Number<S, P>; MOST_STAGES] {
-        [maps.w; MOST_STAGES]
-    }
-
-    #[inline(always)]
-    fn foretell<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Poles<S, P>,
-        state: &mut State<S, P>,
-    ) -> [S::f64s; MOST_STAGES] {
+    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
         let mut y = state.end;
         add(simd, simd.splat_f64s(-0.25), state.before, &mut y);
         state.before = state.end;
-        state.end = times(simd, maps.g, y);
+        state.end = times(simd, maps.whole, y);
         [state.end[0]; MOST_STAGES]
     }
 }
@@ -203,29 +167,18 @@ pub struct Trapezoidal;
 
 impl Recursion for Trapezoidal {
     const STAGES: usize = 1;
-    type Maps<S: Simd, const P: usize> = Poles<S, P>;
 
     /// The state is g b_l + w F_l: it takes in (g + 1) w F.
     #[inline(always)]
-    fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> Poles<S, P> {
-        let mut w = poles.w;
-        add(simd, simd.splat_f64s(1.0), times(simd, poles.g, poles.w), &mut w);
-        Poles { g: poles.g, w }
+    fn maps<S: Simd, const P: usize>(self, simd: S, Poles { g, mut w }: Poles<S, P>) -> StepMaps<S, P> {
+        add(simd, simd.splat_f64s(1.0), times(simd, g, w), &mut w);
+        StepMaps::of_one(Poles { g, w })
     }
 
     #[inline(always)]
-    fn inputs<S: Simd, const P: usize>(maps: &Poles<S, P>) -> [Number<S, P>; MOST_STAGES] {
-        [maps.w; MOST_STAGES]
-    }
-
-    #[inline(always)]
-    fn foretell<S: Simd, const P: usize>(
-        simd: S,
-        maps: &Poles<S, P>,
-        state: &mut State<S, P>,
-    ) -> [S::f64s; MOST_STAGES] {
+    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
         let now = state.end[0];
-        state.end = times(simd, maps.g, state.end);
+        state.end = times(simd, maps.whole, state.end);
         [now; MOST_STAGES]
     }
 }
@@ -235,20 +188,11 @@ impl Recursion for Trapezoidal {
 #[derive(Clone, Copy)]
 pub struct Stages<const COUNT: usize>(pub [[f64; 3]; 3]);
 
-/// R, W and A of a step; the last stage ends it, its A is R.
-#[derive(Clone, Copy)]
-pub struct StepMaps<S: Simd, const PARTS: usize> {
-    whole: Number<S, PARTS>,
-    inputs: [Number<S, PARTS>; MOST_STAGES],
-    outputs: [Number<S, PARTS>; MOST_STAGES],
-}
-
 impl<const COUNT: usize> Recursion for Stages<COUNT> {
     const STAGES: usize = COUNT;
-    type Maps<S: Simd, const P: usize> = StepMaps<S, P>;
 
     #[inline(always)]
-    fn maps<S: Simd, const P: usize>(self, simd: S, poles: &Poles<S, P>) -> StepMaps<S, P> {
+    fn maps<S: Simd, const P: usize>(self, simd: S, poles: Poles<S, P>) -> StepMaps<S, P> {
         let mut outputs = [poles.g; MOST_STAGES];
         let mut inputs = [poles.w; MOST_STAGES];
         for stage in 1..COUNT {
@@ -278,16 +222,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     }
 
     #[inline(always)]
-    fn inputs<S: Simd, const P: usize>(maps: &StepMaps<S, P>) -> [Number<S, P>; MOST_STAGES] {
-        maps.inputs
-    }
-
-    #[inline(always)]
-    fn foretell<S: Simd, const P: usize>(
-        simd: S,
-        maps: &StepMaps<S, P>,
-        state: &mut State<S, P>,
-    ) -> [S::f64s; MOST_STAGES] {
+    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
         let mut displaced = [state.end[0]; MOST_STAGES];
         for (displaced, &output) in displaced.iter_mut().zip(&maps.outputs).take(COUNT - 1) {
             *displaced = real_part(simd, output, state.end);
@@ -311,10 +246,6 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
             }
         }
     }
-
-    fn products_of_skip(steps: usize) -> usize {
-        steps.checked_ilog2().map_or(0, |squares| squares as usize + 2 * steps.count_ones() as usize)
-    }
 }
 
 /// Work to be done with a rule's recursion.
@@ -326,54 +257,85 @@ pub trait WithRecursion {
     fn with<R: Recursion>(self, recursion: R) -> Self::Output;
 }
 
-/// Does the work with the recursion of a rule.
-pub fn with_recursion<W: WithRecursion>(rule: TimeRule, work: W) -> W::Output {
-    match (rule, rule.runge_kutta()) {
-        (TimeRule::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
-        (_, Some(method)) => work.with(Stages::<2>(method.bases())),
-        (TimeRule::Bdf2, _) => work.with(Bdf2),
-        (TimeRule::Trapezoidal, _) => work.with(Trapezoidal),
-        _ => work.with(Stages::<1>(Default::default())),
-    }
-}
-
-/// Whether a rule needs b of two steps, and the products of passing over so many steps, see [`Recursion::skip`].
-pub fn looks_back_and_skips(rule: TimeRule, steps: usize) -> (bool, usize) {
-    struct Known(usize);
-    impl WithRecursion for Known {
-        type Output = (bool, usize);
-
-        fn with<R: Recursion>(self, _: R) -> (bool, usize) {
-            (R::LOOKS_BACK, R::products_of_skip(self.0))
-        }
-    }
-    with_recursion(rule, Known(steps))
-}
-
-/// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
-/// stage of a step: the table's rules, instant by instant.
-pub fn impulse_response(rule: TimeRule, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
-    let stages = rule.nodes().len();
-    let bases = rule.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
-    // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.
-    let mut of_step = [Complex64::ZERO; MOST_STAGES + 1];
-    of_step[stage + 1] = w;
-    let mut now = stage;
-    let mut before = Complex64::ZERO;
-    for (lag, value) in response.iter_mut().enumerate() {
-        let last = of_step[now + 1];
-        now += 1;
-        if now == stages {
-            (now, of_step) = (0, [last, Complex64::ZERO, Complex64::ZERO, Complex64::ZERO]);
-        }
-        let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
-        let next = match rule {
-            TimeRule::Bdf2 => g * (last - 0.25 * before),
-            TimeRule::Trapezoidal if lag == 0 => g * last + w,
-            _ => g * base,
+impl TimeRule {
+    /// g and w of a pole; w carries the factor 2 of a pair if the residue does.
+    pub fn coefficients(self, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
+        let z = pole * time_step;
+        let implicit = |delta: f64| {
+            let inverse = (delta - z).inv();
+            (inverse, inverse * residue * time_step)
         };
-        before = last;
-        of_step[now + 1] = next;
-        *value += next.re;
+        match self {
+            Self::Bdf1 => implicit(1.0),
+            Self::Bdf2 => {
+                let (inverse, w) = implicit(1.5);
+                (2.0 * inverse, w)
+            }
+            Self::Trapezoidal => {
+                let (inverse, w) = implicit(2.0);
+                (inverse * (2.0 + z), w)
+            }
+            Self::Sdirk2 | Self::Sdirk3 => {
+                let gamma = self.runge_kutta().map_or(1.0, |rule| rule.gamma);
+                let g = (1.0 - gamma * z).inv();
+                (g, g * residue * time_step * gamma)
+            }
+            Self::FirstOrderHold => {
+                let hold = FirstOrderHold::new(z);
+                (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
+            }
+        }
+    }
+
+    /// Does the work with the rule's recursion.
+    pub fn with_recursion<W: WithRecursion>(self, work: W) -> W::Output {
+        match (self, self.runge_kutta()) {
+            (Self::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
+            (_, Some(method)) => work.with(Stages::<2>(method.bases())),
+            (Self::Bdf2, _) => work.with(Bdf2),
+            (Self::Trapezoidal, _) => work.with(Trapezoidal),
+            _ => work.with(Stages::<1>(Default::default())),
+        }
+    }
+
+    /// Whether the rule needs b of two steps.
+    pub const fn looks_back(self) -> bool {
+        matches!(self, Self::Bdf2)
+    }
+
+    /// Products that passing over so many steps takes, of two states: step by step, or by squares of R.
+    pub fn products_of_skip(self, steps: usize) -> usize {
+        match self {
+            Self::Bdf2 | Self::Trapezoidal => 2 * steps,
+            _ => steps.checked_ilog2().map_or(0, |squares| squares as usize + 2 * steps.count_ones() as usize),
+        }
+    }
+
+    /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
+    /// stage of a step: the table's rules, instant by instant.
+    pub fn impulse_response(self, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
+        let stages = self.stages();
+        let bases = self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
+        // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.
+        let mut of_step = [Complex64::ZERO; MOST_STAGES + 1];
+        of_step[stage + 1] = w;
+        let mut now = stage;
+        let mut before = Complex64::ZERO;
+        for (lag, value) in response.iter_mut().enumerate() {
+            let last = of_step[now + 1];
+            now += 1;
+            if now == stages {
+                (now, of_step) = (0, [last, Complex64::ZERO, Complex64::ZERO, Complex64::ZERO]);
+            }
+            let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
+            let next = match self {
+                Self::Bdf2 => g * (last - 0.25 * before),
+                Self::Trapezoidal if lag == 0 => g * last + w,
+                _ => g * base,
+            };
+            before = last;
+            of_step[now + 1] = next;
+            *value += next.re;
+        }
     }
 }

@@ -36,8 +36,8 @@ use pulp::Arch;
 
 use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
-use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
+use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Clocks, Laps, Spent, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;

@@ -26,7 +26,7 @@
 //! stiffness G0 gives, up to seven times as much for the fastest motions that a time rule knows; [`SprungMass::rate`]
 //! above [`LARGEST_RATE`] is to be refused.
 
-use super::axle::LoadControl;
+use super::load_control::LoadControl;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
@@ -146,8 +146,8 @@ impl MovingAxle {
 
 #[cfg(test)]
 mod tests {
-    use super::super::axle::StaticContact;
     use super::*;
+    use crate::contact::static_contact::StaticContact;
 
     const STIFFNESS: f64 = 3e5;
     const LOAD: f64 = 3000.0;

@@ -1,0 +1,23 @@
+//! Which points touch, and with which forces: F >= 0, G0 F >= d, F.(G0 F - d) = 0.
+//!
+//! - [`active_set`]: displacements d prescribed;
+//! - [`local_set`]: slices that yield by themselves;
+//! - [`search`]: which of them;
+//! - `sweeps`: what both begin with;
+//! - [`factors`]: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
+//! - [`ldlt`]: how they are made.
+
+mod active_set;
+mod factors;
+mod ldlt;
+mod local_set;
+mod neighbour_set;
+mod pattern_index;
+mod search;
+mod sweeps;
+
+pub use active_set::{ActiveSet, Residuals, SearchCounts};
+pub use factors::{FactorCache, FactorCounts, largest_memory};
+pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
+pub use local_set::SlicesUnder;
+pub use search::{Search, SliceLaw};

@@ -5,32 +5,29 @@ use std::path::PathBuf;
 use clap::Args;
 use tyrewave::tyre::layers::cases;
 
-use super::{CliError, print};
+use super::CliError;
+use super::context::print;
 
 const EXAMPLES: &str = "\
-The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. The same JSON is printed with the \
-computed 3x3 surface compliance C and belt transfer D in place of the file's.
+The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. \
+The same JSON is printed with the computed 3x3 surface compliance C and belt transfer D in place of the file's.
 
 Examples:
   tyrewave compliance cases.json > computed.json";
 
-/// Arguments of `tyrewave compliance`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ComplianceArguments {
     /// The cases, a JSON file.
-    pub cases: PathBuf,
+    cases: PathBuf,
 }
 
 impl ComplianceArguments {
     /// Prints the cases with their computed matrices.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self) -> Result<(), CliError> {
         let path = self.cases;
         let text = std::fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
-        let answer = cases::evaluate(&text).map_err(|source| CliError::Cases { path, source })?;
+        let answer = cases::evaluate(&text).map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
         print(&format!("{answer:#}\n"))
     }
 }

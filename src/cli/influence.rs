@@ -1,30 +1,31 @@
 //! `tyrewave influence`: the influence functions of a scene's tyre, fitted and checked.
 
 use std::f64::consts::PI;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
-use tyrewave::counters::{Counter, Meter, Stage};
-use tyrewave::results::plots::{Axis, HeatMap, LinePlot, Series};
-use tyrewave::results::summary::Cost;
-use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::counters::{Counter, Stage};
+use tyrewave::results::plots::{Axis, HeatMap, LinePlot, PlotError, Series};
+use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::run::Progress;
 use tyrewave::run::past::{fetch, fit_options, refused};
-use tyrewave::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
+use tyrewave::scene::{Law, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::RationalModel;
 use tyrewave::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 
 use super::influence_cost::CostReport;
-use super::{CliError, Context, side_folder};
+use super::side::Place;
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static influence beside the half-space's, \
-and an element's mobility from the fit beside the sums. Printed: poles, samples and errors; causality of the tyre's own laws and of the hysteretic one.
+Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static \
+influence beside the half-space's, and an element's mobility from the fit beside the sums. Printed, and in \
+influence.json: poles, samples and errors; causality of the tyre's own laws and of the hysteretic one. Of the scene its \
+tyre, elements, speed and tolerances count.
 
 Examples:
   tyrewave influence scenes/default.toml
@@ -42,99 +43,86 @@ const LAGS: usize = 512;
 /// Wavenumbers whose causality is reported.
 const CHECKED: [usize; 4] = [0, 5, 20, 100];
 
-/// Arguments of `tyrewave influence`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InfluenceArguments {
-    /// The scene; its tyre, elements, speed and tolerances count.
-    pub scene: PathBuf,
-    /// Folder for the pictures and influence.json; default: results/NAME-influence, NAME being the scene's.
-    #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    place: Place,
     /// Fit anew with 512 to 8192 elements, with 2 to 9 layers, and on one thread beside all of them, and report what
     /// each takes (minutes; on an idle machine).
     #[arg(long)]
-    pub cost: bool,
+    cost: bool,
 }
 
 /// What everything is drawn and computed from.
-struct Report<'a> {
-    title: String,
-    loaded: &'a LoadedScene,
+struct View<'a> {
+    title: &'a str,
+    scene: &'a Scene,
     model: &'a RationalModel,
     sum: InfluenceSum,
 }
 
 impl InfluenceArguments {
     /// Fits (or takes from the cache), checks, draws.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
-        let scene = &loaded.scene;
-        let begin = Instant::now();
-        let (mut meter, mut progress) = (Meter::default(), context.progress());
+        let mut side = self.place.open("influence")?;
+        let loaded = side.loaded.clone();
+        let (title, scene, stop) = (loaded.title(), &loaded.scene, context.interrupt.flag());
+        let mut progress = context.progress();
         progress.stage(Stage::Influence);
         let options = fit_options(scene, Field::Surface);
-        let fetched = meter
-            .time(Stage::Influence, || fetch(&scene.tyre, &options, context.interrupt.flag()))
+        let begin = Instant::now();
+        let fetched = side
+            .meter
+            .time(Stage::Influence, || fetch(&scene.tyre, &options, stop))
             .map_err(|error| refused(&loaded, error, "another tolerance"))?;
         let fit_seconds = begin.elapsed().as_secs_f64();
         for warning in &fetched.warnings {
             progress.note(warning);
         }
-        meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { fetched.model.evaluations() });
-        meter.count(Counter::Poles, fetched.model.order() as u64);
-        let report = Report {
-            title: loaded.title(),
-            sum: exact(&scene.tyre, scene.numerics.elements, options.influence_tolerance, options.top),
-            loaded: &loaded,
-            model: &fetched.model,
-        };
-        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "influence"));
-        let folder = ResultsFolder::create(&target)?;
-        folder.write_text("influence_map.svg", &report.map()?)?;
-        folder.write_text("influence_time.svg", &report.over_time()?)?;
-        folder.write_text("influence_static.svg", &report.at_rest()?)?;
-        folder.write_text("influence_mobility.svg", &report.mobility()?)?;
-        let checks = report.checks();
-        let statistics = report.model.statistics();
-        let cost_report = if self.cost {
-            let mut tick = || progress.stage(Stage::Influence);
-            let report = CostReport::new(&scene.tyre, &options, context.interrupt.flag(), &mut tick)
-                .map_err(|error| refused(&loaded, error, "another tolerance"))?;
-            folder.write_text("influence_cost.svg", &report.plot(&loaded.title())?)?;
-            Some(report)
-        } else {
-            None
-        };
-        let answer = json!({
-            "causality": checks,
-            "cost": cost_report.as_ref().map(CostReport::to_json),
-            "order": report.model.order(),
-            "wavenumbers": statistics,
-        });
-        folder.write_text("influence.json", &format!("{answer:#}\n"))?;
-        drop(progress);
-        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun(&report.title, loaded.settings()?, cost))?;
+        let model = &fetched.model;
+        side.meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });
+        side.meter.count(Counter::Poles, model.order() as u64);
+        let sum = exact(&scene.tyre, scene.numerics.elements, options.influence_tolerance, options.top);
+        let view = View { title: &title, sum, scene, model };
+        side.picture("influence_map.svg", view.map())?;
+        side.picture("influence_time.svg", view.over_time())?;
+        side.picture("influence_static.svg", view.at_rest())?;
+        side.picture("influence_mobility.svg", view.mobility())?;
+        let (checks, statistics) = (view.checks(), model.statistics());
         let worst = |value: &dyn Fn(usize) -> f64| (0..statistics.len()).map(value).fold(0.0, f64::max);
-        let origin = if fetched.warm { "from the cache" } else { "fitted" };
-        let text = format!(
-            "{} poles for {} wavenumbers, {origin} in {fit_seconds:.2} s, {} compliance evaluations\n\
-             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n{}{}",
-            report.model.order(),
+        let mut report = Report::default();
+        report.push(format!(
+            "{} poles for {} wavenumbers, {} in {fit_seconds:.2} s, {} compliance evaluations\n\
+             largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n",
+            model.order(),
             statistics.len(),
-            report.model.evaluations(),
+            if fetched.warm { "from the cache" } else { "fitted" },
+            model.evaluations(),
             worst(&|n| statistics[n].error),
             worst(&|n| statistics[n].real_axis_error),
             worst(&|n| statistics[n].bottom_error),
-            report.model.tolerance,
-            table(&checks),
-            cost_report.map_or(String::new(), |report| format!("\n{}", report.table())),
-        );
-        context.answer(&text, &place)
+            model.tolerance,
+        ));
+        report.push(causality_table(&checks));
+        let mut answer = json!({
+            "causality": checks,
+            "cost": null,
+            "order": model.order(),
+            "wavenumbers": statistics,
+        });
+        if self.cost {
+            let mut tick = || progress.stage(Stage::Influence);
+            let costs = CostReport::new(&scene.tyre, &options, stop, &mut tick)
+                .map_err(|error| refused(&loaded, error, "another tolerance"))?;
+            side.picture("influence_cost.svg", costs.plot(&title))?;
+            answer["cost"] = costs.to_json();
+            report.push("\n");
+            report.append(costs.report());
+        }
+        side.file("influence.json", format!("{answer:#}\n"));
+        drop(progress);
+        side.finish(context, &report)
     }
 }
 
@@ -152,13 +140,13 @@ fn decibel(value: f64) -> f64 {
     20.0 * value.log10()
 }
 
-impl Report<'_> {
+impl View<'_> {
     fn elements(&self) -> usize {
         self.model.elements
     }
 
     /// |H_n| in dB; cells with a lightly damped pole have no value and are grey.
-    fn map(&self) -> Result<String, CliError> {
+    fn map(&self) -> Result<String, PlotError> {
         let frequencies = frequencies();
         let columns = self.elements() / 2 + 1;
         let wavenumbers: Vec<usize> = (0..columns).collect();
@@ -174,7 +162,7 @@ impl Report<'_> {
             }
         }
         let map = HeatMap {
-            title: &self.title,
+            title: self.title,
             x: Axis::linear("Wavenumber n (waves round the tyre)", -0.5..columns as f64 - 0.5),
             y: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
             quantity: "|H_n| [dB re 1 m/N]; grey: fitted poles",
@@ -182,10 +170,10 @@ impl Report<'_> {
             range: None,
             aspect: None,
         };
-        Ok(map.to_svg()?)
+        map.to_svg()
     }
 
-    fn over_time(&self) -> Result<String, CliError> {
+    fn over_time(&self) -> Result<String, PlotError> {
         let times: Vec<f64> = (0..TIMES.0).map(|k| (k as f64 + 0.5) * TIMES.1).collect();
         let half = self.elements() / 4;
         let distances: Vec<usize> = (0..=half).collect();
@@ -194,9 +182,9 @@ impl Report<'_> {
         let values =
             Array2::from_shape_fn((TIMES.0, 2 * half + 1), |(row, column)| 1e3 * rows[column.abs_diff(half)][row]);
         let largest = values.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
-        let dx = self.loaded.scene.tyre.circumference / self.elements() as f64;
+        let dx = self.scene.tyre.circumference / self.elements() as f64;
         let map = HeatMap {
-            title: &self.title,
+            title: self.title,
             x: Axis::linear("Distance from the force [m]", -(half as f64 + 0.5) * dx..(half as f64 + 0.5) * dx),
             y: Axis::linear("Time [ms]", 0.0..1e3 * TIMES.0 as f64 * TIMES.1),
             quantity: "Influence function g [mm/(N s)]",
@@ -205,18 +193,18 @@ impl Report<'_> {
             range: Some(-0.1 * largest..0.1 * largest),
             aspect: None,
         };
-        Ok(map.to_svg()?)
+        map.to_svg()
     }
 
     /// Static influence over distance relative to the element's own, beside the elastic half-space's (Love).
-    fn at_rest(&self) -> Result<String, CliError> {
-        let tyre = &self.loaded.scene.tyre;
+    fn at_rest(&self) -> Result<String, PlotError> {
+        let tyre = &self.scene.tyre;
         let dx = tyre.circumference / self.elements() as f64;
         let reach = (0.1 / dx) as usize + 1;
         let ratios = static_ratios(self.model, Field::Surface, [dx, tyre.contact_width], reach).unwrap_or_default();
         let distance = |j: usize| 1e3 * dx * j as f64;
         let plot = LinePlot {
-            title: &self.title,
+            title: self.title,
             x: Axis::linear("Distance [mm]", 0.0..1e3 * dx * reach as f64),
             y: Axis::linear("Static influence, relative to the element's own [1]", 0.0..1.0),
             series: vec![
@@ -227,10 +215,10 @@ impl Report<'_> {
                 },
             ],
         };
-        Ok(plot.to_svg()?)
+        plot.to_svg()
     }
 
-    fn mobility(&self) -> Result<String, CliError> {
+    fn mobility(&self) -> Result<String, PlotError> {
         let frequencies = frequencies();
         let curve = |value: &(dyn Fn(Complex64) -> Complex64 + Sync)| -> Vec<(f64, f64)> {
             frequencies.iter().map(|&f| (f, decibel(value(Complex64::new(0.0, 2.0 * PI * f)).norm()))).collect()
@@ -245,17 +233,17 @@ impl Report<'_> {
         });
         let levels: Vec<f64> = fitted.iter().chain(&summed).map(|point| point.1).collect();
         let plot = LinePlot {
-            title: &self.title,
+            title: self.title,
             x: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
             y: Axis::linear_around("Mobility of one element [dB re 1 m/(N s)]", levels),
             series: vec![Series { name: "sums", points: summed }, Series { name: "fit", points: fitted }],
         };
-        Ok(plot.to_svg()?)
+        plot.to_svg()
     }
 
     /// Causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
     fn checks(&self) -> Value {
-        let mut hysteretic = self.loaded.scene.tyre.clone();
+        let mut hysteretic = self.scene.tyre.clone();
         for layer in &mut hysteretic.layers {
             layer.material.law = Law::Hysteretic;
         }
@@ -265,7 +253,7 @@ impl Report<'_> {
             let sum = exact(tyre, self.elements(), 1e-11, top);
             causality(&sum, TimeRule::Bdf2, time_step, LAGS)
         };
-        let (own, other) = (of(&self.loaded.scene.tyre), of(&hysteretic));
+        let (own, other) = (of(&self.scene.tyre), of(&hysteretic));
         let at = |n: usize| json!({ "n": n, "own": own.kramers_kronig[n], "hysteretic": other.kramers_kronig[n] });
         let residuals: Vec<Value> = CHECKED.into_iter().filter(|&n| n <= self.elements() / 2).map(at).collect();
         json!({
@@ -276,18 +264,16 @@ impl Report<'_> {
     }
 }
 
-fn table(checks: &Value) -> String {
-    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-    let mut text = String::from("causality                              own laws   hysteretic\n");
-    for (title, key) in
-        [("largest answer before t = 0 over all", "precursor"), ("share of energy before t = 0", "energy_before")]
-    {
-        let row = &checks[key];
-        text.push_str(&format!("   {title:<36}{:8.1e}     {:8.1e}\n", number(&row["own"]), number(&row["hysteretic"])));
-    }
-    for row in checks["kramers_kronig"].as_array().into_iter().flatten() {
-        let title = format!("Kramers-Kronig residual, n = {}", row["n"]);
-        text.push_str(&format!("   {title:<36}{:8.1e}     {:8.1e}\n", number(&row["own"]), number(&row["hysteretic"])));
-    }
-    text
+fn causality_table(checks: &Value) -> Table {
+    let row = |title: String, row: &Value| {
+        let number = |law: &str| format!("{:.1e}", row[law].as_f64().unwrap_or(f64::NAN));
+        [title, number("own"), number("hysteretic")]
+    };
+    let mut rows = vec![
+        row("largest answer before t = 0 over all".to_owned(), &checks["precursor"]),
+        row("share of energy before t = 0".to_owned(), &checks["energy_before"]),
+    ];
+    let residuals = checks["kramers_kronig"].as_array().into_iter().flatten();
+    rows.extend(residuals.map(|found| row(format!("Kramers-Kronig residual, n = {}", found["n"]), found)));
+    aligned(&["causality", "own laws", "hysteretic"], &rows)
 }

@@ -4,13 +4,11 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
 use tyrewave::numeric::StraightLine;
-use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::table::{aligned, grouped};
+use tyrewave::results::plots::{Axis, LinePlot, PlotError, Series};
+use tyrewave::results::table::{Report, aligned, grouped};
 use tyrewave::scene::Tyre;
 use tyrewave::tyre::poles::scaling::{FitCost, cost, cut};
 use tyrewave::tyre::poles::{FitError, FitOptions};
-
-use super::CliError;
 
 /// Elements of the table.
 const ELEMENTS: [usize; 5] = [512, 1024, 2048, 4096, 8192];
@@ -18,6 +16,13 @@ const ELEMENTS: [usize; 5] = [512, 1024, 2048, 4096, 8192];
 const PARTS: [usize; 4] = [1, 2, 4, 8];
 /// Pairs of fits, one thread and all, of which the fastest count.
 const PAIRS: usize = 3;
+
+/// What grows, in the order of the picture.
+const QUANTITIES: [(&str, fn(&FitCost) -> f64); 3] = [
+    ("time", |cost| cost.seconds),
+    ("compliance evaluations", |cost| cost.evaluations as f64),
+    ("poles", |cost| cost.order as f64),
+];
 
 /// Everything that was timed.
 pub struct CostReport {
@@ -73,11 +78,11 @@ impl CostReport {
     }
 
     /// Two tables with their exponents, and the efficiency of the threads.
-    pub fn table(&self) -> String {
-        let mut text = String::new();
+    pub fn report(&self) -> Report {
+        let mut report = Report::default();
         for (title, costs, x) in [
-            ("elements", &self.elements, (&|cost: &FitCost| cost.elements as f64) as &dyn Fn(&FitCost) -> f64),
-            ("layers", &self.layers, &|cost: &FitCost| cost.layers as f64),
+            ("elements", &self.elements, (|cost| cost.elements as f64) as fn(&FitCost) -> f64),
+            ("layers", &self.layers, |cost| cost.layers as f64),
         ] {
             let row = |cost: &FitCost| {
                 [
@@ -88,53 +93,35 @@ impl CostReport {
                     format!("{:.0}", 1e9 * cost.seconds / cost.evaluations as f64),
                 ]
             };
-            let exponent = |y: &dyn Fn(&FitCost) -> f64| format!("{:.2}", line(costs, x, y));
             let mut rows: Vec<_> = costs.iter().map(row).collect();
-            rows.push([
-                "exponent".to_owned(),
-                exponent(&|cost| cost.evaluations as f64),
-                exponent(&|cost| cost.order as f64),
-                exponent(&|cost| cost.seconds),
-                String::new(),
-            ]);
-            text.push_str(&aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
-            text.push('\n');
+            let exponent = |(_, y): (&str, fn(&FitCost) -> f64)| format!("{:.2}", line(costs, x, y));
+            let [time, evaluations, poles] = QUANTITIES.map(exponent);
+            rows.push(["exponent".to_owned(), evaluations, poles, time, String::new()]);
+            report.push(aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
+            report.push("\n");
         }
         let (alone, threads, together) = self.threads;
-        text.push_str(&format!(
+        report.push(format!(
             "{alone:.2} s on one thread, {together:.2} s on {threads}: parallel efficiency {:.2}\n",
             self.efficiency()
         ));
-        text
+        report
     }
 
     /// Evaluations and time over elements, relative to the first.
-    pub fn plot(&self, title: &str) -> Result<String, CliError> {
-        let over = |y: &dyn Fn(&FitCost) -> f64| -> Vec<(f64, f64)> {
-            self.elements.iter().map(|cost| (cost.elements as f64, y(cost) / y(&self.elements[0]))).collect()
-        };
-        let time = over(&|cost| cost.seconds);
-        let evaluations = over(&|cost| cost.evaluations as f64);
-        let poles = over(&|cost| cost.order as f64);
-        let name = |quantity: &str, y: &dyn Fn(&FitCost) -> f64| {
-            format!("{quantity}, exponent {:.2}", line(&self.elements, |cost| cost.elements as f64, y))
-        };
-        let names = [
-            name("time", &|cost| cost.seconds),
-            name("compliance evaluations", &|cost| cost.evaluations as f64),
-            name("poles", &|cost| cost.order as f64),
-        ];
-        let highest = time.iter().chain(&poles).chain(&evaluations).fold(2.0_f64, |a, point| a.max(point.1));
+    pub fn plot(&self, title: &str) -> Result<String, PlotError> {
+        let x = |cost: &FitCost| cost.elements as f64;
+        let curves = QUANTITIES.map(|(quantity, y)| {
+            let points = self.elements.iter().map(|cost| (x(cost), y(cost) / y(&self.elements[0])));
+            (format!("{quantity}, exponent {:.2}", line(&self.elements, x, y)), points.collect::<Vec<_>>())
+        });
+        let highest = curves.iter().flat_map(|(_, points)| points).fold(2.0_f64, |highest, point| highest.max(point.1));
         let plot = LinePlot {
             title,
             x: Axis::logarithmic("Elements round the tyre", ELEMENTS[0] as f64..ELEMENTS[ELEMENTS.len() - 1] as f64),
             y: Axis::logarithmic("Relative to the fewest elements [1]", 0.8..1.2 * highest),
-            series: vec![
-                Series { name: &names[0], points: time },
-                Series { name: &names[1], points: evaluations },
-                Series { name: &names[2], points: poles },
-            ],
+            series: curves.iter().map(|(name, points)| Series { name, points: points.clone() }).collect(),
         };
-        Ok(plot.to_svg()?)
+        plot.to_svg()
     }
 }

@@ -13,7 +13,7 @@ impl Interrupt {
     /// Listens for Ctrl-C, and on Unix for SIGTERM and SIGHUP, from now on. Once per process.
     ///
     /// # Errors
-    /// [`CliError::Signals`] if the system does not let us, or somebody else listens already.
+    /// If the system does not let us, or somebody else listens already.
     pub fn listen() -> Result<Self, CliError> {
         let interrupt = Self::default();
         let shared = interrupt.clone();
@@ -24,7 +24,7 @@ impl Interrupt {
             }
             eprintln!("\nstopping after this step and keeping what there is (again: stop at once)");
         })
-        .map_err(CliError::Signals)?;
+        .map_err(|error| CliError::Failed(format!("cannot listen for Ctrl-C: {error}")))?;
         Ok(interrupt)
     }
 

@@ -1,49 +1,44 @@
 //! `tyrewave mobility`: driving-point mobility of the tread surface.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use serde_json::json;
-use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::counters::{Counter, Stage};
 use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::summary::Cost;
-use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::results::table::{Report, csv};
 use tyrewave::run::Progress;
-use tyrewave::scene::Scene;
 use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
 
 use super::options::positive;
-use super::{CliError, Context, print, side_folder};
+use super::side::Place;
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over it. The smaller the patch the \
-higher its level: the tread gives way locally.
+The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over \
+it. The smaller the patch the higher its level: the tread gives way locally. Of the scene only its tyre counts.
+
+Results: mobility.csv and mobility.svg.
 
 Examples:
   tyrewave mobility scenes/default.toml --patch 5,10,20,50
   tyrewave mobility scenes/default.toml --patch 20 --from 50 --to 2000 --out mobility";
 
-/// Arguments of `tyrewave mobility`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct MobilityArguments {
-    /// The scene; only its tyre counts.
-    pub scene: PathBuf,
+    #[command(flatten)]
+    place: Place,
     /// Sides of the square patches, in mm.
     #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "5,10,20,50", value_parser = positive)]
-    pub patch: Vec<f64>,
+    patch: Vec<f64>,
     /// Lowest frequency, in Hz.
     #[arg(long, value_name = "HZ", default_value = "50", value_parser = positive)]
-    pub from: f64,
+    from: f64,
     /// Highest frequency, in Hz.
     #[arg(long, value_name = "HZ", default_value = "3000", value_parser = positive)]
-    pub to: f64,
+    to: f64,
     /// Number of frequencies, evenly spaced on a logarithmic axis.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]
-    pub points: u32,
-    /// Folder for mobility.csv and mobility.svg; default: results/NAME-mobility, NAME being the scene's.
-    #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+    points: u32,
 }
 
 /// Level re 1 m/(N s) \[dB\].
@@ -53,68 +48,51 @@ fn level(value: num_complex::Complex64) -> f64 {
 
 /// One row per frequency; real part, imaginary part and level for each patch.
 fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
-    let mut text = String::from("frequency_hz");
-    for patch in patches {
-        text.push_str(&format!(",re_{patch}mm,im_{patch}mm,level_db_{patch}mm"));
-    }
-    text.push('\n');
-    for (frequency, row) in mobility.frequencies.iter().zip(&mobility.values) {
-        text.push_str(&frequency.to_string());
-        for &value in row {
-            text.push_str(&format!(",{},{},{}", value.re, value.im, level(value)));
-        }
-        text.push('\n');
-    }
-    text
+    let columns = |patch: &f64| [format!("re_{patch}mm"), format!("im_{patch}mm"), format!("level_db_{patch}mm")];
+    let header: Vec<String> = ["frequency_hz".to_owned()].into_iter().chain(patches.iter().flat_map(columns)).collect();
+    let rows = mobility.frequencies.iter().zip(&mobility.values).map(|(&frequency, row)| {
+        let numbers = row.iter().flat_map(|&value| [value.re, value.im, level(value)]);
+        [frequency].into_iter().chain(numbers).map(|number| number.to_string()).collect()
+    });
+    csv([header].into_iter().chain(rows))
 }
 
-fn to_svg(mobility: &Mobility, title: &str, patches: &[f64]) -> Result<String, CliError> {
-    let names: Vec<String> = patches.iter().map(|patch| format!("{patch} mm")).collect();
+fn plot<'a>(mobility: &Mobility, title: &'a str, names: &'a [String]) -> LinePlot<'a> {
     let curves = names.iter().enumerate().map(|(column, name)| Series {
         name,
         points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, level(row[column]))).collect(),
     });
     let levels = mobility.values.iter().flatten().map(|&value| level(value));
-    let plot = LinePlot {
+    LinePlot {
         title,
-        x: Axis::logarithmic(
-            "Frequency [Hz]",
-            mobility.frequencies[0]..mobility.frequencies[mobility.frequencies.len() - 1],
-        ),
+        x: Axis::logarithmic_around("Frequency [Hz]", mobility.frequencies.iter().copied(), [1.0, 1.0]),
         y: Axis::linear_around("Driving-point mobility [dB re 1 m/(N s)]", levels),
         series: curves.collect(),
-    };
-    Ok(plot.to_svg()?)
+    }
 }
 
 impl MobilityArguments {
     /// Computes, writes `mobility.csv` and `mobility.svg`.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
-        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "mobility"));
-        let folder = ResultsFolder::create(&target)?;
-        let begin = std::time::Instant::now();
-        let mut meter = Meter::default();
+        let frequencies = self.frequencies();
+        let Self { place, patch, from, to, points } = self;
+        let mut side = place.open("mobility")?;
         let mut progress = context.progress();
         progress.stage(Stage::Influence);
-        let sides: Vec<f64> = self.patch.iter().map(|side| side * 1e-3).collect();
-        let mobility = meter.time(Stage::Influence, || driving_point(&loaded.scene.tyre, &sides, &self.frequencies()));
-        meter.count(Counter::ComplianceEvaluations, mobility.evaluations);
+        let sides: Vec<f64> = patch.iter().map(|side| side * 1e-3).collect();
+        let tyre = &side.loaded.scene.tyre;
+        let mobility = side.meter.time(Stage::Influence, || driving_point(tyre, &sides, &frequencies));
+        side.meter.count(Counter::ComplianceEvaluations, mobility.evaluations);
         drop(progress);
-        let title = loaded.title();
-        folder.write_text("mobility.csv", &to_csv(&mobility, &self.patch))?;
-        folder.write_text("mobility.svg", &to_svg(&mobility, &title, &self.patch)?)?;
-        let settings = json!({ "scene": loaded.settings()?, "patch_mm": self.patch, "from": self.from, "to": self.to, "points": self.points });
-        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun(&title, settings, cost))?;
-        if context.options.quiet { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
+        let names: Vec<String> = patch.iter().map(|patch| format!("{patch} mm")).collect();
+        side.file("mobility.csv", to_csv(&mobility, &patch));
+        side.picture("mobility.svg", plot(&mobility, &side.loaded.title(), &names).to_svg())?;
+        side.settings = json!({ "scene": side.settings, "patch_mm": patch, "from": from, "to": to, "points": points });
+        side.finish(context, &Report::default())
     }
 
     /// The frequencies \[Hz\], lowest first; both ends exact.
-    pub fn frequencies(&self) -> Vec<f64> {
+    fn frequencies(&self) -> Vec<f64> {
         let last = self.points - 1;
         let ratio = self.to / self.from;
         (0..self.points)

@@ -3,45 +3,41 @@
 //! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command
 //! executed on them, and turns its error into a message on standard error and an exit code.
 
-pub mod cache;
-mod calibrate;
-pub mod compliance;
-pub mod effects;
-pub mod error;
-pub mod heights;
-pub mod indent;
-pub mod influence;
+mod cache;
+mod compliance;
+mod context;
+mod effects;
+mod error;
+mod heights;
+mod indent;
+mod influence;
 mod influence_cost;
-pub mod interrupt;
-pub mod mobility;
-pub mod options;
-pub mod plan;
-pub mod profile;
-pub mod profiling;
-pub mod progress;
-pub mod resume;
-pub mod road;
-pub mod rules;
-pub mod run;
-pub mod scaling;
-pub mod slice;
-pub mod slices;
-pub mod study;
-mod study_report;
-pub mod sweep;
+mod interrupt;
+mod mobility;
+mod options;
+mod plan;
+mod profile;
+mod profiling;
+mod progress;
+mod resume;
+mod road;
+mod rules;
+mod run;
+mod scaling;
+mod side;
+mod slice;
+mod slices;
+mod study;
+mod sweep;
 
-use std::ffi::OsStr;
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use indicatif::ProgressBar;
 
-pub use error::CliError;
-pub use interrupt::Interrupt;
-pub use options::GlobalOptions;
-pub use progress::TerminalProgress;
+use context::Context;
+use error::CliError;
+use interrupt::Interrupt;
+use options::GlobalOptions;
 
 use tyrewave::counters::AllocationProbe;
 
@@ -51,7 +47,8 @@ Exit codes:
   0    done
   1    the run failed
   2    the command line or the scene makes no sense; nothing was written
-  3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept as <results>.partial)
+  3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
+as <results>.partial)
   130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
 
 Examples:
@@ -66,9 +63,8 @@ Examples:
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
 pub struct CommandLine {
-    /// Options of every command.
     #[command(flatten)]
-    pub options: GlobalOptions,
+    options: GlobalOptions,
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -111,54 +107,8 @@ pub enum Command {
     Indent(indent::IndentArguments),
 }
 
-/// Writes to standard output; a closed pipe is no panic.
-fn print(text: &str) -> Result<(), CliError> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::Print)
-}
-
-/// Default results folder of a command other than `run`: results/NAME-command.
-fn side_folder(scene: &Path, command: &str) -> PathBuf {
-    let mut name = scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
-    name.push("-");
-    name.push(command);
-    Path::new("results").join(name)
-}
-
 /// Carries a command out.
 type Execute = fn(Command, &Context) -> Result<(), CliError>;
-
-/// What a command needs to know beside its own arguments.
-#[derive(Debug)]
-pub struct Context {
-    /// Options of every command.
-    pub options: GlobalOptions,
-    /// Threads that the command is executed on.
-    pub threads: usize,
-    /// Whether messages on standard error may be coloured.
-    pub colour: bool,
-    /// Whether the user has asked for the end.
-    pub interrupt: Interrupt,
-    /// What the program's allocator counts.
-    pub allocations: Option<AllocationProbe>,
-}
-
-impl Context {
-    /// Progress as the options want it.
-    pub fn progress(&self) -> TerminalProgress {
-        TerminalProgress::new(self.options.quiet)
-    }
-
-    /// Prints what a command was asked for, and where its results are; quietly without the latter.
-    fn answer(&self, text: &str, place: &Path) -> Result<(), CliError> {
-        let place = if self.options.quiet { String::new() } else { format!("results in {}\n", place.display()) };
-        print(&format!("{text}{place}"))
-    }
-
-    /// A bar over so many equal pieces of work.
-    pub fn bar(&self, title: &str, pieces: u64) -> ProgressBar {
-        progress::pieces(self.options.quiet, title, pieces)
-    }
-}
 
 impl Command {
     fn execute(self, context: &Context) -> Result<(), CliError> {
@@ -208,9 +158,9 @@ fn carry_out(
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(wanted)
         .build()
-        .map_err(|source| CliError::Threads { threads: wanted, source })?;
-    let context =
-        Context { options, threads: pool.current_num_threads(), colour, interrupt: Interrupt::listen()?, allocations };
+        .map_err(|error| CliError::Failed(format!("cannot start {wanted} threads: {error}")))?;
+    let interrupt = Interrupt::listen()?;
+    let context = Context { options, threads: pool.current_num_threads(), colour, interrupt, allocations };
     pool.install(|| execute(command, &context))
 }
 
@@ -232,25 +182,10 @@ mod tests {
     #[test]
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
-        for name in [
-            "run",
-            "plan",
-            "effects",
-            "study",
-            "resume",
-            "sweep",
-            "mobility",
-            "profile",
-            "road",
-            "compliance",
-            "influence",
-            "rules",
-            "cache",
-            "slices",
-            "slice",
-            "indent",
-        ] {
-            let help = command.find_subcommand_mut(name).unwrap().render_long_help().to_string();
+        let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        assert_eq!(names.len(), 16);
+        for name in names {
+            let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");
         }
     }

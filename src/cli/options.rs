@@ -37,6 +37,19 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A finite number.
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| format!("\"{}\" is not a finite number", text.trim()))
+}
+
+/// A Poisson's ratio: in (-1, 0.5\].
+pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
+    let ratio = finite(text)?;
+    let lies = ratio > -1.0 && ratio <= 0.5;
+    if lies { Ok(ratio) } else { Err("Poisson's ratio lies above -1 and at most at 0.5".to_owned()) }
+}
+
 /// When to colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum When {

@@ -7,12 +7,13 @@ use serde_json::json;
 use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Forecast, Plan, bytes};
 use tyrewave::results::profile_table::counter_title;
-use tyrewave::results::table::{aligned, grouped, words};
+use tyrewave::results::table::{Report, aligned, grouped, words};
 use tyrewave::run::prepare::open_road;
 use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::study::calibration::{calibrate, calibrated};
 
-use super::{CliError, Context, print};
+use super::context::{print, print_report};
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
@@ -54,7 +55,10 @@ impl PlanArguments {
         let stop = context.interrupt.flag();
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);
-        print(&if self.json { record(&loaded, &plan, &forecast) } else { text(&loaded, &plan, &forecast) })
+        if self.json {
+            return print(&record(&loaded, &plan, &forecast));
+        }
+        print_report(&text(&loaded, &plan, &forecast))
     }
 }
 
@@ -83,9 +87,10 @@ fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
     format!("{record:#}\n")
 }
 
-fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
+fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
+    let mut text = Report::default();
     let numerics = &loaded.scene.numerics;
-    let mut text = format!(
+    text.push(format!(
         "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
         loaded.title(),
         numerics.elements,
@@ -93,7 +98,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
         grouped(plan.steps),
         1e6 * plan.time_step,
         plan.amounts.expected.points
-    );
+    ));
     let effects: Vec<[String; 4]> = plan
         .decisions
         .rows
@@ -103,14 +108,15 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
             [row.effect.to_owned(), state.to_owned(), row.form.clone(), row.reason.clone()]
         })
         .collect();
-    text.push_str(&words(&["effect", "", "how", "why"], &effects));
+    text.push(words(&["effect", "", "how", "why"], &effects));
     if !plan.choices.is_empty() {
         let rows: Vec<[String; 3]> = plan
             .choices
             .iter()
             .map(|choice| [choice.key.to_owned(), choice.value.clone(), choice.reason.clone()])
             .collect();
-        text.push_str(&format!("\n{}", words(&["chosen", "", "why"], &rows)));
+        text.push("\n");
+        text.push(words(&["chosen", "", "why"], &rows));
     }
     let stages: Vec<[String; 3]> = forecast
         .stages
@@ -124,14 +130,16 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
             ["all cores".to_owned(), format!("{:.3} s", forecast.core_seconds()), String::new()],
         ])
         .collect();
-    text.push_str(&format!("\n{}", aligned(&["stage", "time", ""], &stages)));
+    text.push("\n");
+    text.push(aligned(&["stage", "time", ""], &stages));
     let counters: Vec<[String; 2]> = plan
         .amounts
         .counters
         .iter()
         .map(|&(counter, amount)| [counter_title(counter).to_owned(), grouped(amount as u64)])
         .collect();
-    text.push_str(&format!("\n{}", aligned(&["work", "about"], &counters)));
+    text.push("\n");
+    text.push(aligned(&["work", "about"], &counters));
     let memory: Vec<[String; 2]> = plan
         .amounts
         .memory
@@ -145,11 +153,12 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
             .map(|(what, each)| [what, bytes(each * forecast.threads as f64)]),
         )
         .collect();
-    text.push_str(&format!("\n{}", aligned(&["memory", "about"], &memory)));
+    text.push("\n");
+    text.push(aligned(&["memory", "about"], &memory));
     for note in &plan.decisions.notes {
-        text.push_str(&format!("\nnote: {note}\n"));
+        text.push(format!("\nnote: {note}\n"));
     }
-    text.push_str(&format!(
+    text.push(format!(
         "\nabout {:.2} s on {} threads, at most {} of memory, {} of results\n",
         forecast.wall_seconds,
         forecast.threads,

@@ -6,6 +6,7 @@ use clap::Args;
 use tyrewave::counters::{Timing, Watch};
 use tyrewave::results::pending_file::PendingFile;
 use tyrewave::results::profile_table::cost_table;
+use tyrewave::results::table::Report;
 use tyrewave::results::trace::{chrome_trace, folded_stacks};
 use tyrewave::run::RunReport;
 
@@ -58,11 +59,11 @@ impl ProfileOptions {
 }
 
 impl PendingProfile {
-    /// Completes the files; returns the table, empty where none is wanted.
+    /// Completes the files; returns the tables, where they are wanted.
     ///
     /// # Errors
     /// Of the files.
-    pub fn complete(self, report: &RunReport) -> Result<String, CliError> {
+    pub fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
         if let Some(trace) = report.meter.trace() {
             if let Some((path, file)) = self.trace {
                 file.complete(&chrome_trace(trace, &report.summary.title, &path)?)?;
@@ -71,6 +72,6 @@ impl PendingProfile {
                 file.complete(&folded_stacks(trace))?;
             }
         }
-        Ok(if self.profile { cost_table(&report.summary.cost) } else { String::new() })
+        Ok(self.profile.then(|| cost_table(&report.summary.cost)))
     }
 }

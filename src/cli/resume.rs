@@ -6,43 +6,40 @@ use clap::Args;
 use tyrewave::run;
 
 use super::profiling::ProfileOptions;
-use super::run::print_report;
+use super::run::end;
 use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-While a run goes on it stands in RESULTS.partial-NUMBER, with a checkpoint of its state every minute (outputs.checkpoint_interval in the scene, in seconds; 0 for \
-none but at an interruption). Ctrl-C and SIGTERM write one more and keep everything as RESULTS.partial; a killed process, a power cut or a full disk leaves the last one. The \
+While a run goes on it stands in RESULTS.partial-NUMBER, with a checkpoint of its state every minute \
+(outputs.checkpoint_interval in the scene, in seconds; 0 for none but at an interruption). Ctrl-C and SIGTERM write one \
+more and keep everything as RESULTS.partial; a killed process, a power cut or a full disk leaves the last one. The \
 results are the same bytes as if the run had never stopped, on any number of threads.
 
-RESULTS is the folder that the run would have written to, or the unfinished one itself where there are several. The scene is kept with it: its file is not needed, but a \
-measured road's is. Refused are a checkpoint of another version of tyrewave or another scene, a damaged one, a road file that has changed, and a run that is still going on.
+RESULTS is the folder that the run would have written to, or the unfinished one itself where there are several. The \
+scene is kept with it: its file is not needed, but a measured road's is. Refused are a checkpoint of another version of \
+tyrewave or another scene, a damaged one, a road file that has changed, and a run that is still going on.
 
 Examples:
   tyrewave resume results/default
   tyrewave resume results/default.partial --threads 1";
 
-/// Arguments of `tyrewave resume`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ResumeArguments {
     /// Results folder of the run, or the folder of the unfinished run itself.
     #[arg(value_name = "RESULTS")]
-    pub results: PathBuf,
-    /// What is shown of its cost.
+    results: PathBuf,
     #[command(flatten)]
-    pub profile: ProfileOptions,
+    profile: ProfileOptions,
 }
 
 impl ResumeArguments {
     /// Goes on with the run and says where the results are.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
         let (stop, mut progress) = (context.interrupt.flag(), context.progress());
         let report = run::resume_watched(&self.results, context.threads, watch, stop, &mut progress)?;
         drop(progress);
-        print_report(&report, context, &profile.complete(&report)?)
+        end(&report, context, profile.complete(&report)?)
     }
 }

@@ -5,72 +5,57 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ndarray::ArrayView2;
 use serde_json::json;
-use tyrewave::counters::{Meter, Stage};
+use tyrewave::counters::Stage;
 use tyrewave::plan::Decisions;
 use tyrewave::results::plots::RoadMap;
-use tyrewave::results::summary::Cost;
-use tyrewave::results::table::{aligned, words};
-use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::results::table::{Report, aligned, words};
 use tyrewave::road::{RoadDescription, describe};
 use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 use tyrewave::study::sweep::{Axes, variants};
 
-use super::{CliError, Context, side_folder};
+use super::side::{Place, Side};
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest frequency that the road can excite at \
-the scene's speed. Drawn: its heights, in colours.
+Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \
+frequency that the road can excite at the scene's speed. Drawn: its heights, in colours.
 
 Examples:
   tyrewave road scenes/default.toml
   tyrewave road station.dat
   tyrewave road scenes/default.toml --out road";
 
-/// Arguments of `tyrewave road`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RoadArguments {
     /// The scene; its road, contact width and speed count. Or a road file (.dat, .csv, .crg), seen by the default
     /// scene.
-    pub scene: PathBuf,
+    scene: PathBuf,
     /// Folder for the picture; default: results/NAME-road, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+    out: Option<PathBuf>,
 }
 
 impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json` and `road.svg`.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = road_scene(&self.scene)?;
-        let scene = &loaded.scene;
-        let begin = std::time::Instant::now();
-        let mut meter = Meter::default();
-        let description = meter
-            .time(Stage::Road, || {
-                describe(
-                    &scene.road,
-                    road_lattice(scene, &Decisions::new(scene))?,
-                    scene.rolling.speed(),
-                    road_limits(scene),
-                )
-            })
-            .map_err(|error| in_scene(&loaded, error))?;
-        let title = loaded.title();
-        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "road"));
-        let folder = ResultsFolder::create(&target)?;
-        let sample = &description.sample;
+        let Self { scene, out } = self;
+        let mut side = Side::new(road_scene(&scene)?, Place { scene, out }.target("road"))?;
+        let scene = &side.loaded.scene;
+        let read = || {
+            let lattice = road_lattice(scene, &Decisions::new(scene))?;
+            describe(&scene.road, lattice, scene.rolling.speed(), road_limits(scene))
+        };
+        let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
+        let sample = &road.sample;
         if let Ok(heights) = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights) {
-            let map = RoadMap { title: &title, heights, start: sample.start, dx: sample.dx, dy: sample.dy };
-            folder.write_text("road.svg", &map.to_svg()?)?;
+            let title = &side.loaded.title();
+            let map = RoadMap { title, heights, start: sample.start, dx: sample.dx, dy: sample.dy };
+            side.picture("road.svg", map.to_svg())?;
         }
-        folder.write_text("road.json", &format!("{:#}\n", json!(description)))?;
-        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun(&title, loaded.settings()?, cost))?;
-        context.answer(&description_text(&description), &place)
+        side.file("road.json", format!("{:#}\n", json!(road)));
+        side.finish(context, &report(&road))
     }
 }
 
@@ -85,7 +70,7 @@ fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
     Ok(made.swap_remove(0).loaded)
 }
 
-fn description_text(road: &RoadDescription) -> String {
+fn report(road: &RoadDescription) -> Report {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let mut row = |name: &str, value: String| rows.push([name.to_owned(), value]);
     let millimetres = |length: f64| format!("{:.3} mm", 1e3 * length);
@@ -121,16 +106,14 @@ fn description_text(road: &RoadDescription) -> String {
             hertz(road.highest_frequency_of_road)
         ),
     );
-    let levels: Vec<_> = road
-        .levels
-        .iter()
-        .map(|level| [format!("{:.2}", 1e3 * level.wavelength), format!("{:.1}", level.level)])
-        .collect();
-    let levels = if levels.is_empty() {
-        String::new()
-    } else {
-        format!("\n{}", aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &levels))
-    };
-    let notes: String = road.report.notes.iter().map(|note| format!("note: {note}\n")).collect();
-    format!("{}{levels}\n{notes}", words(&[""; 0], &rows))
+    let mut report = Report::default();
+    report.push(words(&[""; 0], &rows));
+    if !road.levels.is_empty() {
+        let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), format!("{:.1}", at.level)]);
+        report.push("\n");
+        report.push(aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &level.collect::<Vec<_>>()));
+    }
+    report.push("\n");
+    road.report.notes.iter().for_each(|note| report.push(format!("note: {note}\n")));
+    report
 }

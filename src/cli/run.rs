@@ -6,17 +6,20 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use tyrewave::plan::bytes;
 use tyrewave::results::summary::RollingResistance;
+use tyrewave::results::table::Report;
 use tyrewave::run::{self, RunOptions, RunReport};
 use tyrewave::scene::Scene;
 
+use super::context::print_report;
 use super::profiling::ProfileOptions;
-use super::{CliError, Context, print};
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, patch_element.npy (plain NumPy \
-arrays, warm-up included), spectra.csv (third-octave levels) and plots in SVG.
+Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, \
+patch_element.npy (plain NumPy arrays, warm-up included), spectra.csv (third-octave levels) and plots in SVG.
 
-An existing results folder is replaced when the run is complete, not before; a folder that holds anything else is left alone. A run that was interrupted or killed goes on with `tyrewave resume RESULTS`.
+An existing results folder is replaced when the run is complete, not before; a folder that holds anything else is left \
+alone. A run that was interrupted or killed goes on with `tyrewave resume RESULTS`.
 
 Examples:
   tyrewave run scenes/default.toml                    results in results/default
@@ -25,25 +28,20 @@ Examples:
   tyrewave run scenes/default.toml --trace trace.json --folded stacks.txt
                                                       and when: for Perfetto, and for flame graphs";
 
-/// Arguments of `tyrewave run`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RunArguments {
     /// The scene, a TOML file.
-    pub scene: PathBuf,
+    scene: PathBuf,
     /// Results folder; default: results/NAME, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
-    /// What is shown of its cost.
+    out: Option<PathBuf>,
     #[command(flatten)]
-    pub profile: ProfileOptions,
+    profile: ProfileOptions,
 }
 
 impl RunArguments {
     /// Runs the scene and says where the results are.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = Scene::load(&self.scene)?;
         let options = RunOptions { target: self.results_folder(), threads: context.threads };
@@ -51,29 +49,35 @@ impl RunArguments {
         let mut progress = context.progress();
         let report = run::run_watched(&loaded, &options, watch, context.interrupt.flag(), &mut progress)?;
         drop(progress);
-        print_report(&report, context, &profile.complete(&report)?)
+        end(&report, context, profile.complete(&report)?)
     }
 
     /// Where the results go.
-    pub fn results_folder(&self) -> PathBuf {
+    fn results_folder(&self) -> PathBuf {
         self.out
             .clone()
             .unwrap_or_else(|| Path::new("results").join(self.scene.file_stem().unwrap_or(OsStr::new("scene"))))
     }
 }
 
-/// Says how a run went, and what it cost if `profile` says anything; a load that it missed is its error.
-pub(super) fn print_report(report: &RunReport, context: &Context, profile: &str) -> Result<(), CliError> {
-    let mut text = if context.options.quiet { String::new() } else { report_text(report) };
-    if !profile.is_empty() {
-        text.push('\n');
-        text.push_str(profile);
+/// Says how a run went, and what it cost if there are tables of that; a load that it missed is its error.
+pub fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
+    let mut told = Report::default();
+    if !context.options.quiet {
+        told.push(report_text(report));
     }
-    print(&text)?;
-    match report.summary.outcome.load {
-        Some(load) if !load.met => Err(CliError::MissedLoad { folder: report.folder.clone(), load }),
-        _ => Ok(()),
+    if let Some(costs) = costs {
+        told.push("\n");
+        told.append(costs);
     }
+    print_report(&told)?;
+    let Some(load) = report.summary.outcome.load.filter(|load| !load.met) else { return Ok(()) };
+    Err(CliError::Failed(format!(
+        "{load}; the results are in {}; a longer warm_up corrects the height more exactly, a longer duration averages \
+         more, and `tolerance = {}` in rolling.axle allows it",
+        report.folder.display(),
+        (1.2e3 * load.relative_error.abs()).ceil() / 1e3
+    )))
 }
 
 /// The few lines that a run ends with.

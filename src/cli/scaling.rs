@@ -1,6 +1,5 @@
 //! `tyrewave profile scaling`: cost against size and threads, as table, JSON and picture.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,9 +8,9 @@ use tyrewave::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
-use tyrewave::results::table::aligned;
+use tyrewave::results::table::{Report, aligned};
 
-use super::{CliError, Context, print};
+use super::{CliError, Context};
 
 /// Cores that the limit is stated for.
 const WORKSTATION: usize = 64;
@@ -41,14 +40,15 @@ impl ScalingArguments {
         let _ = std::fs::remove_dir_all(&scratch);
         bar.finish_and_clear();
         let scaling = measured?;
-        let text = text(&scaling);
+        let mut text = text(&scaling);
         let folder = ResultsFolder::create(&self.out)?;
-        folder.write_text("scaling.txt", &text)?;
+        folder.write_text("scaling.txt", &text.to_string())?;
         folder.write_text("scaling.json", &(serde_json::to_string_pretty(&scaling).unwrap_or_default() + "\n"))?;
         folder.write_text("scaling.svg", &plot(&scaling)?)?;
         let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun("Scaling", serde_json::Value::Null, cost))?;
-        print(&format!("{text}\nresults in {}\n", place.display()))
+        text.push("\n");
+        context.answer(&text, &place)
     }
 }
 
@@ -62,7 +62,7 @@ fn time(seconds: f64) -> String {
     }
 }
 
-fn text(scaling: &Scaling) -> String {
+fn text(scaling: &Scaling) -> Report {
     let row = |ladder: &Ladder| {
         let exponent = |found: Option<f64>| found.map_or(String::new(), |exponent| format!("{exponent:.2}"));
         let ends = |of: &dyn Fn(usize) -> String| match ladder.rungs.len() {
@@ -82,7 +82,8 @@ fn text(scaling: &Scaling) -> String {
     };
     let rows: Vec<[String; 8]> = scaling.ladders.iter().map(row).collect();
     let header = ["size", "cost", "from - to", "time", "exponent", "of the work", "expected", "why"];
-    let mut text = aligned(&header, &rows);
+    let mut text = Report::default();
+    text.push(aligned(&header, &rows));
     let row = |ladder: &ThreadLadder| {
         let rung = |((threads, seconds), speedup): (&(usize, f64), f64)| {
             format!("{threads}: {} ({speedup:.2}, efficiency {:.2})", time(*seconds), speedup / *threads as f64)
@@ -97,7 +98,8 @@ fn text(scaling: &Scaling) -> String {
     };
     let rows: Vec<[String; 4]> = scaling.threads.iter().map(row).collect();
     let header = ["elements", "threads: time of the steps (times faster)", "stays on one core", "at most, on 64 cores"];
-    let _ = write!(text, "\n{}", aligned(&header, &rows));
+    text.push("\n");
+    text.push(aligned(&header, &rows));
     text
 }
 

@@ -6,99 +6,94 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tyrewave::road::slices::{SliceBuilder, SliceScratch};
 
-use super::heights::{HeightsError, poisson_ratio, positive, read_row};
-use super::{CliError, print};
+use super::CliError;
+use super::context::print;
+use super::heights::Heights;
+use super::options::{finite, poisson_ratio, positive};
 
 const EXAMPLES: &str = "\
-Printed as JSON: indentation [m] past the highest point; S [m], the mean displacement normalised by the flat slice on the same grid (S = y for a \
-flat slice; below 0 the gap itself); pressure [Pa] on each cell for Young's modulus 1 Pa. The springs of the winkler law are given the stiffness \
-of the flat slice on the half-space, so that both laws press a flat slice equally hard.
+Printed as JSON: indentation [m] past the highest point; S [m], the mean displacement normalised by the flat slice on \
+the same grid (S = y for a flat slice; below 0 the gap itself); pressure [Pa] on each cell for Young's modulus 1 Pa. \
+The springs of the winkler law are given the stiffness of the flat slice on the half-space, so that both laws press a \
+flat slice equally hard.
 
 Examples:
   tyrewave slice --heights across.npy --dx 0.0038 --dy 0.002 --law half-space --at 0.0005,0.001,0.002
   tyrewave slice --heights across.npy --dx 0.0038 --dy 0.002 --law winkler --poisson 0.5 --at 1e-3";
 
 /// Slice laws that can be asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SliceLaw {
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SliceLaw {
     /// Independent springs across the width.
     Winkler,
     /// Elastic half-space.
     HalfSpace,
 }
 
-/// Arguments of `tyrewave slice`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
+#[command(allow_negative_numbers = true)]
 pub struct SliceArguments {
     /// Heights across the slice, in m: a one-dimensional .npy array.
     #[arg(long, value_name = "FILE.npy")]
-    pub heights: PathBuf,
+    heights: PathBuf,
     /// Length of the cells along the road, in m.
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    pub dx: f64,
+    #[arg(long, value_name = "M", value_parser = positive)]
+    dx: f64,
     /// Width of the cells across the road, in m.
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    pub dy: f64,
+    #[arg(long, value_name = "M", value_parser = positive)]
+    dy: f64,
     /// How the slice deforms the tread.
     #[arg(long)]
-    pub law: SliceLaw,
+    law: SliceLaw,
     /// Poisson's ratio; it scales the pressures only.
-    #[arg(long, value_name = "P", default_value_t = 0.49, allow_negative_numbers = true)]
-    pub poisson: f64,
+    #[arg(long, value_name = "P", default_value = "0.49", value_parser = poisson_ratio)]
+    poisson: f64,
     /// Indentations past the highest point in m, separated by commas.
-    #[arg(long, value_name = "Y1,Y2,...", value_delimiter = ',', required = true, allow_hyphen_values = true)]
-    pub at: Vec<f64>,
+    #[arg(
+        long,
+        value_name = "Y1,Y2,...",
+        value_delimiter = ',',
+        required = true,
+        allow_hyphen_values = true,
+        value_parser = finite
+    )]
+    at: Vec<f64>,
 }
 
 /// What `tyrewave slice` answers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SliceAnswer {
+#[derive(Clone, Debug, Serialize)]
+struct SliceAnswer {
     /// Indentations past the highest point \[m\].
-    pub indentation: Vec<f64>,
+    indentation: Vec<f64>,
     /// S \[m\] at each.
     #[serde(rename = "S")]
-    pub displacement: Vec<f64>,
+    displacement: Vec<f64>,
     /// Pressure \[Pa\] for E = 1 Pa: one row per indentation, one column per cell.
-    pub pressure: Vec<Vec<f64>>,
+    pressure: Vec<Vec<f64>>,
 }
 
 impl SliceArguments {
     /// Prints the answer.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self) -> Result<(), CliError> {
         let answer = self.answer()?;
         print(&format!("{:#}\n", serde_json::json!(answer)))
     }
 
-    /// Computes the answer.
-    ///
-    /// # Errors
-    /// [`CliError::Heights`] for what is wrong with the file or the options, [`CliError::Slice`] for holes.
-    pub fn answer(&self) -> Result<SliceAnswer, CliError> {
-        let (dx, dy) = (positive("--dx", self.dx)?, positive("--dy", self.dy)?);
-        let poisson = poisson_ratio(self.poisson)?;
-        if let Some(&value) = self.at.iter().find(|value| !value.is_finite()) {
-            return Err(HeightsError::Value { option: "--at", value, wanted: "must be finite" }.into());
-        }
-        let row = read_row(&self.heights)?;
-        row.check_unit(&self.heights, dx, dy)?;
-        let columns = row.columns;
-        let builder = match self.law {
+    fn answer(self) -> Result<SliceAnswer, CliError> {
+        let Self { heights, dx, dy, law, poisson, at } = self;
+        let Heights { values, columns, .. } = Heights::read_row(&heights, [dx, dy])?;
+        let builder = match law {
             SliceLaw::Winkler => SliceBuilder::winkler(columns)?,
             SliceLaw::HalfSpace => SliceBuilder::half_space(columns, dx, dy)?,
         };
         let mut scratch = SliceScratch::default();
-        let (curve, pressures) = builder.build_with_pressures(&row.values, dx, dy, &self.at, &mut scratch)?;
+        let (curve, mut pressure) = builder.build_with_pressures(&values, dx, dy, &at, &mut scratch)?;
         // Pressures come per unit of E/(1 - nu^2).
         let modulus = 1.0 / (1.0 - poisson * poisson);
-        Ok(SliceAnswer {
-            indentation: self.at.clone(),
-            displacement: self.at.iter().map(|&y| curve.displacement_at(y)).collect(),
-            pressure: pressures.into_iter().map(|row| row.into_iter().map(|p| p * modulus).collect()).collect(),
-        })
+        pressure.iter_mut().flatten().for_each(|pressure| *pressure *= modulus);
+        let displacement = at.iter().map(|&y| curve.displacement_at(y)).collect();
+        Ok(SliceAnswer { indentation: at, displacement, pressure })
     }
 }
 
@@ -112,6 +107,7 @@ mod tests {
     use super::super::{Command, CommandLine};
     use super::*;
     use tyrewave::road::slices::SliceError;
+    use tyrewave::run::RunError;
 
     fn write(path: &Path, heights: &[f64]) {
         let mut bytes = Vec::new();
@@ -156,12 +152,19 @@ mod tests {
             spike[15] = 5e-3;
             assert!(answer(&spike, law, &[1e-3]).unwrap().displacement[0] < 3e-4);
             spike[7] = f64::NAN;
-            assert!(matches!(answer(&spike, law, &[1e-3]), Err(CliError::Slice(SliceError::Hole { cell: 7, .. }))));
+            assert!(matches!(
+                answer(&spike, law, &[1e-3]),
+                Err(CliError::Run(RunError::Slices(SliceError::Hole { cell: 7, .. })))
+            ));
             let millimetres: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.7).sin()).collect();
             let refused = answer(&millimetres, law, &[1e-3]).unwrap_err();
             assert!(refused.to_string().contains("millimetres"), "{refused}");
         }
-        assert!(matches!(answer(&[0.0, 1e-3], SliceLaw::Winkler, &[f64::NAN]), Err(CliError::Heights(_))));
+        for line in ["--at nan", "--at 1e-3 --dx 0", "--at 1e-3 --poisson 0.6", "--at 1e-3 --dx -1"] {
+            let line = format!("tyrewave slice --heights z.npy --dy 1e-3 --law winkler {line}");
+            let line = if line.contains("--dx") { line } else { format!("{line} --dx 1e-3") };
+            assert_eq!(CommandLine::try_parse_from(line.split(' ')).unwrap_err().exit_code(), 2, "{line}");
+        }
     }
 
     #[test]

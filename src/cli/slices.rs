@@ -1,26 +1,29 @@
-//! `tyrewave slices`: one slice of a scene's road by both laws, and the spread over the road.
-
-use std::path::PathBuf;
+//! `tyrewave slices`: one slice of a scene's road by both laws, the spread over the road, and with `--calibrate` what
+//! pressing patches of the road says about the local contact law.
 
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
-use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::contact::local_compliance::calibrate::Fit;
+use tyrewave::contact::local_compliance::{self, Calibration, CalibrationError};
+use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::Decisions;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::summary::Cost;
-use tyrewave::results::{ResultsFolder, Summary};
+use tyrewave::results::table::{Report, aligned, numbers};
 use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
 use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use tyrewave::road::{Lattice, RoadSurface};
 use tyrewave::run::prepare::{in_scene, road_lattice, road_limits, slice_builder};
-use tyrewave::scene::{LoadedScene, Scene, Slices};
+use tyrewave::scene::{LoadedScene, Slices};
 
-use super::{CliError, Context, calibrate, side_folder};
+use super::side::{Place, Side};
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the pressure under them on an elastic half-space, and the \
-displacement S(y) and stiffness s(y) by both laws. Printed: the spread of S over the road, and the share of the area in contact.
+Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the \
+pressure under them on an elastic half-space, and the displacement S(y) and stiffness s(y) by both laws. Printed: the \
+spread of S over the road, and the share of the area in contact; also in slices.json. Of the scene its road, contact \
+width and elements count.
 
 With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the local contact \
 law's one parameter, the tread's yielding to the texture under a mean pressure, is fitted: by the approach of road and \
@@ -35,28 +38,26 @@ Examples:
 const LEVELS: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
 /// Points of a drawn curve.
 const POINTS: usize = 200;
+/// The laws side by side.
+const LAWS: [(Slices, &str); 2] = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
 
-/// Arguments of `tyrewave slices`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SlicesArguments {
-    /// The scene; its road, contact width and elements count.
-    pub scene: PathBuf,
+    #[command(flatten)]
+    place: Place,
     /// Road coordinate of the slice that is drawn, in m.
     #[arg(long, value_name = "X", default_value_t = 0.5, allow_negative_numbers = true)]
-    pub at: f64,
+    at: f64,
     /// Number of slices that the statistics cover, from the drawn one on.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub slices: u32,
+    slices: u32,
     /// Fit the compliance of the local contact law to patches of the road pressed into a half-space.
     #[arg(long)]
-    pub calibrate: bool,
+    calibrate: bool,
     /// Most patches that are pressed; a road that ends may hold fewer.
     #[arg(long, value_name = "N", default_value_t = 8, requires = "calibrate", value_parser = patch_count())]
-    pub patches: u32,
-    /// Folder for the pictures and slices.json; default: results/NAME-slices, NAME being the scene's.
-    #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+    patches: u32,
 }
 
 /// As many patches as anybody wants to wait for.
@@ -90,66 +91,59 @@ struct Sample {
 
 impl SlicesArguments {
     /// Computes, draws and tabulates.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
-        let begin = std::time::Instant::now();
-        let mut meter = Meter::default();
-        let sample = meter.time(Stage::Road, || self.sample(&loaded))?;
-        let laws = [Slices::Winkler, Slices::HalfSpace];
-        let curves = meter.time(Stage::Slices, || -> Result<_, CliError> {
-            let tolerance = loaded.scene.contact.slice_tolerance;
-            let build = |law| {
-                let builder = slice_builder(law, sample.lattice)?.with_tolerance(tolerance)?;
-                Ok::<_, CliError>(builder.build_rows(&sample.heights)?)
-            };
-            Ok([build(laws[0])?, build(laws[1])?])
-        })?;
-        let errors =
-            [0, 1].map(|law: usize| curves[law].iter().fold(0.0_f64, |largest, curve| largest.max(curve.error)));
-        meter.count(Counter::Slices, 2 * curves[0].len() as u64);
-        let depths = depths(&sample);
-        let spread = spread(&curves, &depths);
-        let calibration = if self.calibrate { calibrate::calibration(&loaded, self.patches as usize)? } else { None };
-        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "slices"));
-        let folder = ResultsFolder::create(&target)?;
-        let title = loaded.title();
-        draw(&folder, &title, &sample, [&curves[0][0], &curves[1][0]])?;
+        let Self { place, at, slices, calibrate, patches } = self;
+        let mut side = place.open("slices")?;
+        let loaded = &side.loaded;
+        let sample = side.meter.time(Stage::Road, || sample(loaded, at, slices))?;
+        let tolerance = loaded.scene.contact.slice_tolerance;
+        let build = |law| -> Result<Vec<StiffnessCurve>, CliError> {
+            let builder = slice_builder(law, sample.lattice)?.with_tolerance(tolerance)?;
+            Ok(builder.build_rows(&sample.heights)?)
+        };
+        let build = || Ok::<_, CliError>([build(LAWS[0].0)?, build(LAWS[1].0)?]);
+        let curves = side.meter.time(Stage::Slices, build)?;
+        let largest = |curves: &Vec<StiffnessCurve>| curves.iter().fold(0.0_f64, |error, curve| error.max(curve.error));
+        let errors = [largest(&curves[0]), largest(&curves[1])];
+        let count = curves[0].len();
+        side.meter.count(Counter::Slices, 2 * count as u64);
+        let spread = spread(&curves, &depths(&sample));
         let mut answer = json!({
             "road_coordinate": sample.first as f64 * sample.lattice.dx,
             "lattice": sample.lattice,
-            "slices": curves[0].len(),
+            "slices": count,
             "slice_error": errors,
             "spread": spread,
         });
-        if self.calibrate {
+        let mut report = spread_report(&spread, count, errors);
+        if calibrate {
+            let calibration = calibration(loaded, patches as usize)?;
             answer["calibration"] = json!(calibration);
+            match &calibration {
+                Some(found) => report.append(calibration_report(found)),
+                None => report.push("the road has no texture: nothing to calibrate\n"),
+            }
         }
-        folder.write_text("slices.json", &format!("{answer:#}\n"))?;
-        let cost = Cost::new(&meter, begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun(&title, loaded.settings()?, cost))?;
-        let calibrated = if self.calibrate { calibrate::text(calibration.as_ref()) } else { String::new() };
-        let spread = table(&spread, curves[0].len(), errors);
-        context.answer(&format!("{spread}{calibrated}"), &place)
+        draw(&mut side, &sample, [&curves[0][0], &curves[1][0]])?;
+        side.file("slices.json", format!("{answer:#}\n"));
+        side.finish(context, &report)
     }
+}
 
-    fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {
-        let scene = &loaded.scene;
-        let read = || {
-            let lattice = road_lattice(scene, &Decisions::new(scene))?;
-            let dx = lattice.dx;
-            let mut surface = RoadSurface::open(&scene.road, lattice, road_limits(scene))?;
-            let first = (self.at / dx).round() as i64;
-            let there = surface.extent().map_or(i64::MAX, |(_, end)| (end / dx + 1e-6).floor() as i64 - first + 1);
-            let rows = i64::from(self.slices).min(there.max(1)) as usize;
-            let mut heights = vec![0.0; rows * lattice.cells()];
-            surface.heights(first, rows, &mut heights)?;
-            Ok(Sample { lattice, first, heights })
-        };
-        read().map_err(|error| in_scene(loaded, error).into())
-    }
+fn sample(loaded: &LoadedScene, at: f64, slices: u32) -> Result<Sample, CliError> {
+    let scene = &loaded.scene;
+    let read = || {
+        let lattice = road_lattice(scene, &Decisions::new(scene))?;
+        let dx = lattice.dx;
+        let mut surface = RoadSurface::open(&scene.road, lattice, road_limits(scene))?;
+        let first = (at / dx).round() as i64;
+        let there = surface.extent().map_or(i64::MAX, |(_, end)| (end / dx + 1e-6).floor() as i64 - first + 1);
+        let rows = i64::from(slices).min(there.max(1)) as usize;
+        let mut heights = vec![0.0; rows * lattice.cells()];
+        surface.heights(first, rows, &mut heights)?;
+        Ok(Sample { lattice, first, heights })
+    };
+    read().map_err(|error| in_scene(loaded, error).into())
 }
 
 /// Depth of every point under its slice's highest one \[m\], slice by slice.
@@ -196,33 +190,28 @@ fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
     [0.25, 0.5, 1.0, 2.0].map(at).into()
 }
 
-fn table(spread: &[Spread], slices: usize, errors: [f64; 2]) -> String {
+fn spread_report(spread: &[Spread], slices: usize, errors: [f64; 2]) -> Report {
+    let mut report = Report::default();
     if spread.is_empty() {
-        return "the road is flat under every element: S(y) = y by every law\n".into();
+        report.push("the road is flat under every element: S(y) = y by every law\n");
+        return report;
     }
-    let mut text = format!("S(y)/y over {slices} slices, mean and standard deviation\n");
-    text.push_str("     y [mm]   winkler           half-space        rms difference   area in contact\n");
-    for row in spread {
-        text.push_str(&format!(
-            "   {:8.3}   {:.3} +- {:.3}    {:.3} +- {:.3}    {:8.1} %       {:8.1} %\n",
-            1e3 * row.penetration,
-            row.mean[0],
-            row.deviation[0],
-            row.mean[1],
-            row.deviation[1],
-            100.0 * row.difference,
-            100.0 * row.contact_fraction
-        ));
-    }
-    text.push_str(&format!(
-        "largest error of a curve by leaving breakpoints out: {:.2} um, {:.2} um\n",
-        1e6 * errors[0],
-        1e6 * errors[1]
-    ));
-    text
+    report.push(format!("S(y)/y over {slices} slices, mean and standard deviation\n"));
+    let row = |row: &Spread| {
+        let law = |law: usize| format!("{:.3} +- {:.3}", row.mean[law], row.deviation[law]);
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let y = format!("{:.3}", 1e3 * row.penetration);
+        [y, law(0), law(1), percent(row.difference), percent(row.contact_fraction)]
+    };
+    let header = ["y [mm]", LAWS[0].1, LAWS[1].1, "rms difference", "area in contact"];
+    report.push(numbers(&header, &spread.iter().map(row).collect::<Vec<_>>()));
+    let [winkler, half_space] = errors.map(|error| 1e6 * error);
+    report.push(format!("largest error of a curve by leaving breakpoints out: {winkler:.2} um, {half_space:.2} um\n"));
+    report
 }
 
-fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Result<(), CliError> {
+fn draw(side: &mut Side, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Result<(), CliError> {
+    let title = &side.loaded.title();
     let lattice = sample.lattice;
     let slice = &sample.heights[..lattice.cells()];
     let peak = curves[0].peak;
@@ -246,7 +235,7 @@ fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&Stiffnes
     }));
     let heights = series.iter().flat_map(|series| series.points.iter().map(|point| point.1)).collect::<Vec<_>>();
     let plot = LinePlot { title, x: x(), y: Axis::linear_around("Height [mm]", heights), series };
-    folder.write_text("slice_profile.svg", &plot.to_svg()?)?;
+    side.picture("slice_profile.svg", plot.to_svg())?;
 
     let builder = slice_builder(Slices::HalfSpace, lattice)?;
     let (_, pressures) =
@@ -261,22 +250,100 @@ fn draw(folder: &ResultsFolder, title: &str, sample: &Sample, curves: [&Stiffnes
     let highest = pressures.iter().copied().flatten().fold(0.0_f64, |highest, pressure| highest.max(*pressure));
     let y = Axis::linear("Pressure / E* on a half-space [1]", 0.0..1.05 * highest);
     let plot = LinePlot { title, x: x(), y, series };
-    folder.write_text("slice_pressure.svg", &plot.to_svg()?)?;
+    side.picture("slice_pressure.svg", plot.to_svg())?;
 
     let deepest = 1.25 * levels[levels.len() - 1];
     let curve = |value: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         (0..=POINTS).map(|i| deepest * i as f64 / POINTS as f64).map(|y| (1e3 * y, value(y))).collect()
     };
-    let names = ["winkler", "half-space"];
     for (file, quantity, values) in [
         ("slice_displacement.svg", "S(y) [mm]", curves.map(|c| curve(&|y| 1e3 * c.displacement_at(y)))),
         ("slice_stiffness.svg", "Normalised stiffness s(y) [1]", curves.map(|c| curve(&|y| c.stiffness_at(y)))),
     ] {
         let highest = values.iter().flatten().fold(0.0_f64, |top, point| top.max(point.1));
-        let series = names.iter().zip(values).map(|(&name, points)| Series { name, points }).collect();
+        let series = LAWS.iter().zip(values).map(|(&(_, name), points)| Series { name, points }).collect();
         let x = Axis::linear("Penetration y past the highest point [mm]", 0.0..1e3 * deepest);
         let plot = LinePlot { title, x, y: Axis::linear(quantity, 0.0..1.05 * highest), series };
-        folder.write_text(file, &plot.to_svg()?)?;
+        side.picture(file, plot.to_svg())?;
     }
     Ok(())
+}
+
+/// Presses at most `most` patches of a scene's road; `None` for one without texture.
+fn calibration(loaded: &LoadedScene, most: usize) -> Result<Option<Calibration>, CliError> {
+    let scene = &loaded.scene;
+    let (decisions, limits) = (Decisions::new(scene), road_limits(scene));
+    let lattice = road_lattice(scene, &decisions).map_err(|error| in_scene(loaded, error))?;
+    let surface = RoadSurface::open(&scene.road, lattice, limits).map_err(|error| in_scene(loaded, error))?;
+    let tyre = &decisions.tyre;
+    let element = tyre.circumference / scene.numerics.elements as f64;
+    let found = local_compliance::calibrate(tyre, &scene.road, &surface, limits, element, most);
+    found.map_err(|error| match error {
+        CalibrationError::Road(error) => in_scene(loaded, error).into(),
+        CalibrationError::Slices(error) => error.into(),
+        CalibrationError::HalfSpace(error) => error.into(),
+    })
+}
+
+fn calibration_report(found: &Calibration) -> Report {
+    let millimetres = |compliance: f64| format!("{:.2} mm", 1e3 * compliance * found.effective_modulus);
+    let [length, width] = found.size.map(|size| 1e3 * size);
+    let mut report = Report::default();
+    report.push(format!(
+        "\nCompliance of the local contact law: {} patches of {length:.0} by {width:.0} mm, E* = {:.2} MPa, \
+         {} elements each\n",
+        found.patches,
+        1e-6 * found.effective_modulus,
+        found.elements
+    ));
+    let header = ["", "kappa [m/Pa]", "kappa E*", "patch by patch", "rms difference", "of the formula"];
+    let row = |name: &str, fit: &Fit, difference: &dyn Fn(f64) -> String| {
+        let (low, high) =
+            fit.by_patch.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &kappa| (low.min(kappa), high.max(kappa)));
+        [
+            name.to_owned(),
+            format!("{:.3e}", fit.compliance),
+            millimetres(fit.compliance),
+            format!("{} to {}", millimetres(low), millimetres(high)),
+            difference(fit.rms_difference),
+            difference(fit.rms_difference_of_formula),
+        ]
+    };
+    let mut formula = [const { String::new() }; 6];
+    (formula[0], formula[1]) = ("by formula".to_owned(), format!("{:.3e}", found.formula));
+    formula[2] = millimetres(found.formula);
+    let rows = [
+        formula,
+        row("by approach", &found.by_approach, &|difference| format!("{:.3} mm", 1e3 * difference)),
+        row("by line pressure", &found.by_line_pressure, &|difference| format!("{:.1} %", 100.0 * difference)),
+    ];
+    report.push(aligned(&header, &rows));
+    report.push("\n");
+    let header = ["pressure", "contact", "approach", "of the law", "by formula", "line pressures", "by formula"];
+    let rows: Vec<[String; 7]> = found
+        .levels
+        .iter()
+        .map(|level| {
+            let length = |value: f64| format!("{:.3} mm", 1e3 * value);
+            let pair = |which: usize| {
+                let correlation = level.correlation[which].map_or("-".to_owned(), |value| format!("{value:.3}"));
+                format!("{correlation}, {:.0} %", 100.0 * level.rms_difference[which])
+            };
+            [
+                format!("{:.2} MPa", 1e-6 * level.pressure),
+                format!("{:.0} %", 100.0 * level.contact_fraction),
+                length(level.approach),
+                length(level.approach_of_law[0]),
+                length(level.approach_of_law[1]),
+                pair(0),
+                pair(1),
+            ]
+        })
+        .collect();
+    report.push(aligned(&header, &rows));
+    report.push("line pressures: correlation and rms difference, local law against three dimensions\n\n");
+    // The approach is what the law must give in the mean, and patches agree best on it; the pressures hardly tell
+    // compliances apart.
+    report.push(format!("[contact]\nlocal_compliance = {:.3e}\n\n", found.by_approach.compliance));
+    report
 }

@@ -1,24 +1,24 @@
 //! `tyrewave study`: accuracy against time of every knob of a scene.
 
-use std::path::PathBuf;
-
 use clap::Args;
-use tyrewave::counters::Meter;
-use tyrewave::results::folder::ResultsFolder;
-use tyrewave::results::summary::{Cost, Summary};
+use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
+use tyrewave::results::table::{Report, Table, aligned, csv, words};
 use tyrewave::scene::Scene;
-use tyrewave::study::accuracy::presets::{Verdict, verdicts};
-use tyrewave::study::accuracy::{StudyOptions, Sweep, study};
+use tyrewave::study::accuracy::presets::{LARGEST_EXCESS, Verdict, verdicts};
+use tyrewave::study::accuracy::{Joint, Kind, Point, Richardson, Settings, Study, StudyOptions, Sweep, Swept, study};
+use tyrewave::study::trial::{Difference, LOWEST_BAND};
 
 use super::options::positive;
-use super::study_report::{csv, json, picture, text, verdict_table};
-use super::{CliError, Context, side_folder};
+use super::side::Place;
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, poles, cells across, curves; what only the direct history has, where \
-the scene has it. Errors are differences of third-octave levels of the contact force from 100 Hz to fmax, of the force itself, and of its mean and the patch's length. The reference is halved and \
-doubled in turn: errors below the doubt that is left are marked. Laws of tread and slices are listed apart: they are models. Then combinations are chosen by what the single knobs let expect, \
-rolled, and the expectation is corrected. The front is by exact work; times stand beside it.
+Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, \
+poles, cells across, curves; what only the direct history has, where the scene has it. Errors are differences of \
+third-octave levels of the contact force from 100 Hz to fmax, of the force itself, and of its mean and the patch's \
+length. The reference is halved and doubled in turn: errors below the doubt that is left are marked. Laws of tread and \
+slices are listed apart: they are models. Then combinations are chosen by what the single knobs let expect, rolled, \
+and the expectation is corrected. The front is by exact work; times stand beside it.
 
 Results: study.txt, study.csv, study.json, study.svg.
 
@@ -28,48 +28,38 @@ Examples:
   tyrewave study scenes/default.toml --check-presets
   tyrewave study scenes/default.toml --elements 2048 --substeps 8";
 
-/// Arguments of `tyrewave study`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudyArguments {
-    /// The scene, a TOML file.
-    pub scene: PathBuf,
+    #[command(flatten)]
+    place: Place,
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.
     #[arg(long, value_name = "HZ", value_parser = positive)]
-    pub fmax: Option<f64>,
+    fmax: Option<f64>,
     /// Time compared, in s; default: the scene's, at most 1.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
-    pub duration: Option<f64>,
+    duration: Option<f64>,
     /// Combinations of settings that are rolled.
     #[arg(long, value_name = "N", default_value_t = StudyOptions::RUNS as u16)]
-    pub runs: u16,
+    runs: u16,
     /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not
     /// keep its stated error, or is not on the front.
     #[arg(long)]
-    pub check_presets: bool,
+    check_presets: bool,
     /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
-    pub elements: Option<u32>,
+    elements: Option<u32>,
     /// Steps per element of the reference; default: so many that a period of fmax has 48.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..))]
-    pub substeps: Option<u16>,
-    /// Results folder; default: results/NAME-study, NAME being the scene's.
-    #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+    substeps: Option<u16>,
 }
 
 impl StudyArguments {
     /// Studies, writes and prints.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let mut side = self.place.open("study")?;
+        let loaded = &side.loaded;
         loaded.check_time_domain()?;
-        let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "study"));
-        // What cannot be replaced is refused before the long work.
-        drop(ResultsFolder::create(&target)?);
-        let begin = std::time::Instant::now();
         let defaults = StudyOptions::of(&loaded.scene);
         let options = StudyOptions {
             highest: self.fmax.unwrap_or(defaults.highest),
@@ -81,22 +71,265 @@ impl StudyArguments {
             substeps: self.substeps.map(usize::from),
         };
         let mut progress = context.progress();
-        let found = study(&loaded, &options, context.interrupt.flag(), &mut progress)?;
+        let found = study(loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
-        let folder = ResultsFolder::create(&target)?;
         let verdicts = verdicts(&found);
-        let mut text = text(&found, &loaded.scene);
-        text.push_str(&verdict_table(&verdicts));
-        folder.write_text("study.txt", &text)?;
-        folder.write_text("study.csv", &csv(&found))?;
-        folder.write_text("study.json", &json(&found))?;
-        folder.write_text("study.svg", &picture(&found, &loaded.title())?)?;
-        let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun(&loaded.title(), loaded.settings()?, cost))?;
-        context.answer(&format!("{text}\n"), &place)?;
+        let mut report = report(&found, &loaded.scene);
+        report.push("\nPresets:\n");
+        report.push(verdict_table(&verdicts));
+        let picture = picture(&found, &loaded.title()).to_svg();
+        side.file("study.txt", report.to_string());
+        side.file("study.csv", to_csv(&found));
+        side.file("study.json", json(&found));
+        side.picture("study.svg", picture)?;
+        report.push("\n");
+        side.finish(context, &report)?;
         let fails = |verdict: &&Verdict| !(verdict.keeps_its_error() && verdict.is_on_the_front());
-        let failed: Vec<String> =
-            verdicts.iter().filter(fails).map(|verdict| verdict.preset.name().to_owned()).collect();
-        if self.check_presets && !failed.is_empty() { Err(CliError::Presets { failed }) } else { Ok(()) }
+        let failed: Vec<&str> = verdicts.iter().filter(fails).map(|verdict| verdict.preset.name()).collect();
+        if !self.check_presets || failed.is_empty() {
+            return Ok(());
+        }
+        let wrong = "presets that do not keep their stated error or are not on the front";
+        Err(CliError::Failed(format!("{wrong}: {}", failed.join(", "))))
+    }
+}
+
+const HEADER: [&str; 10] = [
+    "",
+    "worst [dB]",
+    "at [Hz]",
+    "rms [dB]",
+    "force",
+    "mean force",
+    "patch",
+    "multiply-adds/s",
+    "march [s/s]",
+    "fit [s]",
+];
+
+/// A number, marked where it is below the doubt.
+fn told(value: f64, doubt: f64, text: String) -> String {
+    if value.abs() < doubt && value != 0.0 { format!("~{text}") } else { text }
+}
+
+fn row(label: String, point: &Point, doubt: &Difference) -> [String; 10] {
+    let Point { difference: found, cost, .. } = point;
+    let fixed = |value: f64, doubt: f64, digits: usize| told(value, doubt, format!("{value:.digits$}"));
+    let small = |value: f64, doubt: f64| told(value, doubt, format!("{value:.1e}"));
+    [
+        label,
+        fixed(found.worst, doubt.worst, 2),
+        if found.worst > 0.0 { format!("{}", found.worst_band) } else { String::new() },
+        fixed(found.rms, doubt.rms, 2),
+        fixed(found.force, doubt.force, 3),
+        small(found.mean_force, doubt.mean_force),
+        small(found.contact_length, doubt.contact_length),
+        format!("{:.2e}", cost.multiply_adds),
+        format!("{:.3}", cost.march),
+        cost.fit.map_or("kept".to_owned(), |fit| format!("{fit:.2}")),
+    ]
+}
+
+/// The tables.
+fn report(study: &Study, scene: &Scene) -> Report {
+    let Study { options, reference, doubt, .. } = study;
+    let mut report = Report::default();
+    report.push(format!(
+        "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held; {} threads\n\
+         reference: {}\n\n\
+         How sure the reference is: the same with a knob halved and doubled, the order that shows, the error that is \
+         left:\n",
+        options.highest,
+        options.duration,
+        study.threads,
+        reference.settings.label(scene)
+    ));
+    let mut refined: Vec<[String; 6]> = Vec::new();
+    for of in &study.refined {
+        let measures = [
+            (of.knob, "worst [dB]", of.worst),
+            ("", "rms [dB]", of.rms),
+            ("", "force", of.force),
+            ("", "mean force", of.mean_force),
+            ("", "patch", of.contact_length),
+        ];
+        refined.extend(measures.map(|(knob, currency, Richardson { coarse, fine, order, error, converges })| {
+            let order = match order {
+                Some(order) if converges => format!("{order:.1}"),
+                Some(order) => format!("{order:.1}, not converged"),
+                None => "exact".to_owned(),
+            };
+            let [coarse, fine, error] = [coarse, fine, error].map(|value| format!("{value:.2e}"));
+            [knob.to_owned(), currency.to_owned(), coarse, fine, order, error]
+        }));
+    }
+    report.push(words(&["", "difference of", "halved", "doubled", "order", "left"], &refined));
+    report.push(format!(
+        "doubt: {:.2} dB worst, {:.2} dB rms, force {:.2e}, mean force {:.1e}, patch {:.1e}; \
+         smaller errors are marked ~\n",
+        doubt.worst, doubt.rms, doubt.force, doubt.mean_force, doubt.contact_length
+    ));
+    for (kind, title) in [
+        (Kind::Error, "Knobs of the discretisation, the rest at the reference"),
+        (Kind::Neighbour, "Settings around the presets"),
+        (Kind::Model, "Laws: another model, not an error"),
+    ] {
+        let knobs: Vec<&Swept> = study.knobs.iter().filter(|knob| knob.kind == kind).collect();
+        if knobs.is_empty() {
+            continue;
+        }
+        let points = knobs.iter().flat_map(|knob| knob.points.iter().map(move |point| (&knob.name, point)));
+        let rows = points.map(|(name, point)| row(format!("{name} {}", point.label), point, doubt));
+        report.push(format!("\n{title}:\n"));
+        report.push(aligned(&HEADER, &rows.collect::<Vec<_>>()));
+        for Swept { name, missing, anchor, .. } in knobs {
+            if let Some(reason) = missing {
+                report.push(format!("{name}: {reason}\n"));
+            }
+            if let Some(anchor) = anchor {
+                report.push(format!("{name}: compared with {}\n", anchor.label(scene)));
+            }
+        }
+    }
+    if !study.joint.is_empty() {
+        let row = |Joint { point, expected, .. }: &Joint| {
+            let worst = point.difference.worst;
+            [
+                point.settings.label(scene),
+                format!("{:.2}", expected.error),
+                told(worst, doubt.worst, format!("{worst:.2}")),
+                format!("{:.2e}", expected.multiply_adds),
+                format!("{:.2e}", point.cost.multiply_adds),
+                format!("{:.3}", point.cost.march),
+            ]
+        };
+        let header = ["", "expected [dB]", "found [dB]", "expected work/s", "found work/s", "march [s/s]"];
+        report.push("\nCombinations, in the order of their choice:\n");
+        report.push(aligned(&header, &study.joint.iter().map(row).collect::<Vec<_>>()));
+    }
+    for (title, points) in [("Settings with a name", &study.named), ("Front, by exact work", &study.front)] {
+        let rows: Vec<[String; 10]> = points.iter().map(|point| row(point.label.clone(), point, doubt)).collect();
+        report.push(format!("\n{title}:\n"));
+        report.push(aligned(&HEADER, &rows));
+        points.iter().for_each(|point| report.push(format!("{}: {}\n", point.label, point.settings.label(scene))));
+    }
+    report
+}
+
+/// What the presets state and what was found.
+fn verdict_table(verdicts: &[Verdict]) -> Table {
+    let row = |verdict: &Verdict| {
+        let words = match (verdict.keeps_its_error(), verdict.is_on_the_front()) {
+            (true, true) => "holds".to_owned(),
+            (false, _) => "does not keep its error".to_owned(),
+            (true, false) => format!("more than {LARGEST_EXCESS} times the front's work"),
+        };
+        let Verdict { preset, stated, found, excess } = verdict;
+        [preset.name().to_owned(), format!("{stated:.2}"), format!("{found:.2}"), format!("{excess:.2}"), words]
+    };
+    let rows: Vec<[String; 5]> = verdicts.iter().map(row).collect();
+    aligned(&["", "stated [dB]", "found [dB]", "work / front's", ""], &rows)
+}
+
+/// Columns of `study.csv`.
+const COLUMNS: [&str; 21] = [
+    "group",
+    "point",
+    "elements",
+    "substeps",
+    "time_rule",
+    "pole_tolerance",
+    "cells_across",
+    "slice_tolerance_m",
+    "worst_db",
+    "worst_band_hz",
+    "rms_db",
+    "force",
+    "mean_force",
+    "contact_length",
+    "multiply_adds_per_s",
+    "compliance_evaluations",
+    "march_s_per_s",
+    "road_s_per_s",
+    "fit_s",
+    "expected_db",
+    "on_front",
+];
+
+/// All points, one a line.
+fn to_csv(study: &Study) -> String {
+    let row = |group: &str, point: &Point, expected: Option<f64>| {
+        let Point { label, settings, difference: found, cost } = point;
+        let Settings { numerics, contact, .. } = settings;
+        let option = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        [
+            group.to_owned(),
+            label.clone(),
+            numerics.elements.to_string(),
+            numerics.substeps.to_string(),
+            numerics.time_rule.name().to_owned(),
+            numerics.pole_tolerance.to_string(),
+            option(contact.cells_across.map(|points| points as f64)),
+            contact.slice_tolerance.to_string(),
+            found.worst.to_string(),
+            found.worst_band.to_string(),
+            found.rms.to_string(),
+            found.force.to_string(),
+            found.mean_force.to_string(),
+            found.contact_length.to_string(),
+            cost.multiply_adds.to_string(),
+            cost.compliance_evaluations.to_string(),
+            cost.march.to_string(),
+            cost.road.to_string(),
+            option(cost.fit),
+            option(expected),
+            study.front.contains(point).to_string(),
+        ]
+    };
+    let swept = study.knobs.iter().flat_map(|knob| knob.points.iter().map(|point| row(&knob.name, point, None)));
+    let joint = study.joint.iter().map(|joint| row("combination", &joint.point, Some(joint.expected.error)));
+    let named = study.named.iter().map(|point| row("named", point, None));
+    let first = [COLUMNS.map(str::to_owned), row("reference", &study.reference, None)];
+    csv(first.into_iter().chain(swept).chain(joint).chain(named))
+}
+
+/// Everything, for programs.
+fn json(study: &Study) -> String {
+    format!("{:#}\n", serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "study": study }))
+}
+
+/// How far below the doubt the picture reaches.
+const BELOW_DOUBT: f64 = 0.1;
+
+/// Errors against work and against time.
+fn picture<'a>(study: &'a Study, title: &'a str) -> WorkPrecisionPlot<'a> {
+    let drawn = |knob: &&Swept| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty();
+    let drawn: Vec<&Swept> = study.knobs.iter().filter(drawn).collect();
+    let close = || study.knobs.iter().filter(|knob| knob.kind == Kind::Neighbour).flat_map(|knob| &knob.points);
+    let largest = study.points().map(|point| point.difference.worst).fold(0.0, f64::max);
+    let error = Axis::logarithmic(
+        "Largest error of a third octave [dB]",
+        (BELOW_DOUBT * study.doubt.worst).max(1e-3 * largest)..1.3 * largest,
+    );
+    let panel = |title: &str, cost: fn(&Point) -> f64| {
+        let at = |point: &Point| (cost(point), point.difference.worst);
+        let costs = study.points().map(cost).filter(|cost| *cost > 0.0);
+        WorkPrecisionPanel {
+            cost: Axis::logarithmic_around(title, costs, [0.75, 1.35]),
+            knobs: drawn.iter().map(|knob| knob.points.iter().map(at).collect()).collect(),
+            points: study.joint.iter().map(|joint| &joint.point).chain(close()).map(at).collect(),
+            front: study.front.iter().map(at).collect(),
+            marks: study.named.iter().map(|point| Mark { name: &point.label, at: at(point) }).collect(),
+        }
+    };
+    WorkPrecisionPlot {
+        title,
+        error,
+        knobs: drawn.iter().map(|knob| knob.name.as_str()).collect(),
+        doubt: study.doubt.worst,
+        panels: vec![
+            panel("Multiply-adds in a second rolled", |point| point.cost.multiply_adds),
+            panel("Time of the march for a second rolled [s]", |point| point.cost.march),
+        ],
     }
 }

@@ -1,31 +1,36 @@
 //! `tyrewave sweep`: one scene at many speeds, loads and roads.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tyrewave::response::BandLevel;
 use tyrewave::results::ResultsError;
 use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::summary::SUMMARY_FILE;
+use tyrewave::results::table::Report;
+use tyrewave::run::RunError;
 use tyrewave::scene::Scene;
 use tyrewave::study::sweep::table::{csv, growth_plot};
-use tyrewave::study::sweep::{Axes, Outcome, SweepBlock, SweepWatch, Variant, blocks, sweep, variants};
+use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
+use super::context::{print, print_report};
 use super::options::positive;
-use super::{CliError, Context, print, side_folder};
+use super::side::Place;
+use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
-Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. Several run at a time, on no more threads than \
---threads allows; the tyre's influence functions are fitted once. Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
+Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. \
+Several run at a time, on no more threads than --threads allows; the tyre's influence functions are fitted once. \
+Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
 they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
-misses, and the rolling resistance; growth.svg and levels.svg.
+misses, and the rolling resistance; growth.svg and levels.svg. A variant that missed its load by more than the axle's \
+tolerance is marked with a star, and the exit code is 1.
 
-The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from their checkpoint. A variant is another one when its scene, the \
-version of tyrewave or its road file has changed.
+The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
+their checkpoint. A variant is another one when its scene, the version of tyrewave or its road file has changed.
 
-A road is a file: a profile (.dat, .csv) or OpenCRG (.crg) takes the place of the scene's road, whose other keys stay if it is of the same kind; a .toml file holds \
-the keys of a whole [road].
+A road is a file: a profile (.dat, .csv) or OpenCRG (.crg) takes the place of the scene's road, whose other keys stay \
+if it is of the same kind; a .toml file holds the keys of a whole [road].
 
 Examples:
   tyrewave sweep scenes/default.toml --speed 50..130:10
@@ -35,29 +40,25 @@ Examples:
 /// Most values that a range may stand for; a slip of the finger must not start a million runs.
 const MOST_VALUES: usize = 1000;
 
-/// Arguments of `tyrewave sweep`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SweepArguments {
-    /// The scene, a TOML file.
-    pub scene: PathBuf,
+    #[command(flatten)]
+    place: Place,
     /// Speeds in km/h: FROM..TO:STEP, both ends included, or values separated by commas.
     #[arg(long, value_name = "SPEEDS", value_parser = values)]
-    pub speed: Values,
+    speed: Values,
     /// Loads in N, in the same form; default: the scene's axle.
     #[arg(long, value_name = "LOADS", value_parser = values)]
-    pub load: Option<Values>,
+    load: Option<Values>,
     /// Road file; may be given several times; default: the scene's road.
     #[arg(long, value_name = "FILE")]
-    pub road: Vec<PathBuf>,
-    /// Folder of the sweep; default: results/NAME-sweep, NAME being the scene's.
-    #[arg(long, short, value_name = "FOLDER")]
-    pub out: Option<PathBuf>,
+    road: Vec<PathBuf>,
 }
 
 /// Positive numbers from the command line, each once.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Values(pub Vec<f64>);
+#[derive(Clone, Debug)]
+struct Values(Vec<f64>);
 
 /// `FROM..TO:STEP` or `A,B,C`.
 fn values(text: &str) -> Result<Values, String> {
@@ -87,118 +88,96 @@ fn values(text: &str) -> Result<Values, String> {
 
 impl SweepArguments {
     /// Runs the sweep and prints its table.
-    ///
-    /// # Errors
-    /// [`CliError`]; [`CliError::SweepFailed`] when some variants failed and the others are done.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let base = Scene::load(&self.scene)?;
+        let base = Scene::load(&self.place.scene)?;
         let loads = self.load.map_or(Vec::new(), |loads| loads.0);
         let variants = variants(&base, &Axes { speeds: self.speed.0, loads, roads: self.road })?;
-        let folder = self.out.unwrap_or_else(|| side_folder(&self.scene, "sweep"));
+        let folder = self.place.target("sweep");
         if folder.join(SUMMARY_FILE).exists() {
             return Err(ResultsError::NotOurs { path: folder }.into());
         }
         std::fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
 
-        let watch = Watch::new(context.options.quiet, variants.len());
-        let outcomes = sweep(&variants, &folder, context.threads, context.interrupt.flag(), &watch);
-        watch.bar.finish_and_clear();
+        let mut progress = context.progress();
+        let outcomes = sweep(&variants, &folder, context.threads, context.interrupt.flag(), &mut progress);
+        drop(progress);
         let blocks = blocks(&variants, &outcomes);
-        let table: String = blocks.iter().map(SweepBlock::text).collect::<Vec<_>>().join("\n");
+        let mut report = Report::default();
+        for (index, block) in blocks.iter().enumerate() {
+            if index > 0 {
+                report.push("\n");
+            }
+            report.append(block.report());
+        }
         let write = |name: &str, text: &str| {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(ResultsError::writing(&path))
         };
-        write("sweep.txt", &table)?;
-        write("sweep.csv", &csv(&blocks, &folder.join("sweep.csv"))?)?;
+        write("sweep.txt", &report.to_string())?;
+        write("sweep.csv", &csv(&blocks))?;
         if base.scene.outputs.plots {
             if let Some(svg) = growth_plot(&blocks, &base.title())? {
                 write("growth.svg", &svg)?;
             }
-            let spectra: Vec<_> = done(&variants, &outcomes).filter(|(_, levels)| !levels.is_empty()).collect();
+            let spectra = spectra(&variants, &outcomes);
             if !spectra.is_empty() {
-                let plot = ThirdOctavePlot {
-                    title: &base.title(),
-                    quantity: "Contact force level [dB re 1 N]",
-                    spectra: spectra.clone(),
-                };
-                write("levels.svg", &plot.to_svg()?)?;
+                let quantity = "Contact force level [dB re 1 N]";
+                write("levels.svg", &ThirdOctavePlot { title: &base.title(), quantity, spectra }.to_svg()?)?;
             }
         }
-        ended(&variants, &outcomes, context.colour)?;
-        let found = outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Done { found: true, .. })).count();
-        if context.options.quiet {
-            return Ok(());
+        let ended = ended(&variants, &outcomes, context.colour);
+        if matches!(ended, Err(CliError::SweepStopped)) {
+            return ended;
         }
-        let all = variants.len();
-        print(&format!("{table}\n{all} variants, {found} of them found finished\nresults in {}\n", folder.display()))
+        print_report(&report)?;
+        if !context.options.quiet {
+            let found = outcomes.iter().filter(|outcome| outcome.done().is_some_and(|done| done.found)).count();
+            let (all, place) = (variants.len(), folder.display());
+            print(&format!("\n{all} variants, {found} of them found finished\nresults in {place}\n"))?;
+        }
+        ended
     }
 }
 
-/// Names and levels of the variants that are done.
-fn done<'a>(
-    variants: &'a [Variant],
-    outcomes: &'a [Outcome],
-) -> impl Iterator<Item = (&'a str, &'a [tyrewave::response::BandLevel])> {
-    variants.iter().zip(outcomes).filter_map(|(variant, outcome)| match outcome {
-        Outcome::Done { levels, .. } => Some((variant.name.as_str(), levels.as_slice())),
-        Outcome::Stopped | Outcome::Failed(_) => None,
-    })
+/// Names and levels of the variants that have any.
+fn spectra<'a>(variants: &'a [Variant], outcomes: &'a [Outcome]) -> Vec<(&'a str, &'a [BandLevel])> {
+    let levels = |outcome: &'a Outcome| outcome.done().map(|done| done.levels.as_slice());
+    let named = variants.iter().zip(outcomes).filter_map(|(variant, outcome)| {
+        levels(outcome).filter(|levels| !levels.is_empty()).map(|levels| (variant.name.as_str(), levels))
+    });
+    named.collect()
 }
 
-/// Reports what failed; an error unless all variants are done.
+/// Reports what failed; an error unless all variants are done, each under its load.
 fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(), CliError> {
-    let mut failed = Vec::new();
+    let (mut failed, mut missed) = (Vec::new(), Vec::new());
     for (variant, outcome) in variants.iter().zip(outcomes) {
-        if let Outcome::Failed(error) = outcome {
-            let message = match error {
-                tyrewave::run::RunError::Scene(error) => error.render(colour),
-                other => other.to_string(),
-            };
-            eprintln!("{}: {message}", variant.name);
-            failed.push(variant.name.clone());
+        match outcome {
+            Outcome::Failed(error) => {
+                let message = match error {
+                    RunError::Scene(error) => error.render(colour),
+                    other => other.to_string(),
+                };
+                eprintln!("{}: {message}", variant.name);
+                failed.push(variant.name.clone());
+            }
+            Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.name.clone()),
+            Outcome::Done(_) | Outcome::Stopped => {}
         }
     }
     if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Stopped)) {
         return Err(CliError::SweepStopped);
     }
-    if failed.is_empty() { Ok(()) } else { Err(CliError::SweepFailed { failed, of: variants.len() }) }
-}
-
-/// One line for the whole sweep; silent where standard error is not a terminal.
-struct Watch {
-    bar: ProgressBar,
-    quiet: bool,
-}
-
-impl Watch {
-    fn new(quiet: bool, variants: usize) -> Self {
-        let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(0), target);
-        let template = "{msg} {bar:30} {percent:>3} %, {elapsed} so far, {eta} to go";
-        bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
-        bar.set_message(format!("rolling {variants} variants"));
-        if !bar.is_hidden() {
-            bar.enable_steady_tick(Duration::from_millis(250));
-        }
-        Self { bar, quiet }
+    let told = |names: &[String], what: &str| format!("{} of {} variants {what}", names.len(), variants.len());
+    let mut wrong = Vec::new();
+    if !failed.is_empty() {
+        wrong.push(format!("{}: {}; the others are done", told(&failed, "failed"), failed.join(", ")));
     }
-}
-
-impl SweepWatch for Watch {
-    fn planned(&self, steps: u64) {
-        self.bar.inc_length(steps);
+    if !missed.is_empty() {
+        let what = "missed their load by more than its tolerance";
+        wrong.push(format!("{}: {}; their results are kept", told(&missed, what), missed.join(", ")));
     }
-
-    fn done(&self, steps: u64) {
-        self.bar.inc(steps);
-    }
-
-    fn note(&self, name: &str, text: &str) {
-        if !self.quiet {
-            self.bar.suspend(|| eprintln!("note: {name}: {text}"));
-        }
-    }
+    if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
 }
 
 #[cfg(test)]

@@ -4,23 +4,32 @@
 use std::time::Duration;
 
 use super::cost::Cost;
-use super::table::{aligned, grouped};
+use super::table::{Report, Table, aligned, grouped};
 use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost};
 
 /// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed
 /// as the rest. What was at work in the background stands beside and is no part of it.
 pub fn profile_table(meter: &Meter, wall: Duration) -> String {
-    cost_table(&Cost::new(meter, wall.as_secs_f64(), 1))
+    cost_table(&Cost::new(meter, wall.as_secs_f64(), 1)).to_string()
 }
 
 /// As [`profile_table`], with all that was measured: processor time and the threads' idle share, memory, rates beside
 /// what a core of the machine can do.
-pub fn cost_table(cost: &Cost) -> String {
+pub fn cost_table(cost: &Cost) -> Report {
     let meter = &cost.stages.meter;
     let steps = meter.counted(Counter::Steps);
-    let step = if steps > 0 { format!("{}\n", step(meter, steps, cost.machine_peak)) } else { String::new() };
-    let sums = compliance(cost).map_or(String::new(), |line| format!("{line}\n\n"));
-    format!("{}\n{step}{sums}{}", stages(cost), counters(meter))
+    let mut report = Report::default();
+    report.push(stages(cost));
+    report.push("\n");
+    if steps > 0 {
+        report.push(step(meter, steps, cost.machine_peak));
+        report.push("\n");
+    }
+    if let Some(line) = compliance(cost) {
+        report.push(format!("{line}\n\n"));
+    }
+    report.push(counters(meter));
+    report
 }
 
 /// What an evaluation of the compliance takes, if there was one.
@@ -36,7 +45,7 @@ fn compliance(cost: &Cost) -> Option<String> {
 
 /// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make, beside
 /// those of a core at its best.
-fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> String {
+fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> Table {
     let row = |stage: Stage| {
         let cost = meter.cost(stage);
         let per_step = |amount: f64| amount / steps as f64;
@@ -62,7 +71,7 @@ fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> String {
 /// Columns of the stages' table.
 const COLUMNS: [&str; 10] = ["stage", "calls", "wall", "share", "behind", "cpu", "idle", "blocks", "allocated", "peak"];
 
-fn stages(cost: &Cost) -> String {
+fn stages(cost: &Cost) -> Table {
     let (wall, meter, threads) = (cost.wall_seconds, &cost.stages.meter, cost.threads);
     let share = |part: f64| if wall > 0.0 { format!("{:.1} %", 100.0 * part / wall) } else { String::new() };
     let seconds = |time: f64| format!("{time:.3} s");
@@ -117,7 +126,7 @@ fn stages(cost: &Cost) -> String {
     aligned(&header, &rows)
 }
 
-fn counters(meter: &Meter) -> String {
+fn counters(meter: &Meter) -> Table {
     let row = |counter: Counter| [counter_title(counter).to_owned(), grouped(meter.counted(counter))];
     let told = |&counter: &Counter| meter.counted(counter) > 0 || counter.counts_trouble();
     aligned(&["counter", "amount"], &Counter::ALL.into_iter().filter(told).map(row).collect::<Vec<_>>())

@@ -109,7 +109,7 @@ pub struct AxleMotion {
 }
 
 /// An axle load and the mean force that it led to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct LoadResult {
     /// Load asked for \[N\].
     pub wanted: f64,

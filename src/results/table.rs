@@ -1,39 +1,168 @@
-//! Aligned tables for the terminal.
+//! Tables, and reports made of text and tables: for files at their full width, for a terminal within its own.
 
-use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
+use std::fmt;
 
-/// A table with a line under its header, words in the first column to the left, numbers in the others to the right; a
-/// newline last.
-pub fn aligned<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
-    table(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
+use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
+
+/// Blanks beside a cell's content.
+const PADDING: usize = 2;
+
+/// A table with a line under its header.
+#[derive(Clone, Debug)]
+pub struct Table {
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+    alignment: fn(usize) -> CellAlignment,
+}
+
+/// A table with words in the first column to the left, numbers in the others to the right.
+pub fn aligned<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> Table {
+    Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
 
 /// As [`aligned`], all columns being numbers.
-pub fn numbers<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
-    table(header, rows, |_| CellAlignment::Right)
+pub fn numbers<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> Table {
+    Table::new(header, rows, |_| CellAlignment::Right)
 }
 
 /// As [`aligned`], all columns being words.
-pub fn words<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> String {
-    table(header, rows, |_| CellAlignment::Left)
+pub fn words<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> Table {
+    Table::new(header, rows, |_| CellAlignment::Left)
 }
 
-/// Columns of the same number in header and rows; without a header only rows.
-fn table<R: AsRef<[String]>>(
-    header: &[impl AsRef<str>],
-    rows: &[R],
-    alignment: impl Fn(usize) -> CellAlignment,
-) -> String {
-    let cell = |(column, text): (usize, &str)| Cell::new(text).set_alignment(alignment(column));
-    let mut table = Table::new();
-    table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
-    if !header.is_empty() {
-        table.set_header(header.iter().map(AsRef::as_ref).enumerate().map(cell));
+impl Table {
+    /// Columns of the same number in header and rows; without a header only rows.
+    fn new<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R], alignment: fn(usize) -> CellAlignment) -> Self {
+        let header = header.iter().map(|text| text.as_ref().to_owned()).collect();
+        Self { header, rows: rows.iter().map(|row| row.as_ref().to_vec()).collect(), alignment }
     }
-    for row in rows {
-        table.add_row(row.as_ref().iter().map(String::as_str).enumerate().map(cell).collect::<Vec<_>>());
+
+    /// Within so many columns of a terminal: long cells are wrapped between words; columns for whose words there is no
+    /// room follow in tables of their own below, beside the first column again.
+    pub fn within(&self, width: usize) -> String {
+        let cells = |column: usize| {
+            self.header.iter().skip(column).take(1).chain(self.rows.iter().map(move |row| &row[column]))
+        };
+        let widest = |column: usize| {
+            let words = cells(column).flat_map(|cell| cell.split_whitespace());
+            words.map(|word| word.chars().count()).max().unwrap_or(0) + PADDING
+        };
+        let count = self.rows.first().map_or(self.header.len(), Vec::len);
+        let (mut parts, mut used) = (vec![vec![]], 0);
+        for column in 0..count {
+            if used + widest(column) > width && parts[parts.len() - 1].len() > 1 {
+                parts.push(vec![0]);
+                used = widest(0);
+            }
+            used += widest(column);
+            let last = parts.len() - 1;
+            parts[last].push(column);
+        }
+        let text = |columns: &Vec<usize>| {
+            let mut table = self.drawn(columns);
+            table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width as u16);
+            let least =
+                columns.iter().map(|&column| ColumnConstraint::LowerBoundary(Width::Fixed(widest(column) as u16)));
+            table.set_constraints(least);
+            trimmed(&table)
+        };
+        parts.iter().map(text).collect::<Vec<_>>().join("\n")
     }
+
+    fn drawn(&self, columns: &[usize]) -> comfy_table::Table {
+        let row = |cells: &Vec<String>| -> Vec<Cell> {
+            columns.iter().map(|&column| Cell::new(&cells[column]).set_alignment((self.alignment)(column))).collect()
+        };
+        let mut table = comfy_table::Table::new();
+        table.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
+        if !self.header.is_empty() {
+            table.set_header(row(&self.header));
+        }
+        table.add_rows(self.rows.iter().map(row));
+        table
+    }
+}
+
+/// Lines without blanks at their ends, a newline last.
+fn trimmed(table: &comfy_table::Table) -> String {
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+/// At full width.
+impl fmt::Display for Table {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count = self.rows.first().map_or(self.header.len(), Vec::len);
+        formatter.write_str(&trimmed(&self.drawn(&(0..count).collect::<Vec<_>>())))
+    }
+}
+
+/// Text and tables in their order; shown at full width.
+#[derive(Clone, Debug, Default)]
+pub struct Report(Vec<Part>);
+
+/// A part of a [`Report`].
+#[derive(Clone, Debug)]
+pub enum Part {
+    /// Lines as they are.
+    Text(String),
+    /// A table.
+    Table(Table),
+}
+
+impl From<&str> for Part {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Part {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<Table> for Part {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
+}
+
+impl Report {
+    /// Adds a part.
+    pub fn push(&mut self, part: impl Into<Part>) {
+        self.0.push(part.into());
+    }
+
+    /// Adds all of another report.
+    pub fn append(&mut self, other: Self) {
+        self.0.extend(other.0);
+    }
+
+    /// With tables within so many columns of a terminal, see [`Table::within`].
+    pub fn within(&self, width: usize) -> String {
+        let part = |part: &Part| match part {
+            Part::Text(text) => text.clone(),
+            Part::Table(table) => table.within(width),
+        };
+        self.0.iter().map(part).collect()
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|part| match part {
+            Part::Text(text) => formatter.write_str(text),
+            Part::Table(table) => table.fmt(formatter),
+        })
+    }
+}
+
+/// Rows as CSV; cells are quoted where they need it.
+pub fn csv<R: IntoIterator<Item: AsRef<[u8]>>>(rows: impl IntoIterator<Item = R>) -> String {
+    let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+    // Memory takes every record, and text is UTF-8.
+    let written = rows.into_iter().try_for_each(|row| writer.write_record(row));
+    written.ok().and_then(|()| String::from_utf8(writer.into_inner().ok()?).ok()).unwrap_or_default()
 }
 
 /// A number with thin groups of three: 21 233 664.
@@ -70,10 +199,37 @@ mod tests {
 
     #[test]
     fn columns_line_up() {
-        let text = aligned(&["stage", "calls"], &[["road".into(), "7".into()], ["history".into(), "1 000".into()]]);
+        let table = aligned(&["stage", "calls"], &[["road".into(), "7".into()], ["history".into(), "1 000".into()]]);
+        let text = table.to_string();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4, "{text}");
         assert!(lines[2].ends_with('7') && lines[3].ends_with("1 000"), "{text}");
         assert_eq!(lines[2].chars().count(), lines[3].chars().count(), "{text}");
+    }
+    #[test]
+    fn tables_fit_a_terminal_and_lose_nothing() {
+        let header: Vec<String> =
+            ["what", "why"].into_iter().map(str::to_owned).chain((0..30).map(|n| format!("{n} km/h"))).collect();
+        let row = |name: &str| -> Vec<String> {
+            let reason = "a long reason for it, in many words that wrap".to_owned();
+            [name.to_owned(), reason].into_iter().chain((0..30).map(|n| format!("{n}.25"))).collect()
+        };
+        let table = aligned(&header, &[row("one thing"), row("another")]);
+        for width in [40, 80, 120] {
+            let text = table.within(width);
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{text}");
+            let words: Vec<&str> = text.split_whitespace().collect();
+            assert!((0..30).all(|n| words.iter().filter(|word| **word == format!("{n}.25")).count() == 2), "{text}");
+        }
+        assert_eq!(table.within(1000), table.to_string());
+        let mut report = Report::default();
+        report.push("title\n");
+        report.push(table.clone());
+        assert_eq!(report.to_string(), format!("title\n{table}"));
+    }
+
+    #[test]
+    fn cells_of_csv_are_quoted_where_they_need_it() {
+        assert_eq!(csv([["a", "b"], ["1,5", "say \"x\""]]), "a,b\n\"1,5\",\"say \"\"x\"\"\"\n");
     }
 }

@@ -266,7 +266,11 @@ impl PlannedRun<'_> {
         }
         let mut summary = context.summary(cost)?;
         summary.vibration = vibration;
-        for warning in &summary.warnings[prepared.warnings.len()..] {
+        // A load that was missed is an error of the command, which tells it.
+        let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
+        for warning in
+            summary.warnings[prepared.warnings.len()..].iter().filter(|warning| missed.as_ref() != Some(*warning))
+        {
             progress.note(warning);
         }
         Ok(summary)

@@ -10,15 +10,10 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
-use crate::response::BandLevel;
-use crate::results::summary::RollingResistance;
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
 use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibration};
 use crate::study::trial::{Trial, Trials};
-
-/// Lowest band that is compared \[Hz\].
-const LOWEST_FREQUENCY: f64 = 20.0;
 
 /// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
 /// given.
@@ -150,43 +145,26 @@ fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
     }
 }
 
-/// What a run found and took.
-#[derive(Clone, Debug)]
-pub struct Found {
-    /// Third-octave levels of the contact force.
-    pub levels: Vec<BandLevel>,
-    /// Mean force \[N\].
-    pub mean_force: f64,
-    /// Length of the patch \[m\].
-    pub contact_length: f64,
-    /// Rolling resistance, where the tread law has one.
-    pub rolling_resistance: Option<RollingResistance>,
-    /// Time of the steps \[s\].
-    pub seconds: f64,
-    /// Planned memory, without the process itself \[bytes\].
-    pub memory: f64,
-}
-
 /// One effect.
 #[derive(Clone, Debug)]
 pub struct Worth {
     /// The effect.
     pub effect: Effect,
     /// With it alone, and with all but it; or why the scene cannot have it.
-    pub found: Result<[Found; 2], String>,
+    pub found: Result<[Trial; 2], String>,
 }
 
 /// All effects of a scene.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// Without any effect that can be taken away.
-    pub base: Found,
+    pub base: Trial,
     /// With all that the scene can have.
-    pub all: Found,
+    pub all: Trial,
     /// Each of them.
     pub effects: Vec<Worth>,
     /// All, with half and twice the compliance of the local law: how far the model itself is to be trusted.
-    pub doubts: Vec<(&'static str, Found)>,
+    pub doubts: Vec<(&'static str, Trial)>,
 }
 
 /// Compares. `duration` \[s\] takes the place of the scene's.
@@ -227,16 +205,15 @@ pub fn compare(
     let doubted = kappa.map_or(0.0, |_| DOUBTS.len() as f64);
     let time = (2.0 + 2.0 * count + doubted) * (scene.rolling.warm_up + duration);
     let mut trials = Trials::new(time, stop, progress);
-    let base = found(&mut trials, &with(&|_| false))?;
-    let all = found(&mut trials, &complete)?;
+    let base = trials.roll(&with(&|_| false))?;
+    let all = trials.roll(&complete)?;
     let mut effects = Vec::new();
     for (effect, refusal) in &possible {
         let both = match refusal {
             Some(refusal) => Err(refusal.clone()),
-            None => Ok([
-                found(&mut trials, &with(&|other| other == *effect))?,
-                found(&mut trials, &with(&|other| other != *effect))?,
-            ]),
+            None => {
+                Ok([trials.roll(&with(&|other| other == *effect))?, trials.roll(&with(&|other| other != *effect))?])
+            }
         };
         effects.push(Worth { effect: *effect, found: both });
     }
@@ -245,21 +222,8 @@ pub fn compare(
         let Some(kappa) = kappa else { break };
         let mut scene = complete.clone();
         scene.contact.local_compliance = Some(factor * kappa);
-        doubts.push((name, found(&mut trials, &scene)?));
+        doubts.push((name, trials.roll(&scene)?));
     }
     trials.finish();
     Ok(Comparison { base, all, effects, doubts })
-}
-
-/// Rolls a variant and keeps what is compared.
-fn found(trials: &mut Trials<'_>, scene: &Scene) -> Result<Found, RunError> {
-    let Trial { plan, results, seconds, .. } = trials.roll(scene)?;
-    Ok(Found {
-        levels: results.spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0)),
-        mean_force: results.mean_force.unwrap_or_default(),
-        contact_length: results.mean_contact_length.unwrap_or_default(),
-        rolling_resistance: results.rolling_resistance,
-        seconds,
-        memory: plan.amounts.memory_on(rayon::current_num_threads()),
-    })
 }

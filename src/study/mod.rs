@@ -5,11 +5,10 @@
 //! - [`sweep`]: a scene at many speeds, loads and roads;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
 //!
-//! All of them roll by [`trial`] and are held against each other by [`compare`].
+//! Comparisons roll by [`trial`], which holds runs against each other, too.
 
 pub mod accuracy;
 pub mod calibration;
-pub mod compare;
 pub mod effects;
 pub mod rules;
 pub mod sweep;

@@ -11,8 +11,7 @@ use crate::run::error::RunError;
 use crate::run::past::{contact_field, fetch, fit_options, refused};
 use crate::run::progress::Unwatched;
 use crate::scene::{History, LoadedScene, Rolling, Scene, TimeRule};
-use crate::study::compare::Common;
-use crate::study::trial::Trials;
+use crate::study::trial::{Common, Trials};
 
 /// What a rule is for a scene's tyre and time step.
 #[derive(Clone, Debug)]

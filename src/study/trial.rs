@@ -1,10 +1,21 @@
-//! Short runs side by side: what every comparison of variants of a scene rolls.
+//! Short runs side by side: variants of a scene are rolled one after the other ([`Trials`]) and held against each other
+//! ([`Trial`], [`Common`], [`Difference`]).
+//!
+//! Runs may differ in their time steps. Both forces are brought to common instants by the same low-pass kernel, flat up
+//! to the upper edge of the highest band and 80 dB down from 1.25 times that on; levels and differences are those of
+//! what is left.
 
+use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use serde::Serialize;
+
 use crate::counters::Watch;
+use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
+use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::run::error::RunError;
 use crate::run::in_memory::{Results, Run};
 use crate::run::progress::Progress;
@@ -16,9 +27,21 @@ const LOOK_EVERY: u64 = 256;
 /// 40 dB in it.
 pub const SETTLING: f64 = 0.2;
 /// What the progress counts: rolled time in this \[s\].
-const UNIT: f64 = 1e-3;
+pub(crate) const UNIT: f64 = 1e-3;
+/// Lowest band of a trial's own levels \[Hz\].
+const LOWEST_FREQUENCY: f64 = 20.0;
+/// Lowest band that is compared \[Hz\].
+pub const LOWEST_BAND: f64 = 100.0;
+/// Pass band and stop band of the kernel, in cycles per instant.
+const PASS: f64 = 0.4;
+const STOP: f64 = 0.5;
+/// Its attenuation \[dB\].
+const ATTENUATION: f64 = 80.0;
+/// Segments of the spectra \[s\].
+const SEGMENT: f64 = 0.5;
 
 /// One run of a comparison.
+#[derive(Clone, Debug)]
 pub struct Trial {
     /// Its plan.
     pub plan: Plan,
@@ -30,8 +53,27 @@ pub struct Trial {
     pub indentation: f64,
     /// What it found and what it cost.
     pub results: Results,
+    /// Third-octave levels of the contact force from 20 Hz on; none of a run that is too short for a spectrum.
+    pub levels: Vec<BandLevel>,
     /// Wall time of the steps \[s\].
     pub seconds: f64,
+}
+
+impl Trial {
+    /// Mean force after the warm-up \[N\].
+    pub fn mean_force(&self) -> f64 {
+        self.results.mean_force.unwrap_or_default()
+    }
+
+    /// Mean length of the patch after the warm-up \[m\].
+    pub fn contact_length(&self) -> f64 {
+        self.results.mean_contact_length.unwrap_or_default()
+    }
+
+    /// Planned memory on the present threads, without the process itself \[bytes\].
+    pub fn memory(&self) -> f64 {
+        self.plan.amounts.memory_on(rayon::current_num_threads())
+    }
 }
 
 /// Rolls one variant after the other.
@@ -83,7 +125,10 @@ impl<'a> Trials<'a> {
         let seconds = begin.elapsed().as_secs_f64();
         self.done += plan.steps as f64 * plan.time_step;
         let indentation = run.prepared.axle.indentation(plan.steps - 1);
-        Ok(Trial { plan, rule: scene.numerics.time_rule, force, indentation, results: run.finish(), seconds })
+        let results = run.finish();
+        let spectrum = results.spectrum.as_ref();
+        let levels = spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0));
+        Ok(Trial { plan, rule: scene.numerics.time_rule, force, indentation, results, levels, seconds })
     }
 
     /// The scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load at the
@@ -115,5 +160,190 @@ impl<'a> Trials<'a> {
     /// The end of the watch.
     pub fn finish(self) {
         self.progress.finish();
+    }
+}
+
+/// What is compared of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Common {
+    /// Distance of the instants \[s\].
+    pub spacing: f64,
+    /// Total force at the instants \[N\].
+    pub force: Vec<f64>,
+    /// Third-octave levels of the force from [`LOWEST_BAND`] to the highest \[dB re 1 N\].
+    pub levels: Vec<BandLevel>,
+    /// Mean force after the warm-up \[N\].
+    pub mean_force: f64,
+    /// Mean length of the patch after the warm-up \[m\].
+    pub contact_length: f64,
+}
+
+/// How far a run is from another.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Difference {
+    /// Largest difference of a third-octave level \[dB\].
+    pub worst: f64,
+    /// Nominal mid-frequency of its band \[Hz\].
+    pub worst_band: f64,
+    /// Root mean square of the differences of all bands \[dB\].
+    pub rms: f64,
+    /// Root mean square of the force's difference, relative to that of the other's variation.
+    pub force: f64,
+    /// Difference of the mean force, relative.
+    pub mean_force: f64,
+    /// Difference of the patch's length, relative.
+    pub contact_length: f64,
+}
+
+/// The band that holds a frequency.
+fn band(frequency: f64) -> ThirdOctaveBand {
+    ThirdOctaveBand::containing(frequency).unwrap_or(ThirdOctaveBand(0))
+}
+
+/// Lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].
+pub fn least_rate(highest: f64) -> f64 {
+    2.0 * STOP / PASS * band(highest).upper_edge()
+}
+
+impl Common {
+    /// Of a run up to the band that holds `highest` \[Hz\], within a stretch of time \[s\] that is the same for all.
+    pub fn of(trial: &Trial, within: Range<f64>, highest: f64) -> Self {
+        let spacing = PASS / band(highest).upper_edge();
+        let force = resampled(&trial.force, trial.plan.time_step, trial.rule.force_lead(), spacing, within);
+        // Too short for a spectrum: no levels.
+        let spectrum = PowerSpectrum::of(&force, spacing, Some(SEGMENT)).ok();
+        let spectrum =
+            spectrum.map(|spectrum| spectrum.without(|f| trial.rule.mean_response(TAU * f * trial.plan.time_step)));
+        let mut levels =
+            spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(band(LOWEST_BAND).lower_edge(), 1.0));
+        levels.retain(|level| level.band <= band(highest));
+        Self { spacing, force, levels, mean_force: trial.mean_force(), contact_length: trial.contact_length() }
+    }
+
+    /// How far this is from another of the same instants.
+    pub fn difference(&self, other: &Self) -> Difference {
+        let (mut worst, mut worst_band, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0.0);
+        for (level, change) in level_changes(&self.levels, &other.levels).filter(|(_, change)| change.is_finite()) {
+            if change.abs() > worst {
+                (worst, worst_band) = (change.abs(), level.band.nominal_frequency());
+            }
+            squares += change * change;
+            count += 1.0;
+        }
+        let relative = |a: f64, b: f64| if b == 0.0 { 0.0 } else { a / b - 1.0 };
+        Difference {
+            worst,
+            worst_band,
+            rms: (squares / f64::max(count, 1.0)).sqrt(),
+            force: relative_difference(&self.force, &other.force),
+            mean_force: relative(self.mean_force, other.mean_force),
+            contact_length: relative(self.contact_length, other.contact_length),
+        }
+    }
+}
+
+/// Change of the level of each band of `reference` \[dB\]; NaN where one of them is silent or not there.
+pub fn level_changes<'a>(
+    found: &'a [BandLevel],
+    reference: &'a [BandLevel],
+) -> impl Iterator<Item = (&'a BandLevel, f64)> + 'a {
+    let level =
+        |band: &BandLevel| found.iter().find(|other| other.band == band.band).map_or(f64::NAN, |other| other.level);
+    reference.iter().map(move |band| {
+        let change = level(band) - band.level;
+        (band, if change.is_finite() { change } else { f64::NAN })
+    })
+}
+
+/// Root mean square of a - b, both less their means, relative to that of b less its mean.
+fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().min(b.len());
+    let (a, b) = (&a[..count], &b[..count]);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count.max(1) as f64;
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let variation: f64 = b.iter().map(|b| (b - mean_b).powi(2)).sum();
+    let error: f64 = a.iter().zip(b).map(|(a, b)| (a - mean_a - b + mean_b).powi(2)).sum();
+    if error > 0.0 { (error / variation).sqrt() } else { 0.0 }
+}
+
+/// A force whose sample l belongs to the time (l - lag) dt, low-passed, at instants `spacing` apart \[s\]: as many as
+/// have all of the kernel within a stretch of time.
+fn resampled(force: &[f64], time_step: f64, lag: f64, spacing: f64, within: Range<f64>) -> Vec<f64> {
+    let kernel = WindowedSinc::new(PASS, STOP, ATTENUATION);
+    // Two instants more than the kernel: a record ends up to a step and a half before its stretch does.
+    let reach = (kernel.half_width() + 2.0) * spacing;
+    let count = ((within.end - within.start - 2.0 * reach) / spacing).max(0.0) as usize;
+    // A run with fewer samples than instants shows what it has.
+    let ratio = (spacing / time_step).max(1.0);
+    let mut weights = Vec::new();
+    let mut value = |index: usize| {
+        let instant = within.start + reach + index as f64 * spacing;
+        let first = kernel.weights(instant / time_step + lag, ratio, &mut weights);
+        let sample = |index: i64| usize::try_from(index).ok().and_then(|index| force.get(index));
+        let known = (first..).zip(&weights).filter_map(|(index, weight)| sample(index).map(|force| (weight, force)));
+        let (sum, all) = known.fold((0.0, 0.0), |(sum, all), (weight, force)| (sum + weight * force, all + weight));
+        sum / all
+    };
+    (0..count).map(&mut value).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    /// Two tones in the pass band and one beyond the stop band, sampled with a step.
+    fn sampled(time_step: f64, lag: f64, amplitude: f64) -> Vec<f64> {
+        let value = |t: f64| {
+            300.0
+                + amplitude * (TAU * 200.0 * t).sin()
+                + 5.0 * (TAU * 900.0 * t + 1.0).sin()
+                + 50.0 * (TAU * 1500.0 * t).sin()
+        };
+        (0..(1.0 / time_step) as usize).map(|l| value((l as f64 - lag) * time_step)).collect()
+    }
+
+    fn common(time_step: f64, lag: f64, amplitude: f64) -> Common {
+        let spacing = PASS / band(1000.0).upper_edge();
+        let force = resampled(&sampled(time_step, lag, amplitude), time_step, lag, spacing, 0.1..1.0);
+        let levels = PowerSpectrum::of(&force, spacing, Some(SEGMENT)).unwrap().third_octaves(89.0, 1.0);
+        Common { spacing, force, levels, mean_force: 300.0, contact_length: 0.1 }
+    }
+
+    #[test]
+    fn the_same_force_with_other_steps_is_the_same() {
+        let reference = common(1e-4, 0.0, 10.0);
+        for (time_step, lag) in [(3.3e-4, 0.0), (1.1e-4, 0.5), (0.7e-4, 0.0)] {
+            assert!(1.0 / time_step > least_rate(1000.0));
+            let found = common(time_step, lag, 10.0).difference(&reference);
+            // The pass band is flat to 2e-4, the tone beyond it 80 dB down: 5e-4 of the rest.
+            assert!(found.worst < 0.02 && found.force < 2e-3, "{time_step} {lag}: {found:?}");
+        }
+        assert_eq!(reference.difference(&reference), Difference::default());
+    }
+
+    #[test]
+    fn differences_are_those_of_tones() {
+        let (louder, reference) = (common(1.3e-4, 0.0, 20.0), common(1e-4, 0.0, 10.0));
+        let found = louder.difference(&reference);
+        // One tone doubled: 6.02 dB in its band; 10^2/2 of (10^2 + 5^2)/2. Bands that hold no tone hold what leaks into
+        // them.
+        let level = |of: &Common, frequency: f64| {
+            of.levels.iter().find(|band| (band.band.nominal_frequency() - frequency).abs() < 1e-9).unwrap().level
+        };
+        assert!((level(&louder, 200.0) - level(&reference, 200.0) - 6.02).abs() < 0.05);
+        assert!((level(&louder, 1000.0) - level(&reference, 1000.0)).abs() < 0.05);
+        assert!(found.worst >= 6.0, "{found:?}");
+        assert!((found.force - (100.0_f64 / 125.0).sqrt()).abs() < 5e-3, "{found:?}");
+    }
+
+    #[test]
+    fn means_do_not_count_as_variation_and_silence_is_no_level() {
+        assert!((relative_difference(&[2.0, 4.0, 6.0], &[1.0, 2.0, 3.0]) - 1.0).abs() < 1e-15);
+        assert!(relative_difference(&[6.0, 7.0, 8.0], &[1.0, 2.0, 3.0]) < 1e-15);
+        let level = |level| BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level, valid: true };
+        assert!(level_changes(&[level(f64::NEG_INFINITY)], &[level(3.0)]).all(|(_, change)| change.is_nan()));
+        assert!(level_changes(&[], &[level(3.0)]).all(|(_, change)| change.is_nan()));
     }
 }

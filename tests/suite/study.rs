@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::accuracy::{Kind, Study, StudyOptions, front, study};
+use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, study};
 
 use crate::common::{scene, scene_text};
 
@@ -44,9 +44,9 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     assert!(found.doubt.worst > 0.0 && found.refined.len() == 3, "{:?}", found.refined);
 
     // The front: rising work, falling error, nothing beats it, and nothing that is not on it is unbeaten.
-    let on: Vec<(f64, f64)> = found.front.iter().map(Study::coordinates).collect();
+    let on: Vec<(f64, f64)> = found.front.iter().map(Point::coordinates).collect();
     assert!(on.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{on:?}");
-    let all: Vec<(f64, f64)> = found.points().map(Study::coordinates).collect();
+    let all: Vec<(f64, f64)> = found.points().map(Point::coordinates).collect();
     let expected: Vec<(f64, f64)> = front(&all).into_iter().map(|index| all[index]).collect();
     assert_eq!(on, expected);
 

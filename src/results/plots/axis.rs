@@ -74,6 +74,16 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Logarithmic, range, ticks, minor }
     }
 
+    /// A logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
+    pub fn logarithmic_around(
+        title: impl Into<String>,
+        values: impl IntoIterator<Item = f64>,
+        [below, above]: [f64; 2],
+    ) -> Self {
+        let (low, high) = extent(values);
+        Self::logarithmic(title, below * low..above * high)
+    }
+
     /// An axis with ticks of one's own.
     pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }

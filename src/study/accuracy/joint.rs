@@ -4,13 +4,15 @@
 //! of rule and time step, of poles, of cells and of curves. Work is the plan's. Both are corrected by what the
 //! combinations rolled so far have shown, the more the closer they are.
 
+use serde::Serialize;
+
 use crate::plan::Plan;
 use crate::scene::{Scene, TimeRule};
 use crate::study::accuracy::front::front;
 use crate::study::accuracy::knobs::{Kind, Knob};
-use crate::study::accuracy::lab::{planned_march, planned_road};
+use crate::study::accuracy::lab::{Point, planned_march, planned_road};
 use crate::study::accuracy::settings::Settings;
-use crate::study::compare::least_rate;
+use crate::study::trial::least_rate;
 
 /// Steps per element that are combined.
 const SUBSTEPS: [usize; 6] = [1, 2, 3, 4, 6, 8];
@@ -22,25 +24,30 @@ const PRIOR: f64 = 0.25;
 const LARGEST_ERROR: f64 = 10.0;
 
 /// A combination, with what is expected of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
     /// Its settings.
+    #[serde(skip)]
     pub settings: Settings,
     /// Largest difference of a level expected \[dB\].
+    #[serde(rename = "expected_error")]
     pub error: f64,
     /// Multiply-adds in a second rolled, expected.
+    #[serde(rename = "expected_multiply_adds")]
     pub multiply_adds: f64,
 }
 
 /// A combination that was rolled: expected, found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Tried {
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Joint {
+    /// As found.
+    pub point: Point,
     /// As it was expected when it was chosen.
+    #[serde(flatten)]
     pub expected: Candidate,
-    /// As it is expected from single knobs alone.
+    /// Error and work as they are expected from single knobs alone.
+    #[serde(skip)]
     pub plain: (f64, f64),
-    /// Largest difference of a level found \[dB\], and multiply-adds in a second rolled.
-    pub found: (f64, f64),
 }
 
 /// All combinations of the settings that were swept, as single knobs let them be expected.
@@ -65,8 +72,9 @@ pub fn candidates(
     let rules: Vec<(TimeRule, Vec<(f64, f64)>)> = TimeRule::ALL
         .into_iter()
         .map(|rule| {
-            let name = if rule == reference.time_rule { "substeps" } else { rule.name() };
-            let known = steps(name).into_iter().filter(|(settings, error)| settings.time_rule == rule && *error > 0.0);
+            let name = if rule == reference.numerics.time_rule { "substeps" } else { rule.name() };
+            let known =
+                steps(name).into_iter().filter(|(settings, error)| settings.numerics.time_rule == rule && *error > 0.0);
             (rule, known.map(|(settings, error)| (settings.time_step(scene), error)).collect())
         })
         // A rule that rings is marginal, whatever its levels are.
@@ -78,19 +86,17 @@ pub fn candidates(
         for (with_cells, of_cells) in &cells {
             for (with_poles, of_poles) in &poles {
                 for (rule, known) in &rules {
-                    let base = Settings {
-                        elements: with_elements.elements,
-                        substeps: 1,
-                        time_rule: *rule,
-                        pole_tolerance: with_poles.pole_tolerance,
-                        cells_across: with_cells.cells_across,
-                        cell_length: with_cells.cell_length,
-                        ..reference.clone()
-                    };
+                    let base = reference.with(|Settings { numerics, contact, cell_length }| {
+                        (numerics.elements, numerics.substeps) = (with_elements.numerics.elements, 1);
+                        numerics.time_rule = *rule;
+                        numerics.pole_tolerance = with_poles.numerics.pole_tolerance;
+                        contact.cells_across = with_cells.contact.cells_across;
+                        *cell_length = with_cells.cell_length;
+                    });
                     let planned = Plan::new(&base.on(scene)).amounts;
                     let (march, road) = (planned_march(&planned) / rolled, planned_road(&planned) / rolled);
                     for substeps in SUBSTEPS {
-                        let settings = Settings { substeps, ..base.clone() };
+                        let settings = base.with(|settings| settings.numerics.substeps = substeps);
                         let time_step = settings.time_step(scene);
                         let Some(of_rule) = interpolated(known, time_step) else { continue };
                         if 1.0 / time_step < least_rate(highest) {
@@ -99,8 +105,8 @@ pub fn candidates(
                         for (with_curves, of_curves) in &curves {
                             let parts = [*of_elements, of_rule, *of_poles, *of_cells, *of_curves];
                             let error = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
-                            let settings =
-                                Settings { slice_tolerance: with_curves.slice_tolerance, ..settings.clone() };
+                            let tolerance = with_curves.contact.slice_tolerance;
+                            let settings = settings.with(|settings| settings.contact.slice_tolerance = tolerance);
                             let multiply_adds = march * substeps as f64 + road;
                             if error > 0.0 && error < LARGEST_ERROR {
                                 found.push(Candidate { settings, error, multiply_adds });
@@ -116,7 +122,7 @@ pub fn candidates(
 
 /// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is.
 /// `known`: work and error; errors below `floor` \[dB\] are equal.
-pub fn next(all: &[Candidate], tried: &[Tried], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
+pub fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
     let fresh = all.iter().filter(|candidate| tried.iter().all(|tried| tried.expected.settings != candidate.settings));
     let expected: Vec<Candidate> = fresh
         .map(|candidate| {
@@ -145,12 +151,13 @@ pub fn next(all: &[Candidate], tried: &[Tried], known: &[(f64, f64)], floor: f64
 }
 
 /// Factors of error and work that the runs so far suggest.
-fn correction(settings: &Settings, tried: &[Tried]) -> (f64, f64) {
+fn correction(settings: &Settings, tried: &[Joint]) -> (f64, f64) {
     let (mut error, mut work, mut weights) = (0.0, 0.0, PRIOR);
     for run in tried {
         let weight = (-distance(settings, &run.expected.settings).powi(2)).exp();
-        error += weight * (run.found.0.max(1e-9) / run.plain.0).ln();
-        work += weight * (run.found.1 / run.plain.1).ln();
+        let (found_work, found_error) = run.point.coordinates();
+        error += weight * (found_error.max(1e-9) / run.plain.0).ln();
+        work += weight * (found_work / run.plain.1).ln();
         weights += weight;
     }
     ((error / weights).exp(), (work / weights).exp())
@@ -161,14 +168,15 @@ fn correction(settings: &Settings, tried: &[Tried]) -> (f64, f64) {
 fn distance(a: &Settings, b: &Settings) -> f64 {
     let ratio =
         |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from((a - b).abs() > 0.0)) };
-    let points = |settings: &Settings| settings.cells_across.unwrap_or(1) as f64;
+    let points = |settings: &Settings| settings.contact.cells_across.unwrap_or(1) as f64;
+    let (of_a, of_b) = (&a.numerics, &b.numerics);
     [
-        ratio(a.elements as f64, b.elements as f64),
+        ratio(of_a.elements as f64, of_b.elements as f64),
         ratio(a.steps() as f64, b.steps() as f64),
         ratio(points(a), points(b)),
-        ratio(a.pole_tolerance, b.pole_tolerance) / 10.0_f64.log2(),
-        ratio(a.slice_tolerance, b.slice_tolerance) / 10.0_f64.log2(),
-        f64::from(u8::from(a.time_rule != b.time_rule)),
+        ratio(of_a.pole_tolerance, of_b.pole_tolerance) / 10.0_f64.log2(),
+        ratio(a.contact.slice_tolerance, b.contact.slice_tolerance) / 10.0_f64.log2(),
+        f64::from(u8::from(of_a.time_rule != of_b.time_rule)),
     ]
     .iter()
     .map(|part| part * part)
@@ -194,10 +202,12 @@ fn interpolated(curve: &[(f64, f64)], x: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::scene::{DEFAULT, Scene};
+    use crate::study::accuracy::lab::Cost;
+    use crate::study::trial::Difference;
 
     fn settings(elements: usize) -> Settings {
         let scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
-        Settings { elements, ..Settings::of(&scene) }
+        Settings::of(&scene).with(|settings| settings.numerics.elements = elements)
     }
 
     fn candidate(elements: usize, error: f64, multiply_adds: f64) -> Candidate {
@@ -220,15 +230,20 @@ mod tests {
             [candidate(64, 4.0, 1.0), candidate(128, 2.0, 2.0), candidate(256, 3.0, 4.0), candidate(512, 0.5, 8.0)];
         // Known runs at the cheap end: the accurate end is next; the beaten one never is.
         let chosen = next(&all, &[], &[(1.1, 3.9)], 0.1).unwrap();
-        assert_eq!(chosen.settings.elements, 512);
-        let tried = |candidate: &Candidate, found| Tried {
+        assert_eq!(chosen.settings.numerics.elements, 512);
+        let tried = |candidate: &Candidate, (worst, multiply_adds)| Joint {
+            point: Point {
+                label: String::new(),
+                settings: candidate.settings.clone(),
+                difference: Difference { worst, ..Difference::default() },
+                cost: Cost { multiply_adds, ..Cost::default() },
+            },
             expected: candidate.clone(),
             plain: (candidate.error, candidate.multiply_adds),
-            found,
         };
         let one = tried(&all[3], (0.5, 8.0));
         let next_one = next(&all, std::slice::from_ref(&one), &[(1.1, 3.9), (8.0, 0.5)], 0.1).unwrap();
-        assert_eq!(next_one.settings.elements, 128);
+        assert_eq!(next_one.settings.numerics.elements, 128);
         // What was found close by corrects what is expected.
         let worse = tried(&all[1], (4.0, 3.0));
         let (error, work) = correction(&settings(128), &[worse]);

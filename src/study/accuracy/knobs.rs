@@ -6,7 +6,7 @@ use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::road::Lattice;
 use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 use crate::study::accuracy::settings::Settings;
-use crate::study::compare::least_rate;
+use crate::study::trial::least_rate;
 
 /// What turning a knob changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -61,42 +61,38 @@ const STEPS_PER_PERIOD: f64 = 48.0;
 /// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at
 /// `highest` \[Hz\].
 pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps: Option<usize>) -> Settings {
-    let own = Settings::of(scene);
+    let mut settings = Settings::of(scene);
+    let Settings { numerics, contact, cell_length } = &mut settings;
     // A multiple of 16: all parts of it are even.
-    let elements = elements.unwrap_or_else(|| (2 * own.elements).div_ceil(16) * 16);
+    let elements = elements.unwrap_or_else(|| (2 * numerics.elements).div_ceil(16) * 16);
     let substeps = substeps.unwrap_or_else(|| {
         let steps = STEPS_PER_PERIOD * highest * scene.tyre.circumference / scene.rolling.speed();
         // An even number: it is halved to see whether it is enough.
         (0.5 * steps / elements as f64).ceil().max(1.0) as usize * 2
     });
-    let time_rule = if own.time_rule.runge_kutta().is_some() { own.time_rule } else { TimeRule::Bdf2 };
-    let cell = FINEST_CELL * scene.cell_for(highest);
-    let cells = |_| Lattice::across(scene.tyre.contact_width, cell);
-    Settings {
-        elements,
-        substeps,
-        time_rule,
-        history: History::Modal,
-        pole_tolerance: FINEST_POLES,
-        influence_tolerance: FINEST_SUMS,
-        lateral_terms: None,
-        wavenumber_aliases: None,
-        cells_across: own.cells_across.map(cells),
-        cell_length: cell,
-        slice_tolerance: 0.0,
-        ..own
+    (numerics.elements, numerics.substeps) = (elements, substeps);
+    if numerics.time_rule.runge_kutta().is_none() {
+        numerics.time_rule = TimeRule::Bdf2;
     }
+    numerics.history = History::Modal;
+    (numerics.pole_tolerance, numerics.influence_tolerance) = (FINEST_POLES, FINEST_SUMS);
+    (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+    *cell_length = FINEST_CELL * scene.cell_for(highest);
+    contact.cells_across = contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
+    contact.slice_tolerance = 0.0;
+    settings
 }
 
 /// All knobs, those first that a discretisation has.
 pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let own = Settings::of(scene);
     let mut knobs = vec![elements(reference), substeps(reference)];
-    let rules = TimeRule::ALL.into_iter().filter(|&rule| rule != reference.time_rule);
+    let rules = TimeRule::ALL.into_iter().filter(|&rule| rule != reference.numerics.time_rule);
     knobs.extend(rules.map(|rule| other_rule(reference, rule)));
-    let pole =
-        |tolerance: f64| (format!("{tolerance:.0e}"), Settings { pole_tolerance: tolerance, ..reference.clone() });
-    knobs.push(Knob::error("pole tolerance", Ok(POLES.map(pole).into())));
+    let poles = POLES.map(|tolerance| {
+        (format!("{tolerance:.0e}"), reference.with(|settings| settings.numerics.pole_tolerance = tolerance))
+    });
+    knobs.push(Knob::error("pole tolerance", Ok(poles.into())));
     knobs.extend(slices(scene, reference));
     knobs.extend(direct(scene, &own, reference));
     knobs.push(Knob::error("single precision", Err("not built: all arithmetic is in double precision".to_owned())));
@@ -116,33 +112,40 @@ impl Knob {
     }
 }
 
+/// A reference with other elements and steps, and what it is called.
+fn resolved(name: impl ToString, reference: &Settings, elements: usize, substeps: usize) -> (String, Settings) {
+    let turn = |settings: &mut Settings| {
+        (settings.numerics.elements, settings.numerics.substeps) = (elements, substeps);
+    };
+    (name.to_string(), reference.with(turn))
+}
+
 /// Fewer elements at the reference's time step.
 fn elements(reference: &Settings) -> Knob {
-    let step = |(part, of): (usize, usize)| {
-        let elements = reference.elements * part / of;
-        let substeps = (reference.steps() as f64 / elements as f64).round() as usize;
-        (elements.to_string(), Settings { elements, substeps, ..reference.clone() })
+    let parts = ELEMENT_PARTS.map(|(part, of)| reference.numerics.elements * part / of).into_iter();
+    let possible = parts.filter(|count| *count >= Resolution::FEWEST_ELEMENTS && count.is_multiple_of(2));
+    let step = |count: usize| {
+        let substeps = (reference.steps() as f64 / count as f64).round() as usize;
+        resolved(count, reference, count, substeps)
     };
-    let possible =
-        |settings: &Settings| settings.elements >= Resolution::FEWEST_ELEMENTS && settings.elements.is_multiple_of(2);
-    Knob::error(
-        "elements",
-        Ok(ELEMENT_PARTS.map(step).into_iter().filter(|(_, settings)| possible(settings)).collect()),
-    )
+    Knob::error("elements", Ok(possible.map(step).collect()))
+}
+
+/// Fewer steps of those given than the reference has.
+fn fewer(reference: &Settings, substeps: &[usize]) -> Vec<(String, Settings)> {
+    let fewer = substeps.iter().filter(|&&substeps| substeps < reference.numerics.substeps);
+    fewer.map(|&substeps| resolved(substeps, reference, reference.numerics.elements, substeps)).collect()
 }
 
 fn substeps(reference: &Settings) -> Knob {
-    let step = |substeps: usize| (substeps.to_string(), Settings { substeps, ..reference.clone() });
-    let fewer = SUBSTEPS.into_iter().filter(|&substeps| substeps < reference.substeps);
-    Knob::error("substeps", Ok(fewer.map(step).collect()))
+    Knob::error("substeps", Ok(fewer(reference, &SUBSTEPS)))
 }
 
 fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
     let steps = if !time_rule.is_quadrature() {
         Err("its inverse is unstable for a tyre: refused by every run".to_owned())
     } else {
-        let step = |substeps: usize| (substeps.to_string(), Settings { substeps, time_rule, ..reference.clone() });
-        Ok(OTHER_SUBSTEPS.into_iter().filter(|&substeps| substeps < reference.substeps).map(step).collect())
+        Ok(fewer(&reference.with(|settings| settings.numerics.time_rule = time_rule), &OTHER_SUBSTEPS))
     };
     Knob::error(time_rule.name(), steps)
 }
@@ -150,21 +153,23 @@ fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
 fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     let level = || "the road is level across the contact width".to_owned();
     let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
-    let cells = match reference.cells_across {
+    let cells = match reference.contact.cells_across {
         Some(points) if varies && points > 1 => Ok(CELLS
             .map(|share| {
                 let cell = share * reference.cell_length;
                 let points = Lattice::across(scene.tyre.contact_width, cell);
-                let settings = Settings { cells_across: Some(points), cell_length: cell, ..reference.clone() };
-                (format!("{:.2} mm", 1e3 * cell), settings)
+                let turn = |settings: &mut Settings| {
+                    (settings.contact.cells_across, settings.cell_length) = (Some(points), cell);
+                };
+                (format!("{:.2} mm", 1e3 * cell), reference.with(turn))
             })
             .into()),
         None if varies => Err("the measured road has cells of its own".to_owned()),
         _ => Err(level()),
     };
-    let curves = if varies && reference.slices != Slices::None {
+    let curves = if varies && reference.contact.slices != Slices::None {
         let step = |tolerance: f64| {
-            (format!("{tolerance:.0e} m"), Settings { slice_tolerance: tolerance, ..reference.clone() })
+            (format!("{tolerance:.0e} m"), reference.with(|settings| settings.contact.slice_tolerance = tolerance))
         };
         Ok(CURVES.map(step).into())
     } else {
@@ -176,6 +181,7 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
 /// What only the direct history has, at the scene's own elements and steps: at the reference's it would take days.
 fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let refuse = |name: &str, reason: &str| Knob::error(name, Err(reason.to_owned()));
+    let own = &own.numerics;
     if own.history == History::Modal {
         return vec![
             refuse("influence tolerance", "history = \"modal\": the fit's sums follow the tolerance of the poles"),
@@ -186,40 +192,35 @@ fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     if !own.time_rule.is_multistep() {
         return vec![refuse("memory", "the direct history needs a multistep rule")];
     }
-    let modal =
-        Settings { elements: own.elements, substeps: own.substeps, time_rule: own.time_rule, ..reference.clone() };
+    let rule = |settings: &mut Settings| settings.numerics.time_rule = own.time_rule;
+    let modal = resolved("", reference, own.elements, own.substeps).1.with(rule);
     let whole = scene.rolling.warm_up + scene.rolling.duration;
-    let all = Settings { history: History::Direct, memory: whole, ..modal.clone() };
+    let direct = |memory: f64| {
+        modal.with(|Settings { numerics, .. }| (numerics.history, numerics.memory) = (History::Direct, memory))
+    };
+    let all = direct(whole);
+    let sums = SUMS.map(|tolerance| {
+        (format!("{tolerance:.0e}"), all.with(|settings| settings.numerics.influence_tolerance = tolerance))
+    });
+    let terms =
+        TERMS.map(|terms| (terms.to_string(), all.with(|settings| settings.numerics.lateral_terms = Some(terms))));
+    let memories = MEMORIES.into_iter().filter(|&memory| memory < whole);
+    let memories = memories.map(|memory| (format!("{memory} s"), direct(memory))).collect();
     let anchored =
         |name: &str, anchor: &Settings, steps| Knob { anchor: Some(anchor.clone()), ..Knob::error(name, Ok(steps)) };
-    let memories = MEMORIES.into_iter().filter(|&memory| memory < whole);
     vec![
-        anchored(
-            "influence tolerance",
-            &all,
-            SUMS.map(|tolerance| {
-                (format!("{tolerance:.0e}"), Settings { influence_tolerance: tolerance, ..all.clone() })
-            })
-            .into(),
-        ),
-        anchored(
-            "lateral terms",
-            &all,
-            TERMS.map(|terms| (terms.to_string(), Settings { lateral_terms: Some(terms), ..all.clone() })).into(),
-        ),
-        anchored(
-            "memory",
-            &modal,
-            memories.map(|memory| (format!("{memory} s"), Settings { memory, ..all.clone() })).collect(),
-        ),
+        anchored("influence tolerance", &all, sums.into()),
+        anchored("lateral terms", &all, terms.into()),
+        anchored("memory", &modal, memories),
     ]
 }
 
 /// Laws at few elements: the stiffness of a bedding is looked for in static solutions, which take minutes with many.
 fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
-    let elements = own.elements.min(MOST_FOR_LAWS);
-    let substeps = reference.steps().div_ceil(2 * elements);
-    let anchor = Settings { elements, substeps, pole_tolerance: POLES[0], ..reference.clone() };
+    let elements = own.numerics.elements.min(MOST_FOR_LAWS);
+    let anchor = resolved("", reference, elements, reference.steps().div_ceil(2 * elements)).1;
+    let anchor = anchor.with(|settings| settings.numerics.pole_tolerance = POLES[0]);
+    let law = &anchor.contact;
     let knob = |name: &str, steps: Result<Vec<(String, Settings)>, String>| Knob {
         name: name.to_owned(),
         kind: Kind::Model,
@@ -229,28 +230,28 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
     let level = || "slices that are level across are the same by every law".to_owned();
     let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
-    let treads = others(&treads, anchor.tread, |tread| Settings { tread, ..anchor.clone() });
+    let treads = others(&treads, law.tread, |tread| anchor.with(|settings| settings.contact.tread = tread));
     let laws = [(Slices::None, "none"), (Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
-    let laws = others(&laws, anchor.slices, |slices| Settings { slices, ..anchor.clone() });
+    let laws = others(&laws, law.slices, |slices| anchor.with(|settings| settings.contact.slices = slices));
     let couplings =
         [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
-    let coupled = if !varies || anchor.slices == Slices::None {
+    let coupled = if !varies || law.slices == Slices::None {
         Err(level())
-    } else if anchor.tread == Tread::Uncoupled {
+    } else if law.tread == Tread::Uncoupled {
         Err("points of an uncoupled tread have no neighbours within a step".to_owned())
     } else {
-        let with = |slice_coupling| Settings { slice_coupling, local_compliance: None, ..anchor.clone() };
-        Ok(others(&couplings, anchor.slice_coupling, with))
+        let with = |coupling| {
+            let turn = |Settings { contact, .. }: &mut Settings| {
+                (contact.slice_coupling, contact.local_compliance) = (coupling, None);
+            };
+            anchor.with(turn)
+        };
+        Ok(others(&couplings, law.slice_coupling, with))
     };
-    let compliance = if anchor.slice_coupling == SliceCoupling::Local {
-        match anchor.local_compliance.or_else(|| formula_for(scene)) {
-            Some(kappa) => Ok(DOUBTS
-                .map(|(name, factor)| {
-                    (name.to_owned(), Settings { local_compliance: Some(factor * kappa), ..anchor.clone() })
-                })
-                .into()),
-            None => Err(level()),
-        }
+    let compliance = if law.slice_coupling == SliceCoupling::Local {
+        let kappa = law.local_compliance.or_else(|| formula_for(scene)).ok_or_else(level);
+        let with = |kappa: f64| anchor.with(|settings| settings.contact.local_compliance = Some(kappa));
+        kappa.map(|kappa| DOUBTS.map(|(name, factor)| (name.to_owned(), with(factor * kappa))).into())
     } else {
         Err("the paper's slice couplings have none".to_owned())
     };

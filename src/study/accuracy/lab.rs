@@ -5,14 +5,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::counters::Stage;
-use crate::plan::{Amounts, Place, Plan, Unit, UnitCosts};
+use crate::counters::{Counter, Stage};
+use crate::plan::{Amounts, Decisions, Place, Unit, UnitCosts};
 use crate::run::error::RunError;
 use crate::run::past::{contact_field, fetch, fit_options};
 use crate::scene::{History, Scene};
 use crate::study::accuracy::settings::Settings;
-use crate::study::compare::{Common, Difference};
-use crate::study::trial::{Trial, Trials};
+use crate::study::trial::{Common, Difference, Trial, Trials};
 
 /// What a run costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -30,15 +29,31 @@ pub struct Cost {
     pub fit: Option<f64>,
 }
 
-/// A run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+/// Settings that were rolled: how far from others, and at what cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// What it is called.
+    pub label: String,
     /// Its settings.
     pub settings: Settings,
-    /// Its force.
-    pub common: Common,
+    /// How far it is from what it is compared with.
+    pub difference: Difference,
     /// What it cost.
     pub cost: Cost,
+}
+
+impl Point {
+    /// Work and error as the front sees it.
+    pub fn coordinates(&self) -> (f64, f64) {
+        (self.cost.multiply_adds, self.difference.worst)
+    }
+}
+
+/// A run.
+struct Measured {
+    settings: Settings,
+    common: Common,
+    cost: Cost,
 }
 
 /// Rolls settings of one scene, each once.
@@ -57,32 +72,30 @@ impl<'a, 'b> Lab<'a, 'b> {
         Self { scene, highest, trials, known: Vec::new() }
     }
 
-    /// A run with these settings, rolled unless it was before.
+    /// Settings beside others that they are compared with; both are rolled unless they were before.
     ///
     /// # Errors
     /// Of a run.
-    pub fn measure(&mut self, settings: &Settings) -> Result<Measured, RunError> {
-        if let Some(known) = self.known.iter().find(|known| known.settings == *settings) {
-            return Ok(known.clone());
+    pub fn point(&mut self, label: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
+        let (this, other) = (self.measure(settings)?, self.measure(other)?);
+        let Measured { common, cost, .. } = &self.known[this];
+        let difference = common.difference(&self.known[other].common);
+        Ok(Point { label: label.to_owned(), settings: settings.clone(), difference, cost: *cost })
+    }
+
+    /// Which of the known runs has these settings; it is rolled unless it was before.
+    fn measure(&mut self, settings: &Settings) -> Result<usize, RunError> {
+        if let Some(known) = self.known.iter().position(|known| known.settings == *settings) {
+            return Ok(known);
         }
         let scene = settings.on(&self.scene);
-        let (evaluations, fit) = self.fit(&scene)?;
+        let (evaluations, fit) = self.fit(&scene);
         let trial = self.trials.roll(&scene)?;
         let within = self.within();
         let cost = cost(&trial, within.end, evaluations, fit);
         let common = Common::of(&trial, within, self.highest);
-        let measured = Measured { settings: settings.clone(), common, cost };
-        self.known.push(measured.clone());
-        Ok(measured)
-    }
-
-    /// How far a run with these settings is from another.
-    ///
-    /// # Errors
-    /// Of a run.
-    pub fn difference(&mut self, settings: &Settings, other: &Settings) -> Result<Difference, RunError> {
-        let (a, b) = (self.measure(settings)?, self.measure(other)?);
-        Ok(a.common.difference(&b.common))
+        self.known.push(Measured { settings: settings.clone(), common, cost });
+        Ok(self.known.len() - 1)
     }
 
     /// The stretch that is compared \[s\].
@@ -92,22 +105,17 @@ impl<'a, 'b> Lab<'a, 'b> {
 
     /// Fits the model that a run will ask for, so that its time is known apart: evaluations, and time unless the cache
     /// had it.
-    fn fit(&self, scene: &Scene) -> Result<(Option<u64>, Option<f64>), RunError> {
+    fn fit(&self, scene: &Scene) -> (Option<u64>, Option<f64>) {
         if scene.numerics.history == History::Direct {
-            return Ok((None, None));
+            return (None, None);
         }
-        let plan = Plan::new(scene);
+        let Decisions { tyre, tread, .. } = Decisions::new(scene);
         let begin = Instant::now();
         // A refusal is the run's to report, in its place in the scene.
-        let fetched =
-            fetch(&plan.decisions.tyre, &fit_options(scene, contact_field(plan.decisions.tread)), self.trials.stop());
-        Ok(match fetched {
-            Ok(fetched) => {
-                let seconds = (!fetched.warm).then(|| begin.elapsed().as_secs_f64());
-                (Some(fetched.model.evaluations()), seconds)
-            }
-            Err(_) => (None, None),
-        })
+        let Ok(fetched) = fetch(&tyre, &fit_options(scene, contact_field(tread)), self.trials.stop()) else {
+            return (None, None);
+        };
+        (Some(fetched.model.evaluations()), (!fetched.warm).then(|| begin.elapsed().as_secs_f64()))
     }
 }
 
@@ -120,8 +128,7 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
     };
     Cost {
         multiply_adds: (counted as f64 + planned_road(&trial.plan.amounts)) / rolled,
-        compliance_evaluations: evaluations
-            .unwrap_or_else(|| meter.counted(crate::counters::Counter::ComplianceEvaluations)),
+        compliance_evaluations: evaluations.unwrap_or_else(|| meter.counted(Counter::ComplianceEvaluations)),
         march: seconds(&march) / rolled,
         road: seconds(&[Stage::Road, Stage::Slices]) / rolled,
         fit,

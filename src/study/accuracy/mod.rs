@@ -22,9 +22,9 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 pub use front::front;
-pub use joint::{Candidate, Tried};
+pub use joint::{Candidate, Joint};
 pub use knobs::{Kind, Knob};
-pub use lab::{Cost, Measured};
+pub use lab::{Cost, Point};
 pub use richardson::Richardson;
 pub use settings::Settings;
 
@@ -32,8 +32,7 @@ use crate::plan::{Plan, UnitCosts, unit_record};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
 use crate::scene::{LoadedScene, Road, Scene, SceneError};
-use crate::study::compare::{Difference, least_rate};
-use crate::study::trial::{SETTLING, Trials};
+use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
 use lab::Lab;
 
 /// Errors below this share of the doubt are not worth a combination.
@@ -89,19 +88,6 @@ impl StudyOptions {
     }
 }
 
-/// Settings that were rolled: how far from the reference, and at what cost.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Point {
-    /// What it is called.
-    pub label: String,
-    /// Its settings.
-    pub settings: Settings,
-    /// How far it is from what it is compared with.
-    pub difference: Difference,
-    /// What it cost.
-    pub cost: Cost,
-}
-
 /// A knob, swept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Swept {
@@ -115,17 +101,6 @@ pub struct Swept {
     pub points: Vec<Point>,
     /// Why the scene cannot have it, or some of its points.
     pub missing: Option<String>,
-}
-
-/// A combination, as it was expected and as it was found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Joint {
-    /// As found.
-    pub point: Point,
-    /// Largest difference of a level expected \[dB\].
-    pub expected_error: f64,
-    /// Multiply-adds expected in a second rolled.
-    pub expected_multiply_adds: f64,
 }
 
 /// How sure the reference is in one of its knobs.
@@ -174,11 +149,6 @@ impl Study {
     pub fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }
-
-    /// Work and error as the front sees a point.
-    pub fn coordinates(point: &Point) -> (f64, f64) {
-        (point.cost.multiply_adds, point.difference.worst)
-    }
 }
 
 fn points<'a>(knobs: &'a [Swept], named: &'a [Point], joint: &'a [Joint]) -> impl Iterator<Item = &'a Point> {
@@ -206,9 +176,10 @@ pub fn study(
     let mut named = presets::named(&loaded.scene, options.highest);
     let scene = &loaded.scene;
     // Finer than the finest preset.
-    let finest = named.iter().map(|(_, settings)| settings.elements).max().unwrap_or_default();
-    let elements =
-        options.elements.or_else(|| (5 * finest > 8 * own.elements).then_some((5 * finest / 4).div_ceil(16) * 16));
+    let finest = named.iter().map(|(_, settings)| settings.numerics.elements).max().unwrap_or_default();
+    let elements = options
+        .elements
+        .or_else(|| (5 * finest > 8 * own.numerics.elements).then_some((5 * finest / 4).div_ceil(16) * 16));
     let reference = knobs::reference(scene, options.highest, elements, options.substeps);
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
@@ -248,16 +219,11 @@ fn carry_out(
     knobs: &[Knob],
     named: &[(String, Settings)],
 ) -> Result<Study, RunError> {
-    let point = |lab: &mut Lab<'_, '_>, label: &str, settings: &Settings, other: &Settings| {
-        let difference = lab.difference(settings, other)?;
-        let cost = lab.measure(settings)?.cost;
-        Ok::<_, RunError>(Point { label: label.to_owned(), settings: settings.clone(), difference, cost })
-    };
-    let of_reference = point(lab, "reference", &reference, &reference)?;
+    let of_reference = lab.point("reference", &reference, &reference)?;
     let mut refined = Vec::new();
     for (knob, coarse, fine) in refinements {
-        let (coarse, fine) = (lab.difference(coarse, &reference)?, lab.difference(fine, &reference)?);
-        refined.push(Refined::new(knob, &coarse, &fine));
+        let [coarse, fine] = [coarse, fine].map(|settings| lab.point(knob, settings, &reference));
+        refined.push(Refined::new(knob, &coarse?.difference, &fine?.difference));
     }
     let doubt = doubt(&refined);
     let mut swept = Vec::new();
@@ -265,7 +231,7 @@ fn carry_out(
         let other = knob.anchor.as_ref().unwrap_or(&reference);
         let (mut points, mut missing) = (Vec::new(), knob.steps.as_ref().err().cloned());
         for (label, settings) in knob.steps.iter().flatten() {
-            match point(lab, label, settings, other) {
+            match lab.point(label, settings, other) {
                 Ok(found) => points.push(found),
                 // Such as a model that cannot be fitted: the others can be all the same.
                 Err(RunError::Scene(error)) => missing = Some(format!("{label}: {}", error.problem())),
@@ -277,7 +243,7 @@ fn carry_out(
     }
     let mut of_named = Vec::new();
     for (label, settings) in named {
-        of_named.push(point(lab, label, settings, &reference)?);
+        of_named.push(lab.point(label, settings, &reference)?);
     }
 
     let error = |settings: &Settings| {
@@ -289,20 +255,14 @@ fn carry_out(
     } else {
         Vec::new()
     };
-    let (mut joint, mut tried): (Vec<Joint>, Vec<Tried>) = (Vec::new(), Vec::new());
+    let mut joint: Vec<Joint> = Vec::new();
     while joint.len() < options.runs {
-        let known: Vec<(f64, f64)> = points(&swept, &of_named, &joint).map(Study::coordinates).collect();
-        let Some(expected) = joint::next(&all, &tried, &known, FLOOR * doubt.worst) else { break };
-        let found = point(lab, &format!("combination {}", joint.len() + 1), &expected.settings, &reference)?;
+        let known: Vec<(f64, f64)> = points(&swept, &of_named, &joint).map(Point::coordinates).collect();
+        let Some(expected) = joint::next(&all, &joint, &known, FLOOR * doubt.worst) else { break };
+        let point = lab.point(&format!("combination {}", joint.len() + 1), &expected.settings, &reference)?;
         let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
         let plain = plain.map_or((expected.error, expected.multiply_adds), |plain| (plain.error, plain.multiply_adds));
-        let both = (found.difference.worst, found.cost.multiply_adds);
-        joint.push(Joint {
-            point: found,
-            expected_error: expected.error,
-            expected_multiply_adds: expected.multiply_adds,
-        });
-        tried.push(Tried { expected, plain, found: both });
+        joint.push(Joint { point, expected, plain });
     }
 
     let mut study = Study {
@@ -316,7 +276,7 @@ fn carry_out(
         front: Vec::new(),
         threads: rayon::current_num_threads(),
     };
-    let coordinates: Vec<(f64, f64)> = study.points().map(Study::coordinates).collect();
+    let coordinates: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let on = front(&coordinates);
     let all: Vec<&Point> = study.points().collect();
     study.front = on.into_iter().map(|index| all[index].clone()).collect();
@@ -327,17 +287,21 @@ fn carry_out(
 fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> {
     let with = |elements: usize, steps: usize| {
         let substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
-        Settings { elements, substeps, ..reference.clone() }
+        reference.with(|settings| {
+            (settings.numerics.elements, settings.numerics.substeps) = (elements, substeps);
+        })
     };
-    let (elements, substeps, steps) = (reference.elements, reference.substeps, reference.steps());
+    let (elements, substeps, steps) = (reference.numerics.elements, reference.numerics.substeps, reference.steps());
     let mut all = vec![
         ("elements", with(elements / 2, steps), with(2 * elements, steps)),
         ("substeps", with(elements, elements * (substeps / 2).max(1)), with(elements, 2 * steps)),
     ];
-    if let Some(points) = reference.cells_across.filter(|&points| points > 1) {
+    if let Some(points) = reference.contact.cells_across.filter(|&points| points > 1) {
         let cells = |cells_across: usize| {
-            let cell_length = reference.cell_length * points as f64 / cells_across as f64;
-            Settings { cells_across: Some(cells_across), cell_length, ..reference.clone() }
+            reference.with(|settings| {
+                settings.contact.cells_across = Some(cells_across);
+                settings.cell_length = settings.cell_length * points as f64 / cells_across as f64;
+            })
         };
         all.push(("cells", cells(points / 2), cells(2 * points)));
     }

@@ -18,24 +18,18 @@ const COARSEST_POLES: f64 = 1e-2;
 
 /// The settings that a row chooses for a scene up to `highest` \[Hz\].
 pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
-    let own = Settings::of(scene);
+    let mut settings = Settings::of(scene);
+    let Settings { numerics, contact, cell_length } = &mut settings;
     let need = Need { highest, row: Some(row) };
-    let cell = row.cell_for(scene, highest);
     let (length, speed) = (scene.tyre.circumference, scene.rolling.speed());
     let Resolution { elements, substeps } = Resolution::new(need, length, speed, row.time_rule, None, None);
-    Settings {
-        elements,
-        substeps,
-        time_rule: row.time_rule,
-        history: History::Modal,
-        pole_tolerance: row.pole_tolerance,
-        lateral_terms: None,
-        wavenumber_aliases: None,
-        cells_across: own.cells_across.map(|_| Road::cells(scene.tyre.contact_width, cell)),
-        cell_length: cell,
-        slice_tolerance: row.slice_tolerance,
-        ..own
-    }
+    (numerics.elements, numerics.substeps, numerics.time_rule) = (elements, substeps, row.time_rule);
+    (numerics.history, numerics.pole_tolerance) = (History::Modal, row.pole_tolerance);
+    (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+    *cell_length = row.cell_for(scene, highest);
+    contact.cells_across = contact.cells_across.map(|_| Road::cells(scene.tyre.contact_width, *cell_length));
+    contact.slice_tolerance = row.slice_tolerance;
+    settings
 }
 
 /// All rows with their names.
@@ -50,25 +44,23 @@ pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
         .iter()
         .map(|(name, base)| {
             let mut steps = Vec::new();
-            let mut add = |what: &str, settings: Settings| steps.push((what.to_owned(), settings));
-            let elements = |up: usize, down: usize| Settings {
-                elements: (base.elements * up / down).div_ceil(2) * 2,
-                ..base.clone()
-            };
-            add("fewer elements", elements(3, 4));
-            add("more elements", elements(4, 3));
-            if base.substeps > 1 {
-                add("fewer steps", Settings { substeps: base.substeps - 1, ..base.clone() });
+            let mut add = |what: &str, turn: &dyn Fn(&mut Settings)| steps.push((what.to_owned(), base.with(turn)));
+            let Settings { numerics, contact, .. } = base;
+            let elements = |up: usize, down: usize| (numerics.elements * up / down).div_ceil(2) * 2;
+            add("fewer elements", &|settings| settings.numerics.elements = elements(3, 4));
+            add("more elements", &|settings| settings.numerics.elements = elements(4, 3));
+            if numerics.substeps > 1 {
+                add("fewer steps", &|settings| settings.numerics.substeps -= 1);
             }
-            add("more steps", Settings { substeps: base.substeps + 1, ..base.clone() });
+            add("more steps", &|settings| settings.numerics.substeps += 1);
             // Poles are hardly seen in either, but for fewer of them.
-            add(
-                "fewer poles",
-                Settings { pole_tolerance: (10.0 * base.pole_tolerance).min(COARSEST_POLES), ..base.clone() },
-            );
-            if let Some(points) = base.cells_across.filter(|&points| points > 1) {
-                let cell_length = 2.0 * base.cell_length;
-                add("larger cells", Settings { cells_across: Some(points.div_ceil(2)), cell_length, ..base.clone() });
+            let poles = (10.0 * numerics.pole_tolerance).min(COARSEST_POLES);
+            add("fewer poles", &|settings| settings.numerics.pole_tolerance = poles);
+            if let Some(points) = contact.cells_across.filter(|&points| points > 1) {
+                add("larger cells", &|settings| {
+                    settings.cell_length *= 2.0;
+                    settings.contact.cells_across = Some(points.div_ceil(2));
+                });
             }
             Knob { name: format!("around {name}"), kind: Kind::Neighbour, anchor: None, steps: Ok(steps) }
         })
@@ -102,11 +94,11 @@ impl Verdict {
 
 /// The verdicts of a study in which the presets are named points.
 pub fn verdicts(study: &Study) -> Vec<Verdict> {
-    let points: Vec<(f64, f64)> = study.points().map(Study::coordinates).collect();
+    let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let verdict = |row: &FrontRow| {
         let point: &Point = study.named.iter().find(|point| point.label == row.preset.name())?;
         let (found, stated) = (point.difference.worst, row.error);
-        Some(Verdict { preset: row.preset, stated, found, excess: excess(Study::coordinates(point), &points) })
+        Some(Verdict { preset: row.preset, stated, found, excess: excess(point.coordinates(), &points) })
     };
     FrontRow::ALL.iter().filter_map(verdict).collect()
 }

@@ -8,6 +8,6 @@ pub mod run;
 pub mod table;
 pub mod variants;
 
-pub use run::{Outcome, SweepWatch, Unwatched, sweep};
+pub use run::{Done, Outcome, sweep};
 pub use table::{SweepBlock, blocks};
 pub use variants::{Axes, SweepError, Variant, variants};

@@ -13,51 +13,69 @@ use crate::counters::Stage;
 use crate::plan::{Decisions, Plan};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
-use crate::results::summary::{RollingResistance, SUMMARY_FILE};
+use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
 use crate::run::past::{contact_field, fetch, fit_options};
 use crate::run::{self, Progress, RunError, RunOptions};
 use crate::scene::History;
 use crate::study::sweep::variants::Variant;
+use crate::study::trial::UNIT;
 
 /// How a variant ended.
 #[derive(Debug)]
 pub enum Outcome {
     /// Its results are there, found or made.
-    Done {
-        /// Whether an earlier sweep had finished it.
-        found: bool,
-        /// Third-octave levels of the contact force \[dB re 1 N\].
-        levels: Vec<BandLevel>,
-        /// Rolling resistance, where the tread law has one.
-        rolling_resistance: Option<RollingResistance>,
-    },
+    Done(Done),
     /// It was stopped, or not begun, because the user wanted the end.
     Stopped,
     /// It failed.
     Failed(RunError),
 }
 
-/// Watches a sweep. Calls come from several threads.
-pub trait SweepWatch: Sync {
-    /// That many steps more are to be done in all.
-    fn planned(&self, steps: u64);
-    /// That many of them are done.
-    fn done(&self, steps: u64);
-    /// Something the user should know about a variant.
-    fn note(&self, name: &str, text: &str);
+/// What a variant that is done has found, as its folder says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Done {
+    /// Whether an earlier sweep had finished it.
+    pub found: bool,
+    /// Third-octave levels of the contact force \[dB re 1 N\].
+    pub levels: Vec<BandLevel>,
+    /// Rolling resistance, where the tread law has one.
+    pub rolling_resistance: Option<RollingResistance>,
+    /// The load and how well it was met.
+    pub load: Option<LoadResult>,
 }
 
-/// Nobody watches.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Unwatched;
-
-impl SweepWatch for Unwatched {
-    fn planned(&self, _steps: u64) {}
-    fn done(&self, _steps: u64) {}
-    fn note(&self, _name: &str, _text: &str) {}
+impl Outcome {
+    /// What it has found, if it is done.
+    pub fn done(&self) -> Option<&Done> {
+        match self {
+            Self::Done(done) => Some(done),
+            Self::Stopped | Self::Failed(_) => None,
+        }
+    }
 }
+
+impl Done {
+    /// From the levels and the summary of a results folder.
+    fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
+        let outcome = &summary["outcome"];
+        Self {
+            found,
+            levels,
+            rolling_resistance: serde_json::from_value(outcome["rolling_resistance"].clone()).ok(),
+            load: serde_json::from_value(outcome["load"].clone()).ok(),
+        }
+    }
+
+    /// The load, where it was missed by more than its tolerance.
+    pub fn missed_load(&self) -> Option<&LoadResult> {
+        self.load.as_ref().filter(|load| !load.met)
+    }
+}
+
+/// Whoever watches a sweep, and the time that all variants have rolled \[s\].
+type Watch<'a> = Mutex<(&'a mut (dyn Progress + Send), f64)>;
 
 /// Runs what is not finished under `target`, one folder per variant, on `threads` threads in all; how each ended, in
 /// their order. A variant that fails does not stop the others.
@@ -66,13 +84,17 @@ pub fn sweep(
     target: &Path,
     threads: usize,
     stop: &AtomicBool,
-    watch: &dyn SweepWatch,
+    progress: &mut (dyn Progress + Send),
 ) -> Vec<Outcome> {
     let outcomes: Vec<Mutex<Option<Outcome>>> =
         variants.iter().map(|variant| Mutex::new(finished(variant, target))).collect();
     let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
+    progress.stage(Stage::Influence);
     share_models(left.iter().map(|&index| &variants[index]), stop);
-    watch.planned(left.iter().map(|&index| Plan::new(&variants[index].loaded.scene).steps).sum());
+    let plans = left.iter().map(|&index| Plan::new(&variants[index].loaded.scene));
+    let time: f64 = plans.map(|plan| plan.steps as f64 * plan.time_step).sum();
+    progress.march(0, (time / UNIT) as u64, UNIT);
+    let watch = Mutex::new((progress, 0.0));
 
     let workers = threads.min(left.len()).max(1);
     let next = AtomicUsize::new(0);
@@ -81,7 +103,7 @@ pub fn sweep(
         let pool = rayon::ThreadPoolBuilder::new().num_threads(share.max(1)).build().ok();
         while let Some(&index) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
             let variant = &variants[index];
-            let one = || carry_out(variant, target, share.max(1), stop, watch);
+            let one = || carry_out(variant, target, share.max(1), stop, &watch);
             // Without a pool of its own it runs on the caller's: slower for the others, the same results.
             let outcome = pool.as_ref().map_or_else(one, |pool| pool.install(one));
             *lock(&outcomes[index]) = Some(outcome);
@@ -93,6 +115,7 @@ pub fn sweep(
             scope.spawn(move || work(worker));
         }
     });
+    lock(&watch).0.finish();
     let ended = |outcome: Mutex<Option<Outcome>>| outcome.into_inner().ok().flatten().unwrap_or(Outcome::Stopped);
     outcomes.into_iter().map(ended).collect()
 }
@@ -132,13 +155,12 @@ fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     if !same || newer {
         return None;
     }
-    let levels = read_force_levels(&fs::read_to_string(folder.join(SPECTRA_FILE)).ok()?)?;
-    Some(Outcome::Done { found: true, levels, rolling_resistance: read_resistance(&summary) })
+    Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &summary)))
 }
 
-/// The rolling resistance that a summary tells.
-fn read_resistance(summary: &serde_json::Value) -> Option<RollingResistance> {
-    serde_json::from_value(summary["outcome"]["rolling_resistance"].clone()).ok()
+/// A folder's levels.
+fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
+    read_force_levels(&fs::read_to_string(folder.join(SPECTRA_FILE)).ok()?)
 }
 
 /// A folder's summary.
@@ -147,26 +169,23 @@ fn read_summary(folder: &Path) -> Option<serde_json::Value> {
 }
 
 /// Goes on with a variant, or runs it from its beginning.
-fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool, watch: &dyn SweepWatch) -> Outcome {
+fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool, watch: &Watch<'_>) -> Outcome {
     if stop.load(Ordering::Relaxed) {
         return Outcome::Stopped;
     }
     let target = target.join(&variant.name);
-    let mut progress = VariantProgress { name: &variant.name, watch, done: 0 };
-    let report = match resumable(variant, &target, watch) {
-        true => run::resume(&target, threads, stop, &mut progress),
-        false => {
-            let options = RunOptions { target: target.clone(), threads };
-            run::run(&variant.loaded, &options, stop, &mut progress)
-        }
+    let mut progress = VariantProgress { name: &variant.name, watch, done: 0, time_step: 0.0 };
+    let report = if resumable(variant, &target, &mut progress) {
+        run::resume(&target, threads, stop, &mut progress)
+    } else {
+        let options = RunOptions { target, threads };
+        run::run(&variant.loaded, &options, stop, &mut progress)
     };
     match report {
+        // As written, so that a sweep that finds it finished says the same.
         Ok(report) => {
-            let levels = fs::read_to_string(report.folder.join(SPECTRA_FILE)).ok();
-            let levels = levels.and_then(|text| read_force_levels(&text)).unwrap_or_default();
-            // As written, so that a sweep that finds it finished says the same.
-            let rolling_resistance = read_summary(&report.folder).as_ref().and_then(read_resistance);
-            Outcome::Done { found: false, levels, rolling_resistance }
+            let levels = read_levels(&report.folder).unwrap_or_default();
+            Outcome::Done(Done::new(false, levels, &read_summary(&report.folder).unwrap_or_default()))
         }
         Err(RunError::Interrupted { .. }) => Outcome::Stopped,
         Err(error) => Outcome::Failed(error),
@@ -174,39 +193,43 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
 }
 
 /// Whether there is a checkpoint of just this variant; what is left of others, or unusable, is cleared away.
-fn resumable(variant: &Variant, target: &Path, watch: &dyn SweepWatch) -> bool {
+fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> bool {
     if let Ok(folder) = unfinished(target) {
         match Checkpoint::read(&folder) {
             Ok(checkpoint) if checkpoint.loaded.scene == variant.loaded.scene => return true,
-            Ok(_) => watch.note(&variant.name, "begun anew: its unfinished run was of another scene"),
-            Err(error) => watch.note(&variant.name, &format!("begun anew: {error}")),
+            Ok(_) => progress.note("begun anew: its unfinished run was of another scene"),
+            Err(error) => progress.note(&format!("begun anew: {error}")),
         }
     }
     forget_abandoned(target);
     false
 }
 
-/// Adds up a variant's steps.
-struct VariantProgress<'a> {
+/// Adds up what the variants roll.
+struct VariantProgress<'a, 'b> {
     name: &'a str,
-    watch: &'a dyn SweepWatch,
+    watch: &'a Watch<'b>,
     done: u64,
+    time_step: f64,
 }
 
-impl Progress for VariantProgress<'_> {
+impl Progress for VariantProgress<'_, '_> {
     fn stage(&mut self, _stage: Stage) {}
 
-    fn march(&mut self, done: u64, _steps: u64, _time_step: f64) {
+    fn march(&mut self, done: u64, _steps: u64, time_step: f64) {
+        self.time_step = time_step;
         self.step(done);
     }
 
     fn step(&mut self, done: u64) {
-        self.watch.done(done.saturating_sub(self.done));
+        let (progress, rolled) = &mut *lock(self.watch);
+        *rolled += done.saturating_sub(self.done) as f64 * self.time_step;
+        progress.step((*rolled / UNIT) as u64);
         self.done = done;
     }
 
     fn note(&mut self, text: &str) {
-        self.watch.note(self.name, text);
+        lock(self.watch).0.note(&format!("{}: {text}", self.name));
     }
 
     fn finish(&mut self) {}

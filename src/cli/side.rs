@@ -1,0 +1,83 @@
+//! Commands that read a scene and leave a folder of files beside their answer.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use tyrewave::counters::Meter;
+use tyrewave::results::summary::{Cost, Summary};
+use tyrewave::results::table::Report;
+use tyrewave::results::{PlotError, ResultsFolder};
+use tyrewave::scene::{LoadedScene, Scene};
+
+use super::{CliError, Context};
+
+/// A scene, and where the results of a command that is not `run` go.
+#[derive(Clone, Debug, Args)]
+pub struct Place {
+    /// The scene, a TOML file.
+    pub scene: PathBuf,
+    /// Results folder; default: results/NAME-COMMAND, NAME being the scene's.
+    #[arg(long, short, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+/// The work on a scene, and the files that it leaves.
+pub struct Side {
+    pub loaded: LoadedScene,
+    /// What the work costs.
+    pub meter: Meter,
+    /// What the summary says of the settings: at first the scene's.
+    pub settings: serde_json::Value,
+    target: PathBuf,
+    begin: Instant,
+    files: Vec<(&'static str, String)>,
+}
+
+impl Place {
+    /// Reads the scene. A place that cannot be written to is refused now, not after the work.
+    pub fn open(self, command: &str) -> Result<Side, CliError> {
+        let loaded = Scene::load(&self.scene)?;
+        Side::new(loaded, self.target(command))
+    }
+
+    /// The results folder of a command.
+    pub fn target(self, command: &str) -> PathBuf {
+        self.out.unwrap_or_else(|| {
+            let mut name = self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
+            name.push(format!("-{command}"));
+            Path::new("results").join(name)
+        })
+    }
+}
+
+impl Side {
+    pub fn new(loaded: LoadedScene, target: PathBuf) -> Result<Self, CliError> {
+        drop(ResultsFolder::create(&target)?);
+        let (settings, meter) = (loaded.settings()?, Meter::default());
+        Ok(Self { loaded, meter, settings, target, begin: Instant::now(), files: Vec::new() })
+    }
+
+    /// Keeps a file for the folder.
+    pub fn file(&mut self, name: &'static str, text: impl Into<String>) {
+        self.files.push((name, text.into()));
+    }
+
+    /// Keeps a picture for the folder.
+    pub fn picture(&mut self, name: &'static str, svg: Result<String, PlotError>) -> Result<(), CliError> {
+        self.file(name, svg?);
+        Ok(())
+    }
+
+    /// Writes the folder and answers.
+    pub fn finish(self, context: &Context, report: &Report) -> Result<(), CliError> {
+        let folder = ResultsFolder::create(&self.target)?;
+        for (name, text) in &self.files {
+            folder.write_text(name, text)?;
+        }
+        let cost = Cost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
+        let place = folder.finish(Summary::begun(&self.loaded.title(), self.settings, cost))?;
+        context.answer(report, &place)
+    }
+}

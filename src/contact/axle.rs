@@ -8,6 +8,7 @@ use super::active_set::ActiveSet;
 use super::error::ContactError;
 use super::geometry::Geometry;
 use super::moving_axle::MovingAxle;
+use crate::counters::Meter;
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Axle;
 
@@ -77,7 +78,7 @@ impl StaticTyre<'_> {
                 .map(|column| indentation - geometry.rise(geometry.position(first + column as i64, 0)))
                 .collect();
             search
-                .search(&required, &mut forces)
+                .search(&required, &mut forces, &mut Meter::default())
                 .map_err(|_| ContactError::SingularMatrix { points: columns, step: 0 })?;
             Ok((forces.iter().sum(), forces.iter().filter(|&&force| force > 0.0).count()))
         };

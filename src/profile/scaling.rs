@@ -372,14 +372,17 @@ fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> 
         for _ in 0..3 {
             let options = RunOptions { target: scratch.join("threads"), threads };
             let report = pool.install(|| run(&loaded, &options, stop, &mut Unwatched)).map_err(failed)?;
-            let before: Duration =
-                [Stage::Influence, Stage::Fit, Stage::Axle].iter().map(|&stage| report.meter.cost(stage).wall).sum();
+            let before: Duration = [Stage::Influence, Stage::Fit, Stage::Axle]
+                .iter()
+                .map(|&stage| report.meter.cost(stage).spent.wall)
+                .sum();
             let seconds = (report.wall - before).as_secs_f64();
             if seconds < best {
                 best = seconds;
                 if threads == 1 {
                     let beside = [Stage::Road, Stage::Slices, Stage::History, Stage::Transforms];
-                    let parallel: f64 = beside.iter().map(|&stage| report.meter.cost(stage).wall.as_secs_f64()).sum();
+                    let parallel: f64 =
+                        beside.iter().map(|&stage| report.meter.cost(stage).spent.wall.as_secs_f64()).sum();
                     found.serial = 1.0 - parallel / seconds;
                 }
             }

@@ -149,14 +149,14 @@ impl Probe {
         let rolled = begin.elapsed();
         let steps = plan.steps as f64;
         let meter = run.finish().meter;
-        let in_stages: Duration = Stage::OF_A_STEP.iter().map(|&stage| meter.cost(stage).wall).sum();
+        let in_stages: Duration = Stage::OF_A_STEP.iter().map(|&stage| meter.cost(stage).spent.wall).sum();
         let rest = rolled.saturating_sub(in_stages).as_secs_f64();
         Ok(Self { work: plan.amounts.work, meter, steps, rest })
     }
 
     /// Time of a stage with its parts: a plan has them together.
     fn seconds(&self, stage: Stage) -> f64 {
-        self.meter.whole(stage).wall.as_secs_f64()
+        self.meter.whole(stage).spent.wall.as_secs_f64()
     }
 
     fn planned(&self, unit: Unit) -> f64 {

@@ -216,16 +216,16 @@ fn a_stage_that_takes_five_percent_longer_is_found_and_named() {
         (
             "history",
             "src/contact/history/far.rs",
-            "times[0] = laps.lap();\n",
-            "times[0] = laps.lap();\nlet (planted, more) = (std::time::Instant::now(), times[0].wall.mul_f64(0.05));\n\
-             while planted.elapsed() < more {}\ntimes[0] += laps.lap();\n",
+            "times[0] = clock.lap();\n",
+            "times[0] = clock.lap();\nlet (planted, more) = (std::time::Instant::now(), times[0].wall.mul_f64(0.05));\n\
+             while planted.elapsed() < more {}\ntimes[0] += clock.lap();\n",
         ),
         (
             "active_set",
             "src/contact/march.rs",
-            "let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step)?;\n",
+            "let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step, meter)?;\n",
             "let planted = std::time::Instant::now();\n\
-             let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step)?;\n\
+             let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step, meter)?;\n\
              let until = planted.elapsed().mul_f64(1.05);\nwhile planted.elapsed() < until {}\n",
         ),
     ];

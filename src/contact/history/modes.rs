@@ -21,12 +21,12 @@
 
 use pulp::Arch;
 
+use super::PastForces;
 use super::behind::Behind;
 use super::far::Far;
 use super::recursion::{coefficients, impulse_response};
 use super::transfer::first_weight;
-use super::{HistoryWork, PastForces};
-use crate::counters::{Clocks, Spent, Work};
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::scene::TimeRule;
@@ -51,7 +51,6 @@ pub struct ModalHistory {
     rows: Vec<Row>,
     /// First weights by stage of the force, lag and distance; see [`first_influences`].
     near: Vec<Vec<f64>>,
-    clocks: Clocks,
     arch: Arch,
 }
 
@@ -92,7 +91,6 @@ impl ModalHistory {
             old: vec![vec![0.0; elements]; instants],
             rows,
             near: first_influences(model, field, rule, time_step, 2 * instants - 1)?,
-            clocks: Clocks::OFF,
             arch: Arch::new(),
         })
     }
@@ -105,14 +103,11 @@ impl ModalHistory {
     }
 
     /// A block begins: u_old of it is fetched, the last block's forces are sent out for that of the next.
-    fn turn(&mut self) -> HistoryWork {
+    fn turn(&mut self, meter: &mut Meter) {
         self.rows.rotate_left(self.old.len());
         let mut far = self.far.take();
-        let mut work = far.work();
-        far.watched = self.clocks.cpu;
-        if !self.clocks.wall {
-            work.times.transforms = Spent::default();
-        }
+        far.report(meter);
+        far.cpu = meter.cpu_clock();
         let block = far.rings.iter_mut().zip(&mut self.old).zip(&self.rows);
         for ((ring, old), row) in block {
             std::mem::swap(ring, old);
@@ -122,7 +117,6 @@ impl ModalHistory {
             }
         }
         self.far.begin(far);
-        work
     }
 
     /// Adds what the forces of the block before and of earlier instants of this one displace.
@@ -172,15 +166,16 @@ fn first_influences(
 }
 
 impl PastForces for ModalHistory {
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
-        let mut work = if self.instant == 0 { self.turn() } else { HistoryWork::default() };
+    fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
+        if self.instant == 0 {
+            self.turn(meter);
+        }
         let first = first_element.rem_euclid(self.elements as i64) as usize;
         let (behind, ahead) = self.old[self.instant].split_at(first);
         for (value, old) in out.iter_mut().zip(ahead.iter().chain(behind)) {
             *value = *old;
         }
-        work.sums += self.add_near(first, out);
-        work
+        meter.add_work(Stage::History, self.add_near(first, out));
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {
@@ -189,10 +184,6 @@ impl PastForces for ModalHistory {
         row.forces.clear();
         row.forces.extend(forces.iter().copied().enumerate().filter(|(_, force)| *force != 0.0));
         self.instant = (self.instant + 1) % self.old.len();
-    }
-
-    fn set_clocks(&mut self, clocks: Clocks) {
-        self.clocks = clocks;
     }
 
     fn save(&self, state: &mut StateWriter) {
@@ -260,7 +251,7 @@ mod tests {
         for instant in from..to {
             let first = instant / stages / 2;
             let mut old = [0.0; COLUMNS];
-            history.displacement(first, &mut old);
+            history.displacement(first, &mut old, &mut Meter::default());
             let forces: Vec<f64> = (0..COLUMNS as i64)
                 .zip(&old)
                 .map(|(column, old)| {

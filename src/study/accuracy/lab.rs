@@ -115,9 +115,7 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
     let meter = &trial.results.meter;
     let march = [Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
     let counted: u64 = march.iter().map(|&stage| meter.whole(stage).work.multiply_adds).sum();
-    let seconds = |stages: &[Stage]| -> f64 {
-        stages.iter().map(|&stage| meter.whole(stage)).map(|cost| (cost.wall + cost.background).as_secs_f64()).sum()
-    };
+    let seconds = |stages: &[Stage]| -> f64 { stages.iter().map(|&stage| meter.whole(stage).seconds()).sum() };
     Cost {
         multiply_adds: (counted as f64 + planned_road(&trial.plan.amounts)) / rolled,
         compliance_evaluations: evaluations

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 use tyrewave::half_space::HalfSpaceError;
-use tyrewave::profile::ProfileError;
-use tyrewave::profile::measure::Found;
+use tyrewave::performance::PerformanceError;
+use tyrewave::performance::measure::Found;
 use tyrewave::results::summary::LoadResult;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
@@ -100,7 +100,7 @@ pub enum CliError {
     SweepStopped,
     /// Performance could not be recorded or compared.
     #[error(transparent)]
-    Profile(ProfileError),
+    Profile(PerformanceError),
     /// A workload found something else than it must; boxed, since it is large.
     #[error("workload {workload} is wrong and was not recorded: {} is {}, not {} within {:e}", found.what, found.value, found.expected, found.tolerance)]
     WrongResult {
@@ -147,9 +147,9 @@ impl CliError {
             Self::SweepFailed { .. } | Self::WrongResult { .. } | Self::Worse | Self::Presets { .. } => FAILED,
             Self::MissedLoad { .. } => FAILED,
             Self::Profile(error) => match error {
-                ProfileError::File { what: "write", .. } => NOT_WRITABLE,
-                ProfileError::File { .. } | ProfileError::Nonsense { .. } => USAGE,
-                ProfileError::Interrupted => INTERRUPTED,
+                PerformanceError::File { what: "write", .. } => NOT_WRITABLE,
+                PerformanceError::File { .. } | PerformanceError::Nonsense { .. } => USAGE,
+                PerformanceError::Interrupted => INTERRUPTED,
                 _ => FAILED,
             },
             Self::Sweep(_) => USAGE,
@@ -186,10 +186,10 @@ impl From<RunError> for CliError {
     }
 }
 
-impl From<ProfileError> for CliError {
-    fn from(error: ProfileError) -> Self {
+impl From<PerformanceError> for CliError {
+    fn from(error: PerformanceError) -> Self {
         match error {
-            ProfileError::Interrupted => Self::Interrupted { kept: None },
+            PerformanceError::Interrupted => Self::Interrupted { kept: None },
             other => Self::Profile(other),
         }
     }

@@ -49,6 +49,19 @@ pub struct SearchCounts {
     pub factorisation: Work,
 }
 
+/// What a search for the forces is expected to take, for each time at which they are sought.
+#[derive(Clone, Copy, Debug)]
+pub struct ExpectedSearch {
+    /// Points in contact to be looked at.
+    pub points: f64,
+    /// Multiply-adds.
+    pub multiply_adds: f64,
+    /// Linear solves.
+    pub solves: f64,
+    /// Factorisations.
+    pub factorisations: f64,
+}
+
 /// How far the contact conditions are missed, at worst.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residuals {
@@ -121,6 +134,13 @@ impl ActiveSet {
             estimate: vec![0.0; columns],
             counts: SearchCounts::default(),
         }
+    }
+
+    /// For so many points in contact. Guess, solution and displacement take so many windows of multiply-adds for each
+    /// of them, factorisations on rough roads included (counted on roads of all kinds).
+    pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
+        let (windows, solves, factorisations) = if smooth { (3.4, 1.0, 0.0) } else { (6.9, 1.1, 0.15) };
+        ExpectedSearch { points, multiply_adds: windows * points * columns, solves, factorisations }
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.

@@ -34,7 +34,7 @@
 
 use pulp::Arch;
 
-use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
+use super::active_set::{ActiveSet, ExpectedSearch, HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
@@ -148,6 +148,20 @@ impl LocalSet {
             displacement: vec![0.0; columns],
             estimate: vec![0.0; columns],
             counts: SearchCounts::default(),
+        }
+    }
+
+    /// For so many points in contact: the sweeps of the other search, and 1.9 rounds (counted), each with a matrix of
+    /// its own and pieces of curves to be looked up.
+    pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
+        const ROUNDS: f64 = 1.9;
+        let sweeps = ActiveSet::expected(points, columns, smooth);
+        let rounds = ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
+        ExpectedSearch {
+            points: 3.0 * points,
+            multiply_adds: sweeps.multiply_adds + rounds,
+            factorisations: ROUNDS,
+            ..sweeps
         }
     }
 

@@ -17,7 +17,7 @@ const LEVELS: [&[&str]; 12] = [
     &["plan"],
     &["run"],
     &["study"],
-    &["profile"],
+    &["performance"],
 ];
 
 fn level(module: &str) -> Option<usize> {

@@ -8,10 +8,10 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tyrewave::counters::machine::instruction_set;
+use tyrewave::performance::changes::{AcceptedChanges, differences};
+use tyrewave::performance::record::RecordedWorkload;
+use tyrewave::performance::{Record, Workload, measure};
 use tyrewave::plan::Plan;
-use tyrewave::profile::changes::{AcceptedChanges, differences};
-use tyrewave::profile::record::RecordedWorkload;
-use tyrewave::profile::{Record, Workload, measure};
 use tyrewave::run::Run;
 use tyrewave::scene::History;
 

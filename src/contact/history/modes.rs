@@ -26,9 +26,10 @@ use super::behind::Behind;
 use super::far::Far;
 use super::recursion::{coefficients, impulse_response};
 use super::transfer::first_weight;
+use super::wavenumber_group::expected_multiply_adds;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::windows::add_windows;
-use crate::numeric::{Ring, StateError, StateReader, StateWriter};
+use crate::numeric::{Ring, StateError, StateReader, StateWriter, transform_multiply_adds};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::rational::RationalModel;
@@ -37,6 +38,24 @@ use crate::tyre::rational::RationalModel;
 /// with them, the other thread passes over the states, which happens less often with more of them. Measured in runs on
 /// two threads: 2 and 4 differ little, 8 takes a tenth to a fifth longer at N = 512 and 1024.
 pub const INSTANTS: usize = 4;
+
+/// Bytes of a pole, conjugates counted: of the model, and for each stage of a step what goes with it.
+const POLE_BYTES: [f64; 2] = [30.0, 110.0];
+
+/// What a history is expected to take.
+#[derive(Clone, Copy, Debug)]
+pub struct ExpectedHistory {
+    /// Multiply-adds of the recursion for each step.
+    pub poles: f64,
+    /// Multiply-adds of the short convolution for each step.
+    pub near: f64,
+    /// Multiply-adds of the transforms for each step.
+    pub transforms: f64,
+    /// Poles and their states \[bytes\].
+    pub pole_bytes: f64,
+    /// Forces, displacements and first influences of blocks \[bytes\].
+    pub block_bytes: f64,
+}
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {
@@ -100,6 +119,21 @@ impl ModalHistory {
         (0..=model.largest_wavenumber())
             .map(|n| model.modes(n, field).map(|modes| first_weight(&modes, rule, time_step)))
             .collect()
+    }
+
+    /// What a model of so many poles, conjugates counted, is expected to take under a rule. `pairs`: points in contact
+    /// times columns of the window.
+    pub fn expected(rule: TimeRule, elements: usize, poles: f64, pairs: f64) -> ExpectedHistory {
+        let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);
+        let steps_of_block = (INSTANTS / rule.nodes().len()).max(1);
+        ExpectedHistory {
+            poles: expected_multiply_adds(rule, steps_of_block, elements / 2 + 1, poles),
+            near: 0.5 * stages * (3.0 * instants - 1.0) * pairs,
+            transforms: stages * transform_multiply_adds(elements),
+            pole_bytes: poles * (POLE_BYTES[0] + POLE_BYTES[1] * stages),
+            // Two rings, a spectrum and two blocks' forces; the first influences of so many lags, the ring twice over.
+            block_bytes: elements as f64 * (56.0 * instants + 16.0 * stages * (2.0 * instants - 1.0)),
+        }
     }
 
     /// A block begins: u_old of it is fetched, the last block's forces are sent out for that of the next.

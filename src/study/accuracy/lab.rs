@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::counters::Stage;
-use crate::plan::{Amounts, Place, Plan, Unit, UnitCosts};
+use crate::plan::{Amounts, Place, Plan, Unit};
 use crate::run::error::RunError;
 use crate::run::past::{contact_field, fetch, fit_options};
 use crate::scene::{History, Scene};
@@ -128,10 +128,9 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
 
 /// Multiply-adds that a plan has for making the road.
 pub fn planned_road(amounts: &Amounts) -> f64 {
-    let prices = UnitCosts::default();
     let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
     let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
-    behind.map(|amount| amount.amount * prices.of(amount.unit) / prices.of(Unit::TextureMultiplyAdd)).sum()
+    behind.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical()).sum()
 }
 
 /// Multiply-adds that a plan has for the march, and for the history behind it.
@@ -139,15 +138,7 @@ pub fn planned_march(amounts: &Amounts) -> f64 {
     let counts = |unit: Unit| {
         matches!(
             unit,
-            Unit::DirectMultiplyAdd
-                | Unit::Bdf1MultiplyAdd
-                | Unit::Bdf2MultiplyAdd
-                | Unit::TrapezoidalMultiplyAdd
-                | Unit::Sdirk2MultiplyAdd
-                | Unit::Sdirk3MultiplyAdd
-                | Unit::HoldMultiplyAdd
-                | Unit::TransformMultiplyAdd
-                | Unit::SearchMultiplyAdd
+            Unit::DirectMultiplyAdd | Unit::PoleMultiplyAdd | Unit::TransformMultiplyAdd | Unit::SearchMultiplyAdd
         )
     };
     amounts.work.iter().filter(|amount| counts(amount.unit)).map(|amount| amount.amount).sum()

@@ -28,7 +28,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::error::ProfileError;
+use super::error::PerformanceError;
 use crate::counters::{Counter, Stage, Watch};
 use crate::numeric::StraightLine;
 use crate::plan::Plan;
@@ -122,13 +122,13 @@ impl Scaling {
     /// Measures all ladders; `watch` is told what comes next. `scratch` is a folder that may be written to and removed.
     ///
     /// # Errors
-    /// [`ProfileError`].
+    /// [`PerformanceError`].
     pub fn measure(
         scratch: &std::path::Path,
         stop: &AtomicBool,
         watch: &mut (dyn FnMut(&'static str) + Send),
-    ) -> Result<Self, ProfileError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| ProfileError::Interrupted)?;
+    ) -> Result<Self, PerformanceError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| PerformanceError::Interrupted)?;
         let mut ladders = Vec::new();
         pool.install(|| {
             watch("elements");
@@ -143,7 +143,7 @@ impl Scaling {
             ladders.extend(slices());
             watch("layers");
             ladders.push(layers()?);
-            Ok::<(), ProfileError>(())
+            Ok::<(), PerformanceError>(())
         })?;
         let mut threads = Vec::new();
         for elements in [1024, 4096] {
@@ -155,7 +155,7 @@ impl Scaling {
 }
 
 /// The default scene on a road without texture across, at a fixed height, for so many steps.
-fn scene(elements: usize, steps: u64) -> Result<LoadedScene, ProfileError> {
+fn scene(elements: usize, steps: u64) -> Result<LoadedScene, PerformanceError> {
     let mut loaded = Scene::from_str(DEFAULT, "scaling")?;
     let scene = &mut loaded.scene;
     scene.numerics.elements = elements;
@@ -168,10 +168,10 @@ fn scene(elements: usize, steps: u64) -> Result<LoadedScene, ProfileError> {
     Ok(loaded)
 }
 
-fn failed(source: RunError) -> ProfileError {
+fn failed(source: RunError) -> PerformanceError {
     match source {
-        RunError::Interrupted { .. } => ProfileError::Interrupted,
-        source => ProfileError::Run { workload: "scaling", source: Box::new(source) },
+        RunError::Interrupted { .. } => PerformanceError::Interrupted,
+        source => PerformanceError::Run { workload: "scaling", source: Box::new(source) },
     }
 }
 
@@ -184,7 +184,7 @@ struct Rolled {
     whole: f64,
 }
 
-fn rolled(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Rolled, ProfileError> {
+fn rolled(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Rolled, PerformanceError> {
     let plan = Plan::of(loaded);
     let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
     let begin = Instant::now();
@@ -229,7 +229,7 @@ fn of_stages(
     stages.iter().map(ladder).collect()
 }
 
-fn elements(stop: &AtomicBool) -> Result<Vec<Ladder>, ProfileError> {
+fn elements(stop: &AtomicBool) -> Result<Vec<Ladder>, PerformanceError> {
     let mut found = Vec::new();
     for elements in [256, 512, 1024, 2048] {
         found.push((elements as f64, rolled(&scene(elements, 1600)?, stop)?));
@@ -243,7 +243,7 @@ fn elements(stop: &AtomicBool) -> Result<Vec<Ladder>, ProfileError> {
     Ok(of_stages("elements", &stages, &found))
 }
 
-fn poles(stop: &AtomicBool) -> Result<Ladder, ProfileError> {
+fn poles(stop: &AtomicBool) -> Result<Ladder, PerformanceError> {
     let mut rungs = Vec::new();
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
         let mut loaded = scene(512, 1600)?;
@@ -254,7 +254,7 @@ fn poles(stop: &AtomicBool) -> Result<Ladder, ProfileError> {
     Ok(Ladder { axis: "poles", cost: "history, a step", expected: 1.0, reason: "each pole a recursion", rungs })
 }
 
-fn window(stop: &AtomicBool) -> Result<Vec<Ladder>, ProfileError> {
+fn window(stop: &AtomicBool) -> Result<Vec<Ladder>, PerformanceError> {
     let mut found = Vec::new();
     for indentation in [0.003, 0.006, 0.012, 0.024] {
         let mut loaded = scene(1024, 1600)?;
@@ -271,7 +271,7 @@ fn window(stop: &AtomicBool) -> Result<Vec<Ladder>, ProfileError> {
     Ok(of_stages("columns of the window", &stages, &found))
 }
 
-fn steps(stop: &AtomicBool) -> Result<Ladder, ProfileError> {
+fn steps(stop: &AtomicBool) -> Result<Ladder, PerformanceError> {
     let mut rungs = Vec::new();
     for steps in [4000_u64, 8000, 16_000, 32_000] {
         let mut loaded = scene(128, steps)?;
@@ -332,7 +332,7 @@ fn slices() -> Vec<Ladder> {
     ]
 }
 
-fn layers() -> Result<Ladder, ProfileError> {
+fn layers() -> Result<Ladder, PerformanceError> {
     let tyre = Scene::from_str(DEFAULT, "scaling")?.scene.tyre;
     let mut rungs = Vec::new();
     for parts in [1, 2, 4, 8, 16] {
@@ -357,7 +357,7 @@ fn layers() -> Result<Ladder, ProfileError> {
     })
 }
 
-fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> Result<ThreadLadder, ProfileError> {
+fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> Result<ThreadLadder, PerformanceError> {
     let mut loaded = scene(elements, (2_000_000 / elements as u64).max(600))?;
     loaded.scene.effects.texture = Switch::Auto;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -367,7 +367,7 @@ fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> 
     let mut found = ThreadLadder { elements, rungs: Vec::new(), serial: f64::NAN };
     for threads in threads {
         let pool =
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| ProfileError::Interrupted)?;
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| PerformanceError::Interrupted)?;
         let mut best = f64::INFINITY;
         for _ in 0..3 {
             let options = RunOptions { target: scratch.join("threads"), threads };

@@ -12,8 +12,8 @@ impl Verdict {
     /// For the terminal.
     pub fn text(&self) -> String {
         let mut text = self.title();
-        if self.workloads.iter().any(|workload| workload.whole.is_some()) {
-            let rows: Vec<[String; 7]> = self.workloads.iter().flat_map(rows).collect();
+        let rows = self.table();
+        if !rows.is_empty() {
             let _ = write!(text, "\n{}\n{}", aligned(&HEADER, &rows), self.resolution());
         }
         text.push('\n');
@@ -24,10 +24,11 @@ impl Verdict {
     /// For a page.
     pub fn markdown(&self) -> String {
         let mut text = format!("# Performance\n\n{}", self.title());
-        if self.workloads.iter().any(|workload| workload.whole.is_some()) {
+        let rows = self.table();
+        if !rows.is_empty() {
             let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
             let _ = write!(text, "\n{}{}", line(&HEADER), line(&["---"; HEADER.len()]));
-            for row in self.workloads.iter().flat_map(rows) {
+            for row in rows {
                 text.push_str(&line(&row.each_ref().map(String::as_str)));
             }
             let _ = write!(text, "\n{}", self.resolution());
@@ -37,17 +38,29 @@ impl Verdict {
         text
     }
 
+    /// Workload by workload, stage by stage, and the stages of all.
+    fn table(&self) -> Vec<[String; 7]> {
+        let mut rows = Vec::new();
+        for WorkloadVerdict { workload, whole, stages, .. } in &self.workloads {
+            if let Some(whole) = *whole {
+                rows.push(row(workload, "all", 1.0, whole, ""));
+                rows.extend(stages.iter().map(|stage| of_stage("", stage)));
+            }
+        }
+        for (index, stage) in self.stages.iter().enumerate() {
+            rows.push(of_stage(if index == 0 { "pooled" } else { "" }, stage));
+        }
+        rows
+    }
+
     fn title(&self) -> String {
         format!("{} held against {}\n", self.second.display(), self.first.display())
     }
 
     fn resolution(&self) -> String {
-        let judged = || {
-            let stages = self.workloads.iter().flat_map(|workload| &workload.stages);
-            stages.filter(|stage| stage.change != Change::NotJudged).map(|stage| stage.resolution)
-        };
-        let worst = judged().fold(0.0, f64::max);
-        let mut all: Vec<f64> = judged().collect();
+        let judged = self.rows().filter(|stage| stage.change != Change::NotJudged);
+        let mut all: Vec<f64> = judged.map(|stage| stage.resolution).collect();
+        let worst = all.iter().copied().fold(0.0, f64::max);
         let median = super::ratio::median(&mut all);
         format!(
             "Intervals hold the median ratio with a probability of {:.1} %; a stage is called changed if two batches in a row lie beyond {:.0} %.\n\
@@ -75,38 +88,37 @@ impl Verdict {
                 let _ = writeln!(text, "{bullet}{name}: {words}");
             }
         }
-        let counted = self.workloads.len();
-        let _ = match self.workloads.iter().filter(|workload| !workload.complaints().is_empty()).count() {
-            0 => {
-                let timed = self.workloads.iter().all(|workload| workload.whole.is_some());
-                let times = if timed { "no stage slower" } else { "times are compared between two programs only" };
-                writeln!(text, "{bullet}{counted} workloads: results right, counters as they should be; {times}")
-            }
-            failed => writeln!(text, "{bullet}{failed} of {counted} workloads are worse"),
+        for words in self.pooled(Change::Slower).chain(self.pooled(Change::Faster)) {
+            let _ = writeln!(text, "{bullet}all: {words}");
+        }
+        let (counted, evidence) = (self.workloads.len(), self.evidence);
+        let failed = self.workloads.iter().filter(|workload| !workload.complaints().is_empty()).count();
+        let _ = match (self.passes(), self.workloads.iter().all(|workload| workload.whole.is_some())) {
+            (true, true) => writeln!(
+                text,
+                "{bullet}{counted} workloads: results right, counters as they should be; no stage slower"
+            ),
+            (true, false) => writeln!(text, "{bullet}{counted} workloads: results right, counters as they should be"),
+            (false, _) if failed == 0 => writeln!(text, "{bullet}worse, all workloads together"),
+            (false, _) => writeln!(text, "{bullet}{failed} of {counted} workloads are worse"),
         };
+        let _ = writeln!(text, "{bullet}judged by {evidence}");
     }
 }
 
-fn rows(workload: &WorkloadVerdict) -> Vec<[String; 7]> {
-    let Some(whole) = workload.whole else { return Vec::new() };
-    let numbers = |ratio: Ratio| {
-        let Ratio { median, low, high, seconds, .. } = ratio;
-        [format!("{:.1} ms", 1e3 * seconds), format!("{median:.3}"), format!("{low:.3} - {high:.3}")]
+fn row(name: &str, stage: &str, share: f64, ratio: Ratio, verdict: &str) -> [String; 7] {
+    let Ratio { median, low, high, seconds, .. } = ratio;
+    let (share, time) = (format!("{:.0} %", 100.0 * share), format!("{:.1} ms", 1e3 * seconds));
+    let (median, interval) = (format!("{median:.3}"), format!("{low:.3} - {high:.3}"));
+    [name.to_owned(), stage.to_owned(), share, time, median, interval, verdict.to_owned()]
+}
+
+fn of_stage(name: &str, stage: &StageVerdict) -> [String; 7] {
+    let verdict = match stage.change {
+        Change::None => "same",
+        Change::Slower => "SLOWER",
+        Change::Faster => "faster",
+        Change::NotJudged => "small",
     };
-    let row = |name: &str, stage: &str, share: f64, ratio: Ratio, verdict: &str| {
-        let [time, median, interval] = numbers(ratio);
-        let share = format!("{:.0} %", 100.0 * share);
-        [name.to_owned(), stage.to_owned(), share, time, median, interval, verdict.to_owned()]
-    };
-    let of_stage = |stage: &StageVerdict| {
-        let verdict = match stage.change {
-            Change::None => "same",
-            Change::Slower => "SLOWER",
-            Change::Faster => "faster",
-            Change::NotJudged => "small",
-        };
-        row("", &stage.stage, stage.share, stage.ratio, verdict)
-    };
-    let head = row(&workload.workload, "all", 1.0, whole, "");
-    std::iter::once(head).chain(workload.stages.iter().map(of_stage)).collect()
+    row(name, &stage.stage, stage.share, stage.ratio, verdict)
 }

@@ -24,7 +24,7 @@
 //! | 512 | 10.3 us | 0 ns | 15 ns, 0.15 % | 48 ns, 0.47 % |
 //! | 1024 | 21.3 us | 14 ns, 0.06 % | 90 ns, 0.42 % | 177 ns, 0.83 % |
 
-pub mod clock;
+mod clock;
 mod cost;
 mod counter;
 pub mod machine;

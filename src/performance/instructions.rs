@@ -39,6 +39,13 @@ pub struct Instructions {
     pub stages: BTreeMap<String, u64>,
 }
 
+impl Instructions {
+    /// Those of a stage; `None` if there are none.
+    pub fn of(&self, stage: &str) -> Option<u64> {
+        self.stages.get(stage).copied()
+    }
+}
+
 /// Whether instructions can be counted here.
 pub fn can_count() -> bool {
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();

@@ -6,7 +6,7 @@
 //!    counting tool is there;
 //! 4. [`changes`]: counters of two records side by side; what differs is explained by a reason that somebody wrote
 //!    down, or it fails;
-//! 5. [`program`]: two programs run in turn, again and again; [`ratio`]: what their times say, of a workload and of all
+//! 5. [`program`]: two programs run in turn, again and again; `ratio`: what their times say, of a workload and of all
 //!    pooled; [`instructions`] of every stage of both;
 //! 6. [`verdict`]: all put together, in words, Markdown and JSON.
 //!
@@ -19,11 +19,11 @@ pub mod changes;
 pub mod instructions;
 pub mod measure;
 pub mod program;
-pub mod ratio;
+mod ratio;
 pub mod record;
 mod report;
 pub mod scaling;
-pub mod stamp;
+mod stamp;
 pub mod verdict;
 pub mod workload;
 

@@ -1,4 +1,4 @@
-//! A verdict in words: tables for the terminal, Markdown for a page.
+//! A verdict in words.
 
 use std::fmt::Write;
 
@@ -11,31 +11,19 @@ const HEADER: [&str; 7] = ["workload", "stage", "share", "time, first", "ratio",
 impl Verdict {
     /// For the terminal.
     pub fn text(&self) -> String {
-        let mut text = self.title();
+        let mut text = format!("{} held against {}\n", self.second.display(), self.first.display());
         let rows = self.table();
         if !rows.is_empty() {
             let _ = write!(text, "\n{}\n{}", aligned(&HEADER, &rows), self.resolution());
         }
         text.push('\n');
-        self.conclusions(&mut text, "");
+        self.conclusions(&mut text);
         text
     }
 
     /// For a page.
     pub fn markdown(&self) -> String {
-        let mut text = format!("# Performance\n\n{}", self.title());
-        let rows = self.table();
-        if !rows.is_empty() {
-            let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
-            let _ = write!(text, "\n{}{}", line(&HEADER), line(&["---"; HEADER.len()]));
-            for row in rows {
-                text.push_str(&line(&row.each_ref().map(String::as_str)));
-            }
-            let _ = write!(text, "\n{}", self.resolution());
-        }
-        text.push('\n');
-        self.conclusions(&mut text, "- ");
-        text
+        format!("# Performance\n\n```text\n{}```\n", self.text())
     }
 
     /// Workload by workload, stage by stage, and the stages of all.
@@ -53,10 +41,6 @@ impl Verdict {
         rows
     }
 
-    fn title(&self) -> String {
-        format!("{} held against {}\n", self.second.display(), self.first.display())
-    }
-
     fn resolution(&self) -> String {
         let judged = self.rows().filter(|stage| stage.change != Change::NotJudged);
         let mut all: Vec<f64> = judged.map(|stage| stage.resolution).collect();
@@ -72,37 +56,36 @@ impl Verdict {
         )
     }
 
-    fn conclusions(&self, text: &mut String, bullet: &str) {
+    fn conclusions(&self, text: &mut String) {
         for workload in &self.workloads {
             let name = &workload.workload;
             for difference in &workload.differences {
                 if let Some(reason) = &difference.explained {
                     let (counter, from, to) = (&difference.counter, difference.from, difference.to);
-                    let _ = writeln!(text, "{bullet}{name}: counter {counter} went from {from} to {to}: {reason}");
+                    let _ = writeln!(text, "{name}: counter {counter} went from {from} to {to}: {reason}");
                 }
             }
             if let Some((from, to)) = workload.instructions {
-                let _ = writeln!(text, "{bullet}{name}: {to} instructions, {from} before");
+                let _ = writeln!(text, "{name}: {to} instructions, {from} before");
             }
             for words in workload.complaints().into_iter().chain(workload.praise()) {
-                let _ = writeln!(text, "{bullet}{name}: {words}");
+                let _ = writeln!(text, "{name}: {words}");
             }
         }
         for words in self.pooled(Change::Slower).chain(self.pooled(Change::Faster)) {
-            let _ = writeln!(text, "{bullet}all: {words}");
+            let _ = writeln!(text, "all: {words}");
         }
         let (counted, evidence) = (self.workloads.len(), self.evidence);
         let failed = self.workloads.iter().filter(|workload| !workload.complaints().is_empty()).count();
         let _ = match (self.passes(), self.workloads.iter().all(|workload| workload.whole.is_some())) {
-            (true, true) => writeln!(
-                text,
-                "{bullet}{counted} workloads: results right, counters as they should be; no stage slower"
-            ),
-            (true, false) => writeln!(text, "{bullet}{counted} workloads: results right, counters as they should be"),
-            (false, _) if failed == 0 => writeln!(text, "{bullet}worse, all workloads together"),
-            (false, _) => writeln!(text, "{bullet}{failed} of {counted} workloads are worse"),
+            (true, true) => {
+                writeln!(text, "{counted} workloads: results right, counters as they should be; no stage slower")
+            }
+            (true, false) => writeln!(text, "{counted} workloads: results right, counters as they should be"),
+            (false, _) if failed == 0 => writeln!(text, "worse, all workloads together"),
+            (false, _) => writeln!(text, "{failed} of {counted} workloads are worse"),
         };
-        let _ = writeln!(text, "{bullet}judged by {evidence}");
+        let _ = writeln!(text, "judged by {evidence}");
     }
 }
 

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::changes::{AcceptedChanges, Difference, differences};
 use super::error::PerformanceError;
-use super::instructions::{self, Instructions};
+use super::instructions;
 use super::measure::{Found, Measurement};
 use super::program::{Program, in_turn};
 use super::ratio::{Ratio, stage_times};
@@ -93,19 +93,8 @@ pub struct StageVerdict {
     pub change: Change,
     /// Workloads that have told it.
     pub workloads: usize,
-}
-
-/// Instructions of one stage.
-#[derive(Clone, Debug, Serialize)]
-pub struct StageInstructions {
-    /// Its name.
-    pub stage: String,
-    /// Of the first program.
-    pub from: u64,
-    /// Of the second.
-    pub to: u64,
-    /// What that means.
-    pub change: Change,
+    /// Instructions of both, where they were counted; exact.
+    pub instructions: Option<(u64, u64)>,
 }
 
 /// One workload.
@@ -121,8 +110,6 @@ pub struct WorkloadVerdict {
     pub right: bool,
     /// Instructions of both, where both were counted with one compiler.
     pub instructions: Option<(u64, u64)>,
-    /// Instructions of both by stage, where both programs were counted here.
-    pub stage_instructions: Vec<StageInstructions>,
     /// All stages together; `None` where times cannot be compared.
     pub whole: Option<Ratio>,
     /// Stages in the order of their shares.
@@ -201,7 +188,9 @@ pub fn judge(
                 let [a, b] = programs.map(|program| instructions::count(program, workload));
                 if let (Some((a, _)), Some((b, _))) = (a, b) {
                     found.instructions = Some((a.all, b.all));
-                    found.stage_instructions = compared(&a, &b);
+                    for row in &mut found.stages {
+                        row.instructions = a.of(&row.stage).zip(b.of(&row.stage));
+                    }
                 }
             }
         }
@@ -246,21 +235,6 @@ fn by_counters(
     let instructions = a.instructions.zip(b.instructions).filter(|_| compiler_a == compiler_b);
     let differences = differences(workload.name(), &a, &b, accepted, set_a != set_b);
     Ok(Some(WorkloadVerdict { instructions, ..WorkloadVerdict::new(workload, differences, b.found) }))
-}
-
-/// Instructions of every stage that both programs have.
-fn compared(first: &Instructions, second: &Instructions) -> Vec<StageInstructions> {
-    let rows = first.stages.iter().filter_map(|(stage, &from)| {
-        let to = *second.stages.get(stage)?;
-        let change = match to as f64 / from as f64 {
-            _ if (from as f64) < LEAST_SHARE * first.all as f64 => Change::NotJudged,
-            ratio if ratio > 1.0 + INSTRUCTIONS_MARGIN => Change::Slower,
-            ratio if ratio < 1.0 - INSTRUCTIONS_MARGIN => Change::Faster,
-            _ => Change::None,
-        };
-        Some(StageInstructions { stage: stage.clone(), from, to, change })
-    });
-    rows.collect()
 }
 
 /// A workload by both programs, pair by pair: what they measured first, and the times of the stages that both have \[s\].
@@ -363,7 +337,26 @@ impl StageVerdict {
             Ratio { high, .. } if high < 1.0 - MARGIN => Change::Faster,
             _ => Change::None,
         };
-        Self { stage: stage.to_owned(), share, ratio, resolution: ratio.resolution(), change, workloads }
+        Self {
+            stage: stage.to_owned(),
+            share,
+            ratio,
+            resolution: ratio.resolution(),
+            change,
+            workloads,
+            instructions: None,
+        }
+    }
+
+    /// What the instructions say.
+    fn change_of_instructions(&self) -> Change {
+        match self.instructions.map(|(from, to)| to as f64 / from as f64) {
+            None => Change::NotJudged,
+            _ if self.share < LEAST_SHARE => Change::NotJudged,
+            Some(ratio) if ratio > 1.0 + INSTRUCTIONS_MARGIN => Change::Slower,
+            Some(ratio) if ratio < 1.0 - INSTRUCTIONS_MARGIN => Change::Faster,
+            Some(_) => Change::None,
+        }
     }
 
     /// Its change in words; `whole`: the ratio of all stages of its workload.
@@ -387,16 +380,7 @@ impl StageVerdict {
 impl WorkloadVerdict {
     fn new(workload: Workload, differences: Vec<Difference>, found: Found) -> Self {
         let (workload, right) = (workload.name().to_owned(), found.is_right());
-        Self {
-            workload,
-            differences,
-            right,
-            found,
-            instructions: None,
-            whole: None,
-            stages: Vec::new(),
-            stage_instructions: Vec::new(),
-        }
+        Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
     }
 
     /// Complaints about the second one, in words; none for one that is as good.
@@ -426,11 +410,11 @@ impl WorkloadVerdict {
     }
 
     fn changed(&self, change: Change) -> impl Iterator<Item = String> {
-        let times = self.stages.iter().filter(move |row| row.change == change).map(|row| row.in_words(self.whole));
-        let rows = self.stage_instructions.iter().filter(move |row| row.change == change);
-        times.chain(rows.map(|StageInstructions { stage, from, to, .. }| {
-            let percent = 100.0 * (*to as f64 / *from as f64 - 1.0);
-            format!("stage {stage} executes {to} instructions instead of {from}: {percent:+.1} %, exact")
+        let by_times = self.stages.iter().filter(move |row| row.change == change).map(|row| row.in_words(self.whole));
+        by_times.chain(self.stages.iter().filter_map(move |row| {
+            let (from, to) = row.instructions.filter(|_| row.change_of_instructions() == change)?;
+            let percent = 100.0 * (to as f64 / from as f64 - 1.0);
+            Some(format!("stage {} executes {to} instructions instead of {from}: {percent:+.1} %, exact", row.stage))
         }))
     }
 }

@@ -1,20 +1,13 @@
 //! What a run cost, as tables for the terminal: stages first, then a time step, counters below. What a run did not do
 //! has no line, what was not measured no column.
 
-use std::time::Duration;
-
 use super::cost::Cost;
 use super::table::{aligned, grouped};
-use crate::counters::{Counter, Meter, Stage};
+use crate::counters::{Counter, Stage};
 
-/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed
-/// as the rest. What was at work in the background stands beside and is no part of it.
-pub fn profile_table(meter: &Meter, wall: Duration) -> String {
-    cost_table(&Cost::new(meter, wall.as_secs_f64(), 1))
-}
-
-/// As [`profile_table`], with all that was measured: processor time and the threads' idle share, memory, rates beside
-/// what a core of the machine can do.
+/// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
+/// what a core of the machine can do. What no stage has is listed as the rest; what was at work in the background stands
+/// beside and is no part of it.
 pub fn cost_table(cost: &Cost) -> String {
     let steps = cost.counted(Counter::Steps);
     let step = if steps > 0 { format!("{}\n", step(cost, steps)) } else { String::new() };
@@ -141,7 +134,14 @@ pub const fn counter_title(counter: Counter) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
+    use crate::counters::Meter;
+
+    fn profile_table(meter: &Meter, wall: Duration) -> String {
+        cost_table(&Cost::new(meter, wall.as_secs_f64(), 1))
+    }
 
     #[test]
     fn every_stage_and_counter_in_use_is_listed_and_shares_add_up() {

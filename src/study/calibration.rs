@@ -11,9 +11,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use crate::counters::{Stage, Watch};
-use crate::plan::unit::{Unit, UnitCosts};
 use crate::plan::unit_record::{keep, known};
-use crate::plan::{Forecast, Plan};
+use crate::plan::{Forecast, Plan, Unit, UnitCosts};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::scene::{DEFAULT, LoadedScene, Road, Scene};

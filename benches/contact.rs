@@ -14,6 +14,7 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::contact::complementarity::{ActiveSet, FactorCache, FactorCounts};
 use tyrewave::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
+use tyrewave::counters::{Meter, Stage};
 use tyrewave::run::past::fetch;
 use tyrewave::scene::{DEFAULT, Scene, TimeRule};
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
@@ -58,7 +59,8 @@ fn history(criterion: &mut Criterion) {
         }
         let mut old = vec![0.0; columns];
         let first = lags as i64;
-        let work = history.displacement(first, &mut old);
+        let mut meter = Meter::default();
+        history.displacement(first, &mut old, &mut meter);
         // One column again, one product after the other.
         let column = columns / 2;
         let plain: f64 = (1..lags)
@@ -69,9 +71,9 @@ fn history(criterion: &mut Criterion) {
             })
             .sum();
         assert!((plain - old[column]).abs() <= 1e-9 * plain.abs().max(1.0), "{plain} {}", old[column]);
-        group.throughput(Throughput::Elements(work.sums.multiply_adds));
+        group.throughput(Throughput::Elements(meter.cost(Stage::History).work.multiply_adds));
         group.bench_function(BenchmarkId::new(format!("window {columns}"), format!("lags {lags}")), |bench| {
-            bench.iter(|| history.displacement(first, black_box(&mut old)));
+            bench.iter(|| history.displacement(first, black_box(&mut old), &mut Meter::default()));
         });
     }
     group.finish();
@@ -88,7 +90,7 @@ fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: us
     let mut values = vec![0.0; waves.len() * lags];
     let mut forces = vec![0.0; elements];
     for lag in 0..lags {
-        history.displacement(0, &mut ring);
+        history.displacement(0, &mut ring, &mut Meter::default());
         forces[0] = if lag == 0 { 1.0 } else { 0.0 };
         history.push(0, &forces);
         forward.process(&mut ring, &mut waves).expect("planned lengths");
@@ -125,7 +127,7 @@ fn modal(criterion: &mut Criterion) {
         let roll = |history: &mut dyn PastForces, old: &mut [f64], begin: i64, instants: i64| {
             let mut forces = vec![0.0; columns];
             for instant in begin..begin + instants {
-                history.displacement(instant, old);
+                history.displacement(instant, old, &mut Meter::default());
                 forces_at(instant, &mut forces);
                 history.push(instant, &forces);
             }
@@ -238,7 +240,7 @@ fn search(criterion: &mut Criterion) {
                 exact.fill(0.0);
                 sweeps += gauss_seidel(&influence, d, &mut exact);
                 active.advance(1);
-                assert!(active.search(d, &mut found).is_ok());
+                assert!(active.search(d, &mut found, &mut Meter::default()).is_ok());
                 let peak = exact.iter().fold(0.0_f64, |a, &b| a.max(b));
                 worst = exact.iter().zip(&found).map(|(a, b)| (a - b).abs() / peak).fold(worst, f64::max);
             }
@@ -257,7 +259,7 @@ fn search(criterion: &mut Criterion) {
                 bench.iter(|| {
                     for d in &d {
                         active.advance(1);
-                        assert!(active.search(black_box(d), &mut found).is_ok());
+                        assert!(active.search(black_box(d), &mut found, &mut Meter::default()).is_ok());
                     }
                 });
             });
@@ -297,12 +299,12 @@ fn solve(criterion: &mut Criterion) {
             let mut solution = values.clone();
             for set in [&in_a_row, sets[0], sets[1]] {
                 solution.copy_from_slice(&values);
-                assert!(cache.solve(set, &influence, &mut solution).is_ok());
+                assert!(cache.solve(set, &influence, &mut solution, &mut Meter::default()).is_ok());
             }
             let before = served(cache.counts());
             for set in sets {
                 solution.copy_from_slice(&values);
-                assert!(cache.solve(set, &influence, &mut solution).is_ok());
+                assert!(cache.solve(set, &influence, &mut solution, &mut Meter::default()).is_ok());
                 for (&i, value) in set.iter().zip(&values) {
                     let displacement: f64 = set.iter().zip(&solution).map(|(&j, f)| influence[i.abs_diff(j)] * f).sum();
                     let residual = (displacement - value).abs();
@@ -315,7 +317,9 @@ fn solve(criterion: &mut Criterion) {
                 bench.iter(|| {
                     turn = 1 - turn;
                     solution.copy_from_slice(&values);
-                    assert!(cache.solve(sets[turn], &influence, black_box(&mut solution)).is_ok());
+                    assert!(
+                        cache.solve(sets[turn], &influence, black_box(&mut solution), &mut Meter::default()).is_ok()
+                    );
                 });
             });
         }

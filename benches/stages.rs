@@ -112,9 +112,9 @@ impl Rolling {
 
     /// Does a step under an axle that feels its force.
     fn step(&mut self) {
-        let Prepared { march, road, axle, .. } = &mut self.prepared;
+        let Self { prepared: Prepared { march, road, axle, .. }, meter } = self;
         let step = march.next_step();
-        let result = march.step(axle, road.slices()).expect("a step");
+        let result = march.step(axle, road.slices(), meter).expect("a step");
         axle.observe(step, result.total_force);
     }
 }

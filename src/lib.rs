@@ -1,7 +1,7 @@
 //! `tyrewave`: the sound of a tyre rolling on a rough road.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it: [`scene`] -> [`tyre`] and
-//! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`profile`]. [`numeric`] and
+//! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`performance`]. [`numeric`] and
 //! [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
 //! half-space, knows no tyre and serves the road's slices; [`time_rule`] is how a run goes from one step to the next, a
 //! choice that a scene names. The command line is the program's own and uses what everybody
@@ -14,8 +14,8 @@ pub mod contact;
 pub mod counters;
 pub mod half_space;
 pub mod numeric;
+pub mod performance;
 pub mod plan;
-pub mod profile;
 pub mod response;
 pub mod results;
 pub mod road;

@@ -14,7 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::contact::slice_queue::SliceQueue;
-use tyrewave::counters::{Clocks, Meter};
+use tyrewave::counters::{Meter, Watch};
 use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::run::prepare::prepare;
@@ -53,15 +53,16 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize,
         StiffnessCurve::from_events(peak, stones)
     }));
     for _ in 0..BEFORE {
-        march.step(&prepared.axle, &slices).unwrap();
+        march.step(&prepared.axle, &slices, &mut Meter::default()).unwrap();
     }
     // The clocks of a closely watched run allocate nothing either.
-    march.set_clocks(Clocks { wall: true, cpu: true });
+    let mut meter = Meter::new(Watch::EVERY);
     let begun = march.next_step();
     let before = march.search_counts().factors;
     let region = Region::new(ALLOCATOR);
     for step in begun..begun + COUNTED {
-        march.step(&prepared.axle, &slices).unwrap();
+        meter.begin_step(step);
+        march.step(&prepared.axle, &slices, &mut meter).unwrap();
         if let Some(vibration) = &mut vibration {
             vibration.push(step, march, &mut meter);
         }

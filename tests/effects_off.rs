@@ -14,7 +14,8 @@ use common::{scene, scene_text};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Counter, Stage, Work};
 use tyrewave::plan::Plan;
-use tyrewave::results::profile_table::profile_table;
+use tyrewave::results::profile_table::cost_table;
+use tyrewave::results::summary::Cost;
 use tyrewave::run::Run;
 
 #[global_allocator]
@@ -49,7 +50,7 @@ fn count(road: &str, more: &str) -> Count {
         calls: Stage::ALL.iter().map(|&stage| meter.cost(stage).calls).collect(),
         allocations: change.allocations + change.reallocations,
         bytes: change.bytes_allocated,
-        lines: profile_table(meter, std::time::Duration::from_secs(1)).lines().count(),
+        lines: cost_table(&Cost::new(meter, 1.0, 1)).lines().count(),
     }
 }
 

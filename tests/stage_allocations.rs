@@ -64,9 +64,7 @@ fn stages_outside_of_the_steps_know_what_they_asked_for_and_a_trace_of_steps_ask
         meter.begin_step(step);
         let spent = Spent { wall: Duration::from_nanos(10), ..Spent::default() };
         Stage::OF_A_STEP.into_iter().for_each(|stage| meter.add_in_steps(stage, spent));
-        if meter.trace().unwrap().ends_block(step + 1) {
-            meter.end_block(step + 1);
-        }
+        meter.end_step(step + 1);
     }
     let change = region.change();
     assert_eq!((change.allocations, change.reallocations), (0, 0));

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 use tyrewave::half_space::HalfSpaceError;
-use tyrewave::profile::ProfileError;
-use tyrewave::profile::measure::Found;
+use tyrewave::performance::PerformanceError;
+use tyrewave::performance::measure::Found;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
@@ -33,7 +33,7 @@ pub enum CliError {
     #[error(transparent)]
     Sweep(#[from] SweepError),
     #[error(transparent)]
-    Profile(ProfileError),
+    Profile(PerformanceError),
     #[error("the cache of influence models: {0}")]
     Cache(#[from] CacheError),
     /// A file that was named on the command line.
@@ -79,9 +79,9 @@ impl CliError {
                 RunError::Interrupted { .. } => INTERRUPTED,
             },
             Self::Profile(error) => match error {
-                ProfileError::File { what: "write", .. } => NOT_WRITABLE,
-                ProfileError::File { .. } | ProfileError::Nonsense { .. } => USAGE,
-                ProfileError::Interrupted => INTERRUPTED,
+                PerformanceError::File { what: "write", .. } => NOT_WRITABLE,
+                PerformanceError::File { .. } | PerformanceError::Nonsense { .. } => USAGE,
+                PerformanceError::Interrupted => INTERRUPTED,
                 _ => FAILED,
             },
             Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => FAILED,
@@ -112,10 +112,10 @@ impl From<RunError> for CliError {
     }
 }
 
-impl From<ProfileError> for CliError {
-    fn from(error: ProfileError) -> Self {
+impl From<PerformanceError> for CliError {
+    fn from(error: PerformanceError) -> Self {
         match error {
-            ProfileError::Interrupted => Self::Interrupted { kept: None },
+            PerformanceError::Interrupted => Self::Interrupted { kept: None },
             other => Self::Profile(other),
         }
     }

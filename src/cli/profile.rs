@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 
 use clap::{Args, Subcommand};
 use tyrewave::counters::machine::instruction_set;
-use tyrewave::profile::changes::AcceptedChanges;
-use tyrewave::profile::interleave::{Program, measured_by};
-use tyrewave::profile::record::RecordedWorkload;
-use tyrewave::profile::verdict::{Effort, Side, judge};
-use tyrewave::profile::{Measurement, ProfileError, Record, Workload, instructions, measure};
+use tyrewave::performance::changes::AcceptedChanges;
+use tyrewave::performance::program::Program;
+use tyrewave::performance::record::RecordedWorkload;
+use tyrewave::performance::verdict::{Effort, Side, judge};
+use tyrewave::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 
 use super::context::print;
 use super::scaling::ScalingArguments;
@@ -23,7 +23,7 @@ const ACCEPTED: &str = "profiles/accepted.toml";
 
 const EXAMPLES: &str = "\
 A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, compliance, influence), each with exact counters and a physical value that it \
-must find. Counters are compared exactly; times only between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval.
+must find. Counters are compared exactly; times only between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval, of each workload and of all pooled; instructions of every stage where valgrind is installed.
 
 Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
@@ -77,6 +77,9 @@ pub struct CompareArguments {
     /// Pairs of runs in a batch, when two programs are compared.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(12..=1000))]
     pub pairs: u32,
+    /// Do not count instructions of two programs, even if valgrind is there (it takes some minutes).
+    #[arg(long)]
+    pub no_instructions: bool,
     /// Only these workloads.
     #[arg(long = "workload", value_name = "NAME", value_parser = workload)]
     pub workloads: Vec<Workload>,
@@ -142,9 +145,9 @@ impl RecordArguments {
             let mut measured: Vec<Measurement> = Vec::new();
             for _ in 0..Self::RUNS {
                 if context.interrupt.flag().load(Ordering::Relaxed) {
-                    return Err(ProfileError::Interrupted.into());
+                    return Err(PerformanceError::Interrupted.into());
                 }
-                measured.push(measured_by(&program, workload)?);
+                measured.push(program.measure(workload)?);
             }
             let found = &measured[0].found;
             if !found.is_right() {
@@ -154,12 +157,12 @@ impl RecordArguments {
             native.insert(workload.name().to_owned(), recorded.clone());
             let by_tool = if counts { instructions::count(&program, workload) } else { None };
             if context.interrupt.flag().load(Ordering::Relaxed) {
-                return Err(ProfileError::Interrupted.into());
+                return Err(PerformanceError::Interrupted.into());
             }
             if let Some((count, by_tool)) = by_tool {
                 let set = by_tool.instruction_set.clone();
                 let shares = recorded.shares.clone();
-                let recorded = RecordedWorkload { shares, ..RecordedWorkload::new(&[by_tool], Some(count)) };
+                let recorded = RecordedWorkload { shares, ..RecordedWorkload::new(&[by_tool], Some(count.all)) };
                 counted.entry(set).or_default().insert(workload.name().to_owned(), recorded);
             }
             progress.inc(1);
@@ -196,9 +199,10 @@ impl CompareArguments {
         let accepted = AcceptedChanges::read(&self.accepted)?;
         let workloads = if self.workloads.is_empty() { Workload::ALL.to_vec() } else { self.workloads };
         let programs = matches!((&first, &second), (Side::Program(_), Side::Program(_)));
-        let effort = Effort { pairs: self.pairs as usize };
+        let instructions = !self.no_instructions && instructions::can_count();
+        let effort = Effort { pairs: self.pairs as usize, instructions };
         // A second batch only where it is needed: the bar may end early.
-        let steps = if programs { 2 * effort.pairs + 2 } else { 1 };
+        let steps = if programs { 2 * effort.pairs + 1 + usize::from(instructions) } else { 1 };
         let progress = context.bar("comparing", (workloads.len() * steps) as u64);
         let mut watch = |workload: Workload| {
             progress.set_message(workload.name());
@@ -208,7 +212,7 @@ impl CompareArguments {
         let verdict = judge(&first, &second, &workloads, &accepted, effort, stop, &mut watch)?;
         progress.finish_and_clear();
         let write = |path: &Path, text: String| {
-            std::fs::write(path, text).map_err(|source| ProfileError::File {
+            std::fs::write(path, text).map_err(|source| PerformanceError::File {
                 what: "write",
                 path: path.to_owned(),
                 source,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use tyrewave::counters::Meter;
-use tyrewave::profile::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
+use tyrewave::performance::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};

@@ -16,10 +16,10 @@ use super::axle::AxleHeight;
 use super::complementarity::{Residuals, Search, SearchCounts, SliceLaw, SlicesUnder};
 use super::error::ContactError;
 use super::geometry::Geometry;
-use super::history::{HistoryTimes, HistoryWork, PastForces};
+use super::history::PastForces;
 use super::kernel::ContactKernel;
 use super::slice_queue::SliceQueue;
-use crate::counters::{Clocks, Laps, Spent, Work};
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
 
@@ -47,27 +47,6 @@ pub struct MarchTotals {
     pub largest_displacement: f64,
     /// Steps in which an outermost column carried force.
     pub edge_contacts: u64,
-    /// Work of the history; its time is handed on with the others.
-    pub history: HistoryWork,
-    /// Work of the required displacements.
-    pub slices: Work,
-    /// Times at which the contact was solved for: stages of steps.
-    pub instants: u64,
-}
-
-/// Time that the parts of steps took, where clocks were read. No part of the state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StepTimes {
-    /// The history, without its transforms.
-    pub history: Spent,
-    /// What the history says itself.
-    pub past: HistoryTimes,
-    /// Required displacements.
-    pub slices: Spent,
-    /// The search, without its factorisations.
-    pub search: Spent,
-    /// Factorisations.
-    pub factorisation: Spent,
 }
 
 impl MarchTotals {
@@ -102,8 +81,6 @@ pub struct March {
     instants: [Vec<f64>; 2],
     time_step: f64,
     totals: MarchTotals,
-    clocks: Clocks,
-    times: StepTimes,
 }
 
 impl March {
@@ -133,8 +110,6 @@ impl March {
             instants: [(); 2].map(|()| vec![0.0; columns * nodes.len()]),
             time_step,
             totals: MarchTotals::default(),
-            clocks: Clocks::OFF,
-            times: StepTimes::default(),
             rises: geometry.rises(nodes),
             geometry,
             kernel,
@@ -182,34 +157,21 @@ impl March {
         self.search.counts()
     }
 
-    /// Which clocks are read in the steps from now on; none at first.
-    pub fn set_clocks(&mut self, clocks: Clocks) {
-        if self.clocks != clocks {
-            self.clocks = clocks;
-            self.history.set_clocks(clocks);
-            self.search.set_clocks(clocks);
-        }
-    }
-
-    /// Times since they were last taken.
-    pub fn take_times(&mut self) -> StepTimes {
-        let mut times = std::mem::take(&mut self.times);
-        times.factorisation = self.search.take_factorisation_time();
-        times.search -= times.factorisation;
-        times.history -= times.past.transforms;
-        times
-    }
-
     /// Number of the next step.
     pub fn next_step(&self) -> u64 {
         self.step
     }
 
-    /// Does the next step under an axle.
+    /// Does the next step under an axle; its stages are counted and timed by `meter`.
     ///
     /// # Errors
     /// [`ContactError`]; the march cannot go on then.
-    pub fn step(&mut self, axle: &AxleHeight, slices: &SliceQueue) -> Result<StepResult, ContactError> {
+    pub fn step(
+        &mut self,
+        axle: &AxleHeight,
+        slices: &SliceQueue,
+        meter: &mut Meter,
+    ) -> Result<StepResult, ContactError> {
         let first_element = self.geometry.first_element(self.step);
         if self.step > 0 {
             self.search.advance((first_element - self.geometry.first_element(self.step - 1)) as usize);
@@ -220,7 +182,7 @@ impl March {
         for (stage, (&node, weight)) in self.nodes.iter().zip(self.weights).enumerate() {
             // Multistep rules solve at the step's end: exactly at l dt.
             let indentation = axle.between((self.step as f64 - 1.0) + node);
-            total_force += weight * self.stage(first_element, stage, indentation, slices)?;
+            total_force += weight * self.stage(first_element, stage, indentation, slices, meter)?;
             for (mean, force) in self.mean.iter_mut().zip(&self.forces) {
                 *mean += weight * force;
             }
@@ -249,14 +211,12 @@ impl March {
         stage: usize,
         indentation: f64,
         slices: &SliceQueue,
+        meter: &mut Meter,
     ) -> Result<f64, ContactError> {
         let step = self.step;
-        let mut laps = Laps::begin(self.clocks);
-        let history = self.history.displacement(first_element, &mut self.old);
-        self.times.history += laps.lap();
-        self.times.past += history.times;
-        self.totals.history += HistoryWork { times: HistoryTimes::default(), ..history };
-        self.totals.instants += 1;
+        let mut laps = meter.laps();
+        self.history.displacement(first_element, &mut self.old, meter);
+        meter.lap(&mut laps, Stage::History);
         let takes_penetrations = self.search.takes_penetrations();
         let row = self.geometry.substep(step) * self.nodes.len() + stage;
         let rises = &self.rises[row * self.required.len()..];
@@ -273,11 +233,11 @@ impl March {
         }
         let columns = self.required.len() as u64;
         // Rise, penetration and a piece of the curve: about 8 numbers and as many operations.
-        self.totals.slices += Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns };
-        self.times.slices += laps.lap();
+        meter.add_work(Stage::Penetration, Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns });
+        meter.lap(&mut laps, Stage::Penetration);
         let under = SlicesUnder { slices, first_element };
-        let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step)?;
-        self.times.search += laps.lap();
+        let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step, meter)?;
+        meter.lap(&mut laps, Stage::ActiveSet);
         let total_force: f64 = self.forces.iter().sum();
         let time = step as f64 * self.time_step;
         if !total_force.is_finite() || self.required.iter().any(|required| required.is_nan()) {
@@ -308,10 +268,7 @@ impl March {
     /// Takes down all that the next steps and the final totals depend on.
     pub fn save(&self, state: &mut StateWriter) {
         let totals = &self.totals;
-        state.counts(&[self.step, totals.edge_contacts, totals.instants, totals.history.passes]);
-        for work in [totals.history.sums, totals.history.transforms, totals.slices] {
-            state.counts(&[work.multiply_adds, work.bytes]);
-        }
+        state.counts(&[self.step, totals.edge_contacts]);
         let Residuals { tension, penetration, complementarity } = totals.residuals;
         state.numbers(&[tension, penetration, complementarity, totals.largest_force, totals.largest_displacement]);
         state.numbers(&self.forces);
@@ -324,17 +281,10 @@ impl March {
     /// # Errors
     /// [`StateError`]; the march is of no use then.
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut numbers) = ([0; 4], [0.0; 5]);
+        let (mut counts, mut numbers) = ([0; 2], [0.0; 5]);
         state.counts_into(&mut counts)?;
-        let mut works = [Work::default(); 3];
-        for work in &mut works {
-            let mut counts = [0; 2];
-            state.counts_into(&mut counts)?;
-            [work.multiply_adds, work.bytes] = counts;
-        }
-        let [sums, transforms, slices] = works;
         state.numbers_into(&mut numbers)?;
-        let [step, edge_contacts, instants, passes] = counts;
+        let [step, edge_contacts] = counts;
         let [tension, penetration, complementarity, largest_force, largest_displacement] = numbers;
         self.step = step;
         self.totals = MarchTotals {
@@ -342,9 +292,6 @@ impl March {
             largest_force,
             largest_displacement,
             edge_contacts,
-            history: HistoryWork { sums, transforms, passes, times: HistoryTimes::default() },
-            slices,
-            instants,
         };
         state.numbers_into(&mut self.forces)?;
         self.search.restore(state)?;

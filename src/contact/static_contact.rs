@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::complementarity::ActiveSet;
 use super::error::ContactError;
 use super::geometry::Geometry;
+use crate::counters::Meter;
 use crate::scene::Axle;
 
 /// Static contact on a smooth road.
@@ -73,7 +74,7 @@ impl StaticTyre<'_> {
                 .map(|column| indentation - geometry.rise(geometry.position(first + column as i64, 0)))
                 .collect();
             search
-                .search(&required, &mut forces)
+                .search(&required, &mut forces, &mut Meter::default())
                 .map_err(|_| ContactError::SingularMatrix { points: columns, step: 0 })?;
             Ok((forces.iter().sum(), forces.iter().filter(|&&force| force > 0.0).count()))
         };

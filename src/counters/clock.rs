@@ -1,24 +1,7 @@
-//! Clocks that may be off, and what they have measured.
+//! A clock, and what it has measured.
 
-use std::ops::{AddAssign, SubAssign};
+use std::ops::{AddAssign, Sub};
 use std::time::{Duration, Instant};
-
-use super::process::thread_cpu_time;
-
-/// Which clocks are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Clocks {
-    /// Wall time.
-    pub wall: bool,
-    /// Processor time of the calling thread, beside wall time: over microseconds that of others is not known, see
-    /// [`super::process::cpu_time`].
-    pub cpu: bool,
-}
-
-impl Clocks {
-    /// None.
-    pub const OFF: Self = Self { wall: false, cpu: false };
-}
 
 /// Time of a piece of work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,12 +22,16 @@ impl AddAssign for Spent {
     }
 }
 
-impl SubAssign for Spent {
-    /// Takes off a part of the whole; nothing goes below zero, whatever the clocks say.
-    fn sub_assign(&mut self, part: Self) {
-        self.wall = self.wall.saturating_sub(part.wall);
-        self.watched = self.watched.saturating_sub(part.watched);
-        self.cpu = self.cpu.saturating_sub(part.cpu);
+impl Sub for Spent {
+    type Output = Self;
+
+    /// A part taken off the whole; nothing goes below zero, whatever the clocks say.
+    fn sub(self, part: Self) -> Self {
+        Self {
+            wall: self.wall.saturating_sub(part.wall),
+            watched: self.watched.saturating_sub(part.watched),
+            cpu: self.cpu.saturating_sub(part.cpu),
+        }
     }
 }
 
@@ -73,40 +60,50 @@ impl Spent {
     }
 }
 
-/// Clocks that go from one piece of work to the next.
+/// Tells processor time: of the calling thread or of all, see [`super::process`].
+pub type CpuClock = fn() -> Option<Duration>;
+
+/// A clock that goes from one piece of work to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct Laps {
-    wall: Option<Instant>,
-    cpu: Option<Duration>,
+pub struct Clock {
+    began: Instant,
+    cpu: Option<(CpuClock, Duration)>,
 }
 
-impl Laps {
-    /// Starts the clocks that are to be read.
-    pub fn begin(clocks: Clocks) -> Self {
-        let cpu = if clocks.cpu { thread_cpu_time() } else { None };
+impl Clock {
+    /// Starts it; `cpu`: what tells processor time beside wall time.
+    pub fn start(cpu: Option<CpuClock>) -> Self {
+        let cpu = cpu.and_then(|clock| Some((clock, clock()?)));
         // Last, so that the system call is no part of the first lap's wall time.
-        Self { wall: clocks.wall.then(Instant::now), cpu }
+        Self { began: Instant::now(), cpu }
     }
 
-    /// What was spent since the last lap ended, or the first began; nothing where the clocks are off.
+    /// When the lap under way began.
+    pub fn began(&self) -> Instant {
+        self.began
+    }
+
+    /// What was spent since the last lap ended, or the first began.
     pub fn lap(&mut self) -> Spent {
-        let Some(last) = self.wall else { return Spent::default() };
-        let now = Instant::now();
-        let wall = now - last;
-        self.wall = Some(now);
-        let Some(before) = self.cpu else { return Spent { wall, ..Spent::default() } };
-        let cpu = thread_cpu_time();
-        self.cpu = cpu;
-        let next = Instant::now();
-        self.wall = Some(next);
+        let last = self.began;
+        let Some((clock, before)) = &mut self.cpu else {
+            self.began = Instant::now();
+            return Spent { wall: self.began - last, ..Spent::default() };
+        };
+        let now = clock().unwrap_or(*before);
+        let cpu = now.saturating_sub(*before);
+        *before = now;
         // The processor was busy in the call, too: both times hold it.
-        Spent { wall, watched: next - last, cpu: cpu.unwrap_or(before).saturating_sub(before) }
+        self.began = Instant::now();
+        let wall = self.began - last;
+        Spent { wall, watched: wall, cpu }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::counters::process::thread_cpu_time;
 
     fn busy(time: Duration) {
         let begin = Instant::now();
@@ -116,11 +113,9 @@ mod tests {
     }
 
     #[test]
-    fn clocks_that_are_off_measure_nothing_and_laps_follow_each_other() {
-        let mut off = Laps::begin(Clocks::OFF);
-        assert_eq!(off.lap(), Spent::default());
+    fn laps_follow_each_other() {
         let begin = Instant::now();
-        let mut laps = Laps::begin(Clocks { wall: true, cpu: false });
+        let mut laps = Clock::start(None);
         busy(Duration::from_millis(2));
         let one = laps.lap();
         busy(Duration::from_millis(1));
@@ -132,10 +127,10 @@ mod tests {
 
     #[test]
     fn processor_time_comes_with_the_wall_time_it_belongs_to() {
-        let mut laps = Laps::begin(Clocks { wall: true, cpu: true });
+        let mut laps = Clock::start(Some(thread_cpu_time));
         busy(Duration::from_millis(20));
         let spent = laps.lap();
-        assert!(spent.watched >= spent.wall);
+        assert_eq!(spent.watched == spent.wall, thread_cpu_time().is_some());
         assert_eq!(spent.cpu > Duration::ZERO, thread_cpu_time().is_some());
     }
 

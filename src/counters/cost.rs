@@ -65,18 +65,15 @@ pub type AllocationProbe = fn() -> Allocations;
 pub struct StageCost {
     /// How often the stage was entered.
     pub calls: u64,
-    /// Time that the run spent in it: no two stages at once.
-    pub wall: Duration,
+    /// Time that the run spent in it, no two stages at once; processor time is that of all threads outside of the
+    /// steps, of the run's own thread within them.
+    pub spent: Spent,
+    /// The part of its watched time over which processor time is that of all threads.
+    pub watched_all: Duration,
     /// Time that the stage was at work in the background while the run was in others.
     pub background: Duration,
     /// Arithmetic and memory traffic, where they are counted.
     pub work: Work,
-    /// Part of `wall` over which processor time was measured.
-    pub watched: Duration,
-    /// Processor time over that part: of all threads outside of the steps, of the run's own thread within them.
-    pub cpu: Duration,
-    /// Part of `watched` over which it is that of all threads.
-    pub watched_all: Duration,
     /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the
     /// steps.
     pub allocations: Option<Allocations>,
@@ -86,62 +83,35 @@ pub struct StageCost {
 }
 
 impl StageCost {
-    /// Processor time over the whole stage \[s\], at the rate of the part over which it was measured: of all threads
-    /// outside of the steps, of the run's own thread within them.
-    pub fn cpu_seconds(&self) -> Option<f64> {
-        self.spent().cpu_seconds()
-    }
-
-    /// Its times on the run's own thread.
-    fn spent(&self) -> Spent {
-        Spent { wall: self.wall, watched: self.watched, cpu: self.cpu }
+    /// Time on the run's own thread and in the background \[s\].
+    pub fn seconds(&self) -> f64 {
+        (self.spent.wall + self.background).as_secs_f64()
     }
 
     /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0. `None`
     /// for stages within the steps, too short for it.
     pub fn idle_share(&self, threads: usize) -> Option<f64> {
-        let wall = self.wall.as_secs_f64();
-        let all = self.watched_all == self.watched && wall > 0.0;
-        self.cpu_seconds().filter(|_| all).map(|cpu| idle_share(cpu, wall, threads))
+        let wall = self.spent.wall.as_secs_f64();
+        let all = self.watched_all == self.spent.watched && wall > 0.0;
+        self.spent.cpu_seconds().filter(|_| all).map(|cpu| idle_share(cpu, wall, threads))
     }
 
-    /// Flop in a second, from the counted arithmetic; `None` where none is counted.
-    pub fn flop_rate(&self) -> Option<f64> {
-        self.rate(2 * self.work.multiply_adds)
-    }
-
-    /// Bytes in a second, from the counted traffic; `None` where none is counted.
-    pub fn byte_rate(&self) -> Option<f64> {
-        self.rate(self.work.bytes)
-    }
-
-    fn rate(&self, amount: u64) -> Option<f64> {
-        let seconds = (self.wall + self.background).as_secs_f64();
+    /// What was counted of an amount in a second; `None` where nothing was.
+    pub fn rate(&self, amount: u64) -> Option<f64> {
+        let seconds = self.seconds();
         (amount > 0 && seconds > 0.0).then(|| amount as f64 / seconds)
-    }
-
-    /// Adds the time of a piece of it.
-    pub(super) fn add_spent(&mut self, spent: Spent) {
-        self.wall += spent.wall;
-        self.watched += spent.watched;
-        self.cpu += spent.cpu;
-    }
-
-    /// Adds memory asked for, where that is counted.
-    pub(super) fn add_allocations(&mut self, allocations: Option<Allocations>) {
-        if let Some(allocations) = allocations {
-            *self.allocations.get_or_insert_default() += allocations;
-        }
     }
 
     /// Adds what the same stage has cost elsewhere.
     pub(super) fn add(&mut self, other: &Self) {
         self.calls += other.calls;
+        self.spent += other.spent;
+        self.watched_all += other.watched_all;
         self.background += other.background;
         self.work += other.work;
-        self.add_spent(other.spent());
-        self.add_allocations(other.allocations);
-        self.watched_all += other.watched_all;
+        if let Some(allocations) = other.allocations {
+            *self.allocations.get_or_insert_default() += allocations;
+        }
         self.peak_memory = self.peak_memory.max(other.peak_memory);
     }
 }

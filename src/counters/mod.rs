@@ -24,7 +24,7 @@
 //! | 512 | 10.3 us | 0 ns | 15 ns, 0.15 % | 48 ns, 0.47 % |
 //! | 1024 | 21.3 us | 14 ns, 0.06 % | 90 ns, 0.42 % | 177 ns, 0.83 % |
 
-pub mod clock;
+mod clock;
 mod cost;
 mod counter;
 pub mod machine;
@@ -35,7 +35,7 @@ pub mod trace;
 
 use std::time::{Duration, Instant};
 
-pub use clock::{Clocks, Laps, Spent};
+pub use clock::{Clock, CpuClock, Spent};
 pub use cost::{AllocationProbe, Allocations, StageCost, Work, idle_share};
 pub use counter::Counter;
 pub use peak::MachinePeak;
@@ -94,34 +94,51 @@ impl Watch {
     pub const EVERY: Self = Self { timing: Timing::Every, trace: false, allocations: None };
 }
 
-/// Stage times and counters of one run. Fixed size: metering within the steps never allocates.
+/// What a run has cost so far, as plain numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counters {
+    /// By [`Stage`]; the steps since they were last settled are not in it.
+    pub stages: [StageCost; Stage::ALL.len()],
+    /// By [`Counter`].
+    pub counts: [u64; Counter::ALL.len()],
+    /// What stages took in the steps that were timed, since they were last settled, by [`Stage`].
+    pub in_steps: [Spent; Stage::ALL.len()],
+    /// How many were timed.
+    pub timed_steps: u64,
+    /// All steps together, with the processor time of all threads.
+    pub steps: Spent,
+}
+
+/// Counters of one run and the clocks that fill them: handed down by `&mut` to whatever is counted and timed. Fixed
+/// size: metering within the steps never allocates.
 #[derive(Clone, Debug, Default)]
 pub struct Meter {
-    costs: [StageCost; Stage::ALL.len()],
-    counts: [u64; Counter::ALL.len()],
+    counters: Counters,
     watch: Watch,
-    /// What stages took in the steps that were timed, since they were last settled.
-    in_steps: [Spent; Stage::ALL.len()],
-    timed_steps: u64,
-    /// All steps together, with the processor time of all threads.
-    steps: Spent,
-    steps_began: Option<(Instant, Option<Duration>)>,
-    /// Clocks of the step under way.
-    clocks: Clocks,
+    steps_clock: Option<Clock>,
+    /// Whether the step under way is timed, and whether its processor time is read.
+    timed: bool,
+    watched: bool,
     /// All stages on the run's own thread: what is spent in a stage within another is told apart by it.
     staged: Spent,
     staged_allocations: Allocations,
     trace: Option<Box<Trace>>,
 }
 
-/// A stage under way, see [`Meter::open`].
+/// A stage under way outside of the steps, see [`Meter::open`].
 #[derive(Clone, Copy, Debug)]
 pub struct Open {
-    began: Instant,
-    cpu: Option<Duration>,
+    clock: Clock,
     allocations: Option<Allocations>,
     staged: Spent,
     staged_allocations: Allocations,
+}
+
+/// Stages of a step, one after the other, see [`Meter::laps`].
+#[derive(Clone, Copy, Debug)]
+pub struct Laps {
+    clock: Option<Clock>,
+    staged: Spent,
 }
 
 impl Meter {
@@ -161,8 +178,7 @@ impl Meter {
             allocations: self.watch.allocations.filter(|_| closely).map(|probe| probe()),
             staged: self.staged,
             staged_allocations: self.staged_allocations,
-            cpu: if closely { process::cpu_time() } else { None },
-            began: Instant::now(),
+            clock: Clock::start(closely.then_some(process::cpu_time)),
         }
     }
 
@@ -173,16 +189,11 @@ impl Meter {
 
     /// As [`Self::close`], for stages that went on together, or in turns too short to be timed, each with its share of
     /// the time. Memory is the last one's.
-    pub fn close_shared(&mut self, open: Open, shares: &[(Stage, f64)]) {
-        let ended = Instant::now();
-        let elapsed = ended - open.began;
-        let mut spent = Spent { wall: elapsed, ..Spent::default() };
-        if let Some((before, now)) = open.cpu.zip(process::cpu_time()) {
-            (spent.watched, spent.cpu) = (elapsed, now.saturating_sub(before));
-        }
-        let mut within = self.staged;
-        within -= open.staged;
-        spent -= within;
+    pub fn close_shared(&mut self, mut open: Open, shares: &[(Stage, f64)]) {
+        let mut began = open.clock.began();
+        let spent = open.clock.lap();
+        let elapsed = spent.wall;
+        let spent = spent - (self.staged - open.staged);
         let mut allocations = open.allocations.zip(self.watch.allocations).map(|(before, probe)| probe() - before);
         if let Some(allocations) = &mut allocations {
             *allocations = *allocations - (self.staged_allocations - open.staged_allocations);
@@ -191,18 +202,19 @@ impl Meter {
         self.staged += spent;
         let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase() == Phase::Contact);
         // The system's account of the process is a text to be read: not among the steps.
-        let peak_memory = if self.watches_closely() && self.timed_steps == 0 { process::peak_memory() } else { None };
-        let mut began = open.began;
+        let looks = self.watches_closely() && self.counters.timed_steps == 0;
+        let peak_memory = if looks { process::peak_memory() } else { None };
         for (index, &(stage, share)) in shares.iter().enumerate() {
             let spent = if shares.len() > 1 { spent.share(share) } else { spent };
-            let cost = &mut self.costs[stage as usize];
-            cost.calls += 1;
-            cost.add_spent(spent);
-            cost.watched_all += spent.watched;
-            cost.peak_memory = cost.peak_memory.max(peak_memory);
-            if index + 1 == shares.len() {
-                cost.add_allocations(allocations);
-            }
+            let last = index + 1 == shares.len();
+            self.counters.stages[stage as usize].add(&StageCost {
+                calls: 1,
+                spent,
+                watched_all: spent.watched,
+                peak_memory,
+                allocations: allocations.filter(|_| last),
+                ..StageCost::default()
+            });
             let span = elapsed.mul_f64(share);
             if let Some(trace) = &mut self.trace {
                 trace.add_staged(stage, spent.wall);
@@ -214,34 +226,59 @@ impl Meter {
         }
     }
 
-    /// Begins a step of the run and says which clocks are read in it.
-    pub fn begin_step(&mut self, step: u64) -> Clocks {
+    /// Begins a step of the run: decides whether it is timed.
+    pub fn begin_step(&mut self, step: u64) {
         let block = step / BLOCK;
-        let wall = match self.watch.timing {
+        self.timed = match self.watch.timing {
             Timing::Outside => false,
             Timing::Sampled => block.is_multiple_of(BLOCKS),
             Timing::Closely => block.is_multiple_of(2),
             Timing::Every => true,
         };
-        let cpu = wall && self.watches_closely() && step.is_multiple_of(WATCHED_EVERY);
-        self.clocks = Clocks { wall, cpu };
-        self.timed_steps += u64::from(wall);
-        self.clocks
+        self.watched = self.timed && self.watches_closely() && step.is_multiple_of(WATCHED_EVERY);
+        self.counters.timed_steps += u64::from(self.timed);
+    }
+
+    /// What tells processor time in the step under way; nothing in most.
+    pub fn cpu_clock(&self) -> Option<CpuClock> {
+        self.watched.then_some(process::thread_cpu_time)
+    }
+
+    /// Begins stages of the step under way; no clock is read in one that is not timed.
+    pub fn laps(&self) -> Laps {
+        Laps { clock: self.timed.then(|| Clock::start(self.cpu_clock())), staged: self.staged }
+    }
+
+    /// A call of a stage ends, and the next stage begins: all since the last one ended that no other has taken is this
+    /// stage's.
+    pub fn lap(&mut self, laps: &mut Laps, stage: Stage) {
+        self.counters.stages[stage as usize].calls += 1;
+        if let Some(clock) = &mut laps.clock {
+            let spent = clock.lap() - (self.staged - laps.staged);
+            self.add_in_steps(stage, spent);
+            laps.staged = self.staged;
+        }
+    }
+
+    /// Adds what a stage took within another in the step under way, known from clocks elsewhere, as one call.
+    pub fn lap_within(&mut self, stage: Stage, spent: Spent) {
+        self.counters.stages[stage as usize].calls += 1;
+        if self.timed {
+            self.add_in_steps(stage, spent);
+        }
     }
 
     /// Runs `work` as (part of) a stage of the step under way.
     pub fn time_in_step<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
-        let mut laps = Laps::begin(self.clocks);
+        let mut laps = self.laps();
         let result = work();
-        let spent = laps.lap();
-        self.costs[stage as usize].calls += 1;
-        self.add_in_steps(stage, spent);
+        self.lap(&mut laps, stage);
         result
     }
 
     /// Adds what a stage took in steps that were timed.
     pub fn add_in_steps(&mut self, stage: Stage, spent: Spent) {
-        self.in_steps[stage as usize] += spent;
+        self.counters.in_steps[stage as usize] += spent;
         self.staged += spent;
         if let Some(trace) = &mut self.trace {
             trace.add_staged(stage, spent.wall);
@@ -250,67 +287,52 @@ impl Meter {
 
     /// Ends the steps, of which there were so many: those that were not timed are taken to be like the others.
     pub fn settle_steps(&mut self, steps: u64) {
-        let factor = steps as f64 / self.timed_steps.max(1) as f64;
-        for (cost, spent) in self.costs.iter_mut().zip(&mut self.in_steps) {
-            cost.add_spent(std::mem::take(spent).extrapolated(factor));
+        let Counters { stages, in_steps, timed_steps, .. } = &mut self.counters;
+        let factor = steps as f64 / (*timed_steps).max(1) as f64;
+        for (cost, spent) in stages.iter_mut().zip(in_steps) {
+            cost.spent += std::mem::take(spent).extrapolated(factor);
         }
-        self.timed_steps = 0;
+        *timed_steps = 0;
     }
 
     /// Adds one call of a stage that was timed elsewhere.
     pub fn add_time(&mut self, stage: Stage, wall: Duration) {
         self.staged.wall += wall;
-        let cost = &mut self.costs[stage as usize];
+        let cost = &mut self.counters.stages[stage as usize];
         cost.calls += 1;
-        cost.wall += wall;
+        cost.spent.wall += wall;
         if let Some(trace) = &mut self.trace {
             trace.add_staged(stage, wall);
         }
     }
 
-    /// Adds one call of a stage that was at work in the background.
+    /// Adds time of a stage that was at work in the background.
     pub fn add_background(&mut self, stage: Stage, busy: Duration) {
-        let cost = &mut self.costs[stage as usize];
-        cost.calls += 1;
-        cost.background += busy;
+        self.counters.stages[stage as usize].background += busy;
     }
 
-    /// As [`Self::add_background`], with the time when it began.
+    /// As [`Self::add_background`], as one call that began at a time.
     pub fn add_background_since(&mut self, stage: Stage, began: Instant, busy: Duration) {
         self.add_background(stage, busy);
+        self.counters.stages[stage as usize].calls += 1;
         if let Some(trace) = &mut self.trace {
             trace.add_background(stage, began, busy);
         }
     }
 
-    /// Adds calls of a stage that are counted elsewhere.
-    pub fn add_calls(&mut self, stage: Stage, calls: u64) {
-        self.costs[stage as usize].calls += calls;
-    }
-
     /// Adds what a stage has computed and moved.
     pub fn add_work(&mut self, stage: Stage, work: Work) {
-        self.costs[stage as usize].work += work;
+        self.counters.stages[stage as usize].work += work;
     }
 
     /// Adds to a counter.
     pub fn count(&mut self, counter: Counter, amount: u64) {
-        self.counts[counter as usize] += amount;
-    }
-
-    /// Adds what a stage has cost in an earlier part of the same run.
-    pub fn add_cost(&mut self, stage: Stage, earlier: StageCost) {
-        self.costs[stage as usize].add(&earlier);
-    }
-
-    /// Sets a counter to what it was when an earlier part of the same run ended.
-    pub fn set_count(&mut self, counter: Counter, amount: u64) {
-        self.counts[counter as usize] = amount;
+        self.counters.counts[counter as usize] += amount;
     }
 
     /// What a stage has cost so far; the steps since they were last settled are not in it.
     pub fn cost(&self, stage: Stage) -> StageCost {
-        self.costs[stage as usize]
+        self.counters.stages[stage as usize]
     }
 
     /// As [`Self::cost`], the stage's parts included.
@@ -324,76 +346,58 @@ impl Meter {
 
     /// The value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
-        self.counts[counter as usize]
+        self.counters.counts[counter as usize]
     }
 
-    /// What stages took in the steps since those were last settled, by [`Stage`], and how many were timed.
-    pub fn unsettled(&self) -> (&[Spent; Stage::ALL.len()], u64) {
-        (&self.in_steps, self.timed_steps)
+    /// All that was counted and timed so far.
+    pub fn counters(&self) -> Counters {
+        Counters { steps: self.steps(), ..self.counters }
     }
 
-    /// Adds what was unsettled when an earlier part of the same run ended.
-    pub fn add_unsettled(&mut self, in_steps: &[Spent; Stage::ALL.len()], timed_steps: u64) {
-        self.in_steps.iter_mut().zip(in_steps).for_each(|(here, &earlier)| *here += earlier);
-        self.timed_steps += timed_steps;
+    /// Goes on from what an earlier part of the same run has counted and timed: its times join what there is, its
+    /// counts take the place of it.
+    pub fn go_on(&mut self, earlier: &Counters) {
+        let own = &mut self.counters;
+        own.stages.iter_mut().zip(&earlier.stages).for_each(|(own, earlier)| own.add(earlier));
+        own.in_steps.iter_mut().zip(earlier.in_steps).for_each(|(own, earlier)| *own += earlier);
+        own.counts = earlier.counts;
+        own.timed_steps += earlier.timed_steps;
+        own.steps += earlier.steps;
+    }
+
+    /// Time of a stage so far on the run's own thread, that of the steps as far as they were timed.
+    pub fn spent(&self, stage: Stage) -> Duration {
+        self.cost(stage).spent.wall + self.counters.in_steps[stage as usize].wall
     }
 
     /// All steps together so far, with the processor time of all threads.
     pub fn steps(&self) -> Spent {
-        let Some((began, cpu_began)) = self.steps_began else { return self.steps };
-        let (elapsed, cpu) = (began.elapsed(), cpu_began.zip(process::cpu_time()));
-        let mut steps = self.steps;
-        steps += match cpu {
-            Some((before, now)) => Spent { wall: elapsed, watched: elapsed, cpu: now.saturating_sub(before) },
-            None => Spent { wall: elapsed, ..Spent::default() },
-        };
+        let mut steps = self.counters.steps;
+        if let Some(mut clock) = self.steps_clock {
+            steps += clock.lap();
+        }
         steps
-    }
-
-    /// Adds steps of an earlier part of the same run.
-    pub fn add_steps(&mut self, earlier: Spent) {
-        self.steps += earlier;
     }
 
     /// The run enters another phase.
     pub fn enter(&mut self, phase: Phase) {
-        self.steps = self.steps();
-        self.steps_began = (phase == Phase::Contact).then(|| (Instant::now(), process::cpu_time()));
+        self.counters.steps = self.steps();
+        self.steps_clock = (phase == Phase::Contact).then(|| Clock::start(Some(process::cpu_time)));
         if let Some(trace) = &mut self.trace {
             trace.enter(phase);
         }
     }
 
-    /// The steps from the last block's end to `step` are done: a trace has them together. Nothing without one.
-    pub fn end_block(&mut self, step: u64) {
-        if let Some(trace) = &mut self.trace {
-            trace.end_block(step);
+    /// So many steps are done: where a block of them ends, a trace has them together. Nothing without one.
+    pub fn end_step(&mut self, steps: u64) {
+        if let Some(trace) = self.trace.as_mut().filter(|trace| trace.ends_block(steps)) {
+            trace.end_block(steps);
         }
     }
 
     /// What happened when, where that was to be noted.
     pub fn trace(&self) -> Option<&Trace> {
         self.trace.as_deref()
-    }
-
-    /// The same without it.
-    #[must_use]
-    pub fn without_trace(&self) -> Self {
-        let Self { costs, counts, watch, in_steps, timed_steps, clocks, staged, staged_allocations, .. } = *self;
-        let steps = self.steps();
-        Self {
-            costs,
-            counts,
-            watch,
-            in_steps,
-            timed_steps,
-            steps,
-            steps_began: None,
-            clocks,
-            staged,
-            staged_allocations,
-            trace: None,
-        }
     }
 
     /// As [`Self::trace`], to be changed.
@@ -416,7 +420,8 @@ mod tests {
             let mut meter = Meter::new(Watch { timing, ..Watch::default() });
             let mut clocked = 0;
             for step in 0..2500 {
-                if meter.begin_step(step).wall {
+                meter.begin_step(step);
+                if meter.timed {
                     clocked += 1;
                     meter.add_in_steps(Stage::History, spent);
                 }
@@ -426,9 +431,9 @@ mod tests {
             meter.add_time(Stage::Output, 5 * millisecond);
             meter.settle_steps(2500);
             let expected = if timed > 0 { 2.5 } else { 0.0 };
-            let found = meter.cost(Stage::History).wall.as_secs_f64();
+            let found = meter.cost(Stage::History).spent.wall.as_secs_f64();
             assert!((found - expected).abs() < 1e-6, "{timing:?}: {found}");
-            assert_eq!(meter.cost(Stage::Output).wall, 5 * millisecond);
+            assert_eq!(meter.cost(Stage::Output).spent.wall, 5 * millisecond);
         }
     }
 
@@ -440,7 +445,7 @@ mod tests {
             meter.add_work(stage, Work { multiply_adds, bytes: 0 });
         }
         let whole = meter.whole(Stage::ActiveSet);
-        assert_eq!((whole.work.multiply_adds, whole.wall), (8, Duration::from_millis(8)));
+        assert_eq!((whole.work.multiply_adds, whole.spent.wall), (8, Duration::from_millis(8)));
         assert_eq!(meter.whole(Stage::History), meter.cost(Stage::History));
     }
 
@@ -450,13 +455,13 @@ mod tests {
         let begin = Instant::now();
         let open = meter.open();
         let inner = meter.open();
-        while inner.began.elapsed() < Duration::from_millis(4) {}
+        while inner.clock.began().elapsed() < Duration::from_millis(4) {}
         meter.close(inner, Stage::Output);
         let after = Instant::now();
         while after.elapsed() < Duration::from_millis(2) {}
         meter.close_shared(open, &[(Stage::Influence, 0.25), (Stage::Fit, 0.75)]);
         let all = begin.elapsed();
-        let wall = |stage| meter.cost(stage).wall;
+        let wall = |stage| meter.cost(stage).spent.wall;
         assert!(wall(Stage::Output) >= Duration::from_millis(4));
         let outer = wall(Stage::Influence) + wall(Stage::Fit);
         assert!(outer + wall(Stage::Output) <= all && outer >= Duration::from_millis(1), "{outer:?} of {all:?}");
@@ -464,7 +469,7 @@ mod tests {
         assert!((ratio - 3.0).abs() < 1e-3, "{ratio}");
         // Processor time and peak memory go with it where the system tells.
         let cost = meter.cost(Stage::Output);
-        assert_eq!(cost.cpu_seconds().is_some(), process::cpu_time().is_some());
+        assert_eq!(cost.spent.cpu_seconds().is_some(), process::cpu_time().is_some());
         assert_eq!(cost.peak_memory.is_some(), process::peak_memory().is_some());
         assert_eq!(cost.allocations, None);
     }

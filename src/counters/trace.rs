@@ -167,7 +167,7 @@ impl Trace {
     }
 
     /// Notes the steps from the last block's end to `step`, and the stages within them.
-    pub(super) fn end_block(&mut self, step: u64) {
+    pub fn end_block(&mut self, step: u64) {
         if step == self.block_first {
             return;
         }

@@ -1,17 +1,16 @@
 //! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene,
 //! before any of it is done.
 //!
-//! What only the run can know is expected: the length of the patch from a static solution with a few hundred elements,
-//! the poles of a fit that is not in the cache from those of the default tyre, the share of active sets that need a
-//! factorisation from rough roads of all kinds.
+//! What a solver does for given sizes it says itself (`expected` beside its code); here are the sizes. What only the run
+//! can know is expected: the length of the patch from a static solution with a few hundred elements, the poles of a fit
+//! that is not in the cache from those of the default tyre.
 
 use serde::Serialize;
 
-use crate::contact::complementarity::largest_memory;
-use crate::contact::history::INSTANTS;
+use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
+use crate::contact::history::ModalHistory;
 use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
-use crate::numeric::transform_multiply_adds;
 use crate::plan::Plan;
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
@@ -23,6 +22,7 @@ use crate::run::vibration::point_bytes;
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
+use crate::tyre::poles::expected_fit;
 
 /// Elements of the static solution that patch and window are expected from.
 const COARSE: usize = 384;
@@ -30,54 +30,16 @@ const COARSE: usize = 384;
 const COARSE_TOLERANCE: f64 = 1e-3;
 /// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
 const PEAKS: f64 = 1e-3;
-/// Multiply-adds of the recursion for a pole (conjugates counted), without padding: for each stage, and for each step.
-const PER_POLE: [f64; 2] = [4.0, 7.3];
-/// Wavenumbers of a group, to whose multiple they are padded.
-const GROUP: f64 = 8.0;
-/// Windows of multiply-adds of the search for a point in contact, on smooth and on rough roads: guess, solution,
-/// displacement; on rough roads with factorisations.
-const WINDOWS: [f64; 2] = [3.4, 6.9];
-/// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
-/// `tyrewave influence --cost`).
-const FITS: [(f64, f64, f64); 7] = [
-    (128.0, 3940.0, 0.93),
-    (256.0, 7309.0, 0.92),
-    (512.0, 11_101.0, 1.0),
-    (1024.0, 18_437.0, 1.12),
-    (2048.0, 30_141.0, 1.42),
-    (4096.0, 49_604.0, 2.08),
-    (8192.0, 88_053.0, 4.46),
-];
-/// Time of a fit by decade of its tolerance, from 1e-3, relative to 1e-5.
-const BY_TOLERANCE: [f64; 5] = [0.46, 0.65, 1.0, 1.6, 4.1];
-/// Growth of the number of poles with a decade of tolerance.
-const POLES_BY_DECADE: f64 = 1.25;
-/// Growth of a fit's time with the number of layers: exponent, relative to two.
-const BY_LAYERS: f64 = 0.37;
-/// Evaluations of the compliance for a fit.
-const FIT_EVALUATIONS: f64 = 2e6;
-/// Bytes for a pole: the model, and the recursion's coefficients and states.
-const POLE_BYTES: [f64; 2] = [30.0, 110.0];
-/// Bytes that a fit holds for each thread, and what the allocator keeps of them.
-const FIT_BYTES: f64 = 26e6;
-/// Share of it that the allocator still keeps in the steps (measured).
-const KEPT_OF_FIT: f64 = 0.3;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
 const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
 const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in segments.
 const SPECTRUM_ARRAYS: f64 = 8.0;
-/// Share of steps whose set is factorised, on a rough road.
-const FACTORISED: f64 = 0.15;
 /// Time of drawing a map over that of other plots (measured).
 const MAP_PLOTS: f64 = 20.0;
 /// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
 const VIBRATION_RESERVE: f64 = 1.8;
-/// Rounds of the implicit coupling's search for a solution.
-const ROUNDS: f64 = 1.9;
-/// Solves of a step, on a rough road.
-const SOLVES: f64 = 1.1;
 
 /// Where work is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -174,7 +136,7 @@ impl Amounts {
     pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.fit_memory_per_thread * threads as f64;
-        fit.max(steps + KEPT_OF_FIT * fit)
+        fit.max(steps + expected_fit::KEPT * fit)
     }
 
     fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
@@ -208,38 +170,29 @@ impl Amounts {
     /// The fitted model that the recursion and the vibration need.
     fn model(&mut self, scene: &Scene, kept: Option<usize>) {
         let numerics = &scene.numerics;
-        let elements = numerics.elements as f64;
-        let decades = -numerics.pole_tolerance.log10();
-        let (poles, _) = fit_of(elements);
-        self.poles = kept.map_or(poles * POLES_BY_DECADE.powf(decades - 5.0), |kept| kept as f64);
+        let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
+        self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);
         if kept.is_none() {
-            let share = fit_share(elements, numerics.pole_tolerance, scene.tyre.layers.len());
+            let share = expected_fit::share(elements, tolerance, scene.tyre.layers.len());
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
-            self.fit_memory_per_thread = FIT_BYTES;
+            self.fit_memory_per_thread = expected_fit::BYTES;
         }
-        self.count(Counter::ComplianceEvaluations, if kept.is_none() { FIT_EVALUATIONS } else { 0.0 });
+        self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }
 
     fn modal(&mut self, scene: &Scene, plan: &Plan) {
         let numerics = &scene.numerics;
-        let elements = numerics.elements as f64;
         self.count(Counter::Poles, self.poles);
         let Expected { points, columns, .. } = self.expected;
-        let stages = numerics.time_rule.stages() as f64;
-        let (wavenumbers, steps) = (wavenumbers(scene), plan.steps as f64);
-        let padded = (wavenumbers / GROUP).ceil() * GROUP / wavenumbers;
-        let pass = (PER_POLE[0] + PER_POLE[1] / stages) * padded * self.poles;
-        let near = 0.5 * (3.0 * INSTANTS as f64 - 1.0) * points * columns;
-        let transform = transform_multiply_adds(numerics.elements);
+        let (rule, steps) = (numerics.time_rule, plan.steps as f64);
+        let work = ModalHistory::expected(rule, numerics.elements, self.poles, points * columns);
+        let stages = rule.nodes().len() as f64;
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
-        self.add(Stage::History, Unit::of_poles(numerics.time_rule), steps * stages * pass, Place::Behind);
-        self.add(Stage::History, Unit::SearchMultiplyAdd, steps * stages * near, Place::March);
-        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * stages * transform, Place::Behind);
-        self.hold("poles and their states", self.poles * (POLE_BYTES[0] + POLE_BYTES[1] * stages));
-        let instants = INSTANTS as f64;
-        // Two rings, a spectrum and two blocks' forces; the first influences of so many lags, the ring twice over.
-        let of_element = 56.0 * instants + 16.0 * stages * (2.0 * instants - 1.0);
-        self.hold("forces, displacements and influences of blocks", elements * of_element);
+        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Behind);
+        self.add(Stage::History, Unit::SearchMultiplyAdd, steps * work.near, Place::March);
+        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * work.transforms, Place::Behind);
+        self.hold("poles and their states", work.pole_bytes);
+        self.hold("forces, displacements and influences of blocks", work.block_bytes);
     }
 
     fn road(&mut self, scene: &Scene, plan: &Plan) {
@@ -292,23 +245,15 @@ impl Amounts {
             self.add(Stage::ActiveSet, Unit::LevelColumn, solutions * columns, Place::March);
             return;
         }
-        let (point, windows, solves, factorised) = if smooth {
-            (Unit::SmoothPoint, WINDOWS[0], 1.0, 0.0)
-        } else {
-            (Unit::RoughPoint, WINDOWS[1], SOLVES, FACTORISED)
+        let point = if smooth { Unit::SmoothPoint } else { Unit::RoughPoint };
+        let search = match plan.decisions.slice_coupling {
+            SliceCoupling::Explicit => ActiveSet::expected(points, columns, smooth),
+            _ => LocalSet::expected(points, columns, smooth),
         };
-        self.add(Stage::ActiveSet, point, solutions * points, Place::March);
-        let mut search = windows * points * columns;
-        let mut factorisations = solutions * factorised;
-        if plan.decisions.slice_coupling != SliceCoupling::Explicit {
-            search += ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
-            factorisations = solutions * ROUNDS;
-            // Pieces of curves to be looked up.
-            self.add(Stage::ActiveSet, point, 2.0 * solutions * points, Place::March);
-        }
-        self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search, Place::March);
-        self.count(Counter::Solves, solutions * solves);
-        self.count(Counter::Factorisations, factorisations);
+        self.add(Stage::ActiveSet, point, solutions * search.points, Place::March);
+        self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search.multiply_adds, Place::March);
+        self.count(Counter::Solves, solutions * search.solves);
+        self.count(Counter::Factorisations, solutions * search.factorisations);
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 
@@ -409,27 +354,6 @@ fn terms(scene: &Scene, plan: &Plan) -> f64 {
         (None, None) => (2.0 * cut_off * plan.element / std::f64::consts::TAU).max(1.0),
     };
     lateral.max(1.0) * aliases
-}
-
-/// Between the lines of a table by its first column, linear in the logarithms; beyond its ends by the last two.
-fn fit_of(elements: f64) -> (f64, f64) {
-    let place = FITS.iter().position(|entry| entry.0 > elements).unwrap_or(FITS.len() - 1).max(1);
-    let (low, high) = (FITS[place - 1], FITS[place]);
-    let part = (elements / low.0).ln() / (high.0 / low.0).ln();
-    let between = |a: f64, b: f64| a * (b / a).powf(part);
-    (between(low.1, high.1), between(low.2, high.2))
-}
-
-/// Time of a fit relative to that of the default tyre with 512 elements to 1e-5.
-pub fn fit_share(elements: f64, tolerance: f64, layers: usize) -> f64 {
-    fit_of(elements).1 * by_tolerance(-tolerance.log10()) * (0.5 * layers as f64).powf(BY_LAYERS)
-}
-
-fn by_tolerance(decades: f64) -> f64 {
-    let place = (decades - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
-    let low = (place as usize).min(BY_TOLERANCE.len() - 2);
-    let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);
-    a * (b / a).powf(place - low as f64)
 }
 
 /// The contact on a smooth road.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::counters::Stage;
 use crate::plan::amounts::{Amounts, Place};
-use crate::plan::unit::{Unit, UnitCosts};
+use crate::plan::unit::UnitCosts;
 
 /// Share of the ideal that threads reach on work before the steps.
 const EFFICIENCY: f64 = 0.95;
@@ -45,7 +45,7 @@ impl Forecast {
         let mut stages: Vec<StageForecast> = Vec::new();
         let (mut before, mut march, mut march_on_all, mut behind) = (0.0, 0.0, 0.0, 0.0);
         for amount in &amounts.work {
-            let seconds = amount.amount * costs.of(amount.unit);
+            let seconds = amount.amount * costs.of(amount.stage, amount.unit);
             match amount.place {
                 Place::Before => before += seconds,
                 Place::BeforeOnAll => before += seconds / (1.0 + EFFICIENCY * (threads as f64 - 1.0)),
@@ -60,7 +60,7 @@ impl Forecast {
             }
         }
         stages.sort_by_key(|entry| entry.stage as usize);
-        let rest_seconds = steps as f64 * costs.of(Unit::Step);
+        let rest_seconds = steps as f64 * costs.step;
         march += rest_seconds;
         let all = march + march_on_all + behind;
         // One thread marches; what is behind it, or shared, fills the others.

@@ -2,17 +2,17 @@
 //!
 //! 1. [`decisions`]: which effects are on, off or reduced, and why; every later stage asks them;
 //! 2. sizes: time step, steps, lags;
-//! 3. [`amounts`]: work of each stage in units, memory by what holds it;
-//! 4. [`forecast`]: both on this machine, from costs of the units ([`mod@unit`]) that [`crate::study::calibration`] has measured.
+//! 3. [`Amounts`]: work of each stage in units, memory by what holds it;
+//! 4. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that [`crate::study::calibration`] has measured.
 //!
 //! The plan is data: it is made without any of the work, can be printed as a table or as JSON, and [`crate::run::run()`]
 //! follows it.
 
-pub mod amounts;
+mod amounts;
 pub mod decisions;
-pub mod forecast;
-pub mod unit;
-pub mod unit_record;
+mod forecast;
+mod unit;
+pub(crate) mod unit_record;
 
 pub use amounts::{Amounts, Place};
 pub use decisions::{Decision, Decisions};

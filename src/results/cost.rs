@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use serde::Serialize;
-use serde::ser::{SerializeMap, Serializer};
+use serde::ser::Serializer;
 
 use crate::counters::process::peak_memory;
-use crate::counters::{Counter, MachinePeak, Meter, Stage, idle_share};
+use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost, idle_share};
 
 /// Stage times, counters and rates. Numbers that were not measured are `null`.
 #[derive(Clone, Debug, Serialize)]
@@ -30,14 +30,18 @@ pub struct Cost {
     pub steps: StepsRecord,
     /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a
     /// part of it.
-    pub stages: StageCosts,
+    #[serde(serialize_with = "map")]
+    pub stages: Vec<(Stage, StageRecord)>,
     /// Rates of what was counted.
     pub rates: Rates,
     /// Best rates of one core of the machine, measured after a closely watched run.
     pub machine_peak: Option<MachinePeak>,
     /// Exact work counters; the same for any number of threads.
-    #[serde(serialize_with = "counters")]
-    pub counters: Meter,
+    #[serde(serialize_with = "map")]
+    pub counters: Vec<(Counter, u64)>,
+    /// Whether processor time and memory were looked at.
+    #[serde(skip)]
+    pub closely: bool,
 }
 
 /// What a plan expected of a run.
@@ -61,22 +65,6 @@ pub struct Rates {
     pub step_us: Option<f64>,
 }
 
-impl Rates {
-    fn of(meter: &Meter) -> Self {
-        let per = |seconds: f64, counter: Counter| {
-            let amount = meter.counted(counter) as f64;
-            (amount > 0.0).then(|| seconds / amount)
-        };
-        let sums = meter.cost(Stage::Influence);
-        let seconds = sums.cpu_seconds().unwrap_or(sums.wall.as_secs_f64());
-        let steps: f64 = Stage::OF_A_STEP.iter().map(|&stage| meter.cost(stage).wall.as_secs_f64()).sum();
-        Self {
-            compliance_evaluation_ns: per(1e9 * seconds, Counter::ComplianceEvaluations),
-            step_us: per(1e6 * steps, Counter::Steps),
-        }
-    }
-}
-
 /// All steps of a run together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StepsRecord {
@@ -88,27 +76,68 @@ pub struct StepsRecord {
     pub idle_share: Option<f64>,
 }
 
-impl StepsRecord {
-    fn of(meter: &Meter, threads: usize) -> Self {
-        let steps = meter.steps();
-        let (seconds, cpu_seconds) = (steps.wall.as_secs_f64(), steps.cpu_seconds());
-        Self { seconds, cpu_seconds, idle_share: cpu_seconds.map(|cpu| idle_share(cpu, seconds, threads)) }
-    }
+/// What a stage cost. Numbers that were not measured are `None`.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StageRecord {
+    /// How often it was entered.
+    pub calls: u64,
+    /// Time that the run spent in it \[s\].
+    pub seconds: f64,
+    /// Time that it was at work in the background \[s\].
+    pub background_seconds: f64,
+    /// Processor time \[s\], see [`StageCost::spent`].
+    pub cpu_seconds: Option<f64>,
+    /// Share of the threads' time in which they had nothing to do.
+    pub idle_share: Option<f64>,
+    /// Allocations and reallocations of the whole process meanwhile.
+    pub allocations: Option<u64>,
+    /// Their bytes.
+    pub allocated_bytes: Option<u64>,
+    /// Largest resident memory so far at its end \[bytes\].
+    pub peak_memory: Option<u64>,
+    /// Multiply-adds.
+    pub multiply_adds: Option<u64>,
+    /// Bytes of tables and states read and written.
+    pub bytes: Option<u64>,
+    /// Flop in a second.
+    pub flop_per_second: Option<f64>,
+    /// Bytes in a second.
+    pub bytes_per_second: Option<f64>,
 }
 
-/// Cost by stage, on so many threads.
-#[derive(Clone, Debug)]
-pub struct StageCosts {
-    /// The costs.
-    pub meter: Meter,
-    /// Threads of the run.
-    pub threads: usize,
+impl StageRecord {
+    fn new(cost: StageCost, threads: usize) -> Self {
+        let counted = |amount: u64| (amount > 0).then_some(amount);
+        Self {
+            calls: cost.calls,
+            seconds: cost.spent.wall.as_secs_f64(),
+            background_seconds: cost.background.as_secs_f64(),
+            cpu_seconds: cost.spent.cpu_seconds(),
+            idle_share: cost.idle_share(threads),
+            allocations: cost.allocations.map(|allocations| allocations.count),
+            allocated_bytes: cost.allocations.map(|allocations| allocations.bytes),
+            peak_memory: cost.peak_memory,
+            multiply_adds: counted(cost.work.multiply_adds),
+            bytes: counted(cost.work.bytes),
+            flop_per_second: cost.rate(2 * cost.work.multiply_adds),
+            bytes_per_second: cost.rate(cost.work.bytes),
+        }
+    }
 }
 
 impl Cost {
     /// Cost of a run as its meter has it.
     pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
-        let meter = meter.without_trace();
+        let steps = meter.steps();
+        let (seconds, cpu_seconds) = (steps.wall.as_secs_f64(), steps.cpu_seconds());
+        let idle_share = cpu_seconds.map(|cpu| idle_share(cpu, seconds, threads));
+        let per = |seconds: f64, counter: Counter| {
+            let amount = meter.counted(counter) as f64;
+            (amount > 0.0).then(|| seconds / amount)
+        };
+        let sums = meter.cost(Stage::Influence).spent;
+        let sums = sums.cpu_seconds().unwrap_or(sums.wall.as_secs_f64());
+        let staged: f64 = Stage::OF_A_STEP.iter().map(|&stage| meter.cost(stage).spent.wall.as_secs_f64()).sum();
         Self {
             wall_seconds,
             cpu_seconds: None,
@@ -117,12 +146,26 @@ impl Cost {
             peak_memory: peak_memory(),
             planned: None,
             share_of_steps_timed: meter.timing().share_of_steps(),
-            steps: StepsRecord::of(&meter, threads),
-            stages: StageCosts { meter: meter.clone(), threads },
-            rates: Rates::of(&meter),
+            steps: StepsRecord { seconds, cpu_seconds, idle_share },
+            stages: Stage::ALL.map(|stage| (stage, StageRecord::new(meter.cost(stage), threads))).into(),
+            rates: Rates {
+                compliance_evaluation_ns: per(1e9 * sums, Counter::ComplianceEvaluations),
+                step_us: per(1e6 * staged, Counter::Steps),
+            },
             machine_peak: None,
-            counters: meter,
+            counters: Counter::ALL.map(|counter| (counter, meter.counted(counter))).into(),
+            closely: meter.watches_closely(),
         }
+    }
+
+    /// What a stage cost.
+    pub fn stage(&self, stage: Stage) -> &StageRecord {
+        &self.stages[stage as usize].1
+    }
+
+    /// The value of a counter.
+    pub fn counted(&self, counter: Counter) -> u64 {
+        self.counters[counter as usize].1
     }
 
     /// The same with what was expected.
@@ -147,54 +190,9 @@ impl Cost {
     }
 }
 
-#[derive(Serialize)]
-struct StageRecord {
-    calls: u64,
-    seconds: f64,
-    background_seconds: f64,
-    cpu_seconds: Option<f64>,
-    idle_share: Option<f64>,
-    allocations: Option<u64>,
-    allocated_bytes: Option<u64>,
-    peak_memory: Option<u64>,
-    multiply_adds: Option<u64>,
-    bytes: Option<u64>,
-    flop_per_second: Option<f64>,
-    bytes_per_second: Option<f64>,
-}
-
-impl Serialize for StageCosts {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let counted = |amount: u64| (amount > 0).then_some(amount);
-        let mut map = serializer.serialize_map(Some(Stage::ALL.len()))?;
-        for stage in Stage::ALL {
-            let cost = self.meter.cost(stage);
-            let record = StageRecord {
-                calls: cost.calls,
-                seconds: cost.wall.as_secs_f64(),
-                background_seconds: cost.background.as_secs_f64(),
-                cpu_seconds: cost.cpu_seconds(),
-                idle_share: cost.idle_share(self.threads),
-                allocations: cost.allocations.map(|allocations| allocations.count),
-                allocated_bytes: cost.allocations.map(|allocations| allocations.bytes),
-                peak_memory: cost.peak_memory,
-                multiply_adds: counted(cost.work.multiply_adds),
-                bytes: counted(cost.work.bytes),
-                flop_per_second: cost.flop_rate(),
-                bytes_per_second: cost.byte_rate(),
-            };
-            map.serialize_entry(&stage, &record)?;
-        }
-        map.end()
-    }
-}
-
-fn counters<S: Serializer>(meter: &Meter, serializer: S) -> Result<S::Ok, S::Error> {
-    let mut map = serializer.serialize_map(Some(Counter::ALL.len()))?;
-    for counter in Counter::ALL {
-        map.serialize_entry(&counter, &meter.counted(counter))?;
-    }
-    map.end()
+/// Pairs as a map, in their order.
+fn map<S: Serializer, K: Serialize, V: Serialize>(pairs: &[(K, V)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(pairs.iter().map(|(key, value)| (key, value)))
 }
 
 #[cfg(test)]
@@ -202,22 +200,24 @@ mod tests {
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::counters::{Allocations, StageCost, Work};
+    use crate::counters::{Allocations, Counters, Spent, StageCost, Work};
 
     #[test]
     fn what_was_measured_has_numbers_and_the_rest_is_null() {
         let mut meter = Meter::default();
         let seconds = Duration::from_secs;
-        let (watched, watched_all, cpu) = (seconds(1), seconds(1), seconds(1));
+        let spent = |wall| Spent { wall: seconds(wall), watched: seconds(1), cpu: seconds(1) };
         let work = Work { multiply_adds: 8_000_000_000, bytes: 6_000_000_000 };
-        let history = StageCost { wall: seconds(4), watched, watched_all, cpu, work, ..StageCost::default() };
-        meter.add_cost(Stage::History, history);
+        let mut earlier = Counters::default();
+        let history = StageCost { spent: spent(4), watched_all: seconds(1), work, ..StageCost::default() };
+        earlier.stages[Stage::History as usize] = history;
         // Within the steps the time of the other threads is not known.
-        let search = StageCost { wall: seconds(4), watched, cpu, ..StageCost::default() };
-        meter.add_cost(Stage::ActiveSet, search);
+        earlier.stages[Stage::ActiveSet as usize] = StageCost { spent: spent(4), ..StageCost::default() };
         let allocations = Some(Allocations { count: 7, bytes: 900 });
-        let sums = StageCost { calls: 1, wall: seconds(2), allocations, peak_memory: Some(5), ..StageCost::default() };
-        meter.add_cost(Stage::Influence, sums);
+        let wall = Spent { wall: seconds(2), ..Spent::default() };
+        earlier.stages[Stage::Influence as usize] =
+            StageCost { calls: 1, spent: wall, allocations, peak_memory: Some(5), ..StageCost::default() };
+        meter.go_on(&earlier);
         meter.count(Counter::ComplianceEvaluations, 1_000_000);
         meter.count(Counter::Steps, 100_000);
         let cost = Cost::new(&meter, 10.0, 2).with_cpu(Some(seconds(15)));

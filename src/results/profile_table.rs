@@ -1,43 +1,34 @@
 //! What a run cost, as tables for the terminal: stages first, then a time step, counters below. What a run did not do
 //! has no line, what was not measured no column.
 
-use std::time::Duration;
-
 use super::cost::Cost;
 use super::table::{Report, Table, aligned, grouped};
-use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost};
+use crate::counters::{Counter, Stage};
 
-/// Stage times and counters as text, a newline last. `wall` is the time of the whole run; what no stage has is listed
-/// as the rest. What was at work in the background stands beside and is no part of it.
-pub fn profile_table(meter: &Meter, wall: Duration) -> String {
-    cost_table(&Cost::new(meter, wall.as_secs_f64(), 1)).to_string()
-}
-
-/// As [`profile_table`], with all that was measured: processor time and the threads' idle share, memory, rates beside
-/// what a core of the machine can do.
+/// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
+/// what a core of the machine can do. What no stage has is listed as the rest; what was at work in the background stands
+/// beside and is no part of it.
 pub fn cost_table(cost: &Cost) -> Report {
-    let meter = &cost.stages.meter;
-    let steps = meter.counted(Counter::Steps);
+    let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();
     report.push(stages(cost));
     report.push("\n");
     if steps > 0 {
-        report.push(step(meter, steps, cost.machine_peak));
+        report.push(step(cost, steps));
         report.push("\n");
     }
     if let Some(line) = compliance(cost) {
         report.push(format!("{line}\n\n"));
     }
-    report.push(counters(meter));
+    report.push(counters(cost));
     report
 }
 
 /// What an evaluation of the compliance takes, if there was one.
 fn compliance(cost: &Cost) -> Option<String> {
     let nanoseconds = cost.rates.compliance_evaluation_ns?;
-    let meter = &cost.stages.meter;
-    let evaluations = meter.counted(Counter::ComplianceEvaluations) as f64;
-    let flop = 2.0 * meter.cost(Stage::Influence).work.multiply_adds as f64 / evaluations;
+    let evaluations = cost.counted(Counter::ComplianceEvaluations) as f64;
+    let flop = 2.0 * cost.stage(Stage::Influence).multiply_adds.unwrap_or(0) as f64 / evaluations;
     let rate = flop / nanoseconds;
     let peak = cost.machine_peak.map_or(String::new(), |peak| format!(" of {:.1}", 1e-9 * peak.flop_per_second));
     Some(format!("a compliance evaluation: {nanoseconds:.0} ns, {flop:.0} flop: {rate:.1}{peak} Gflop/s"))
@@ -45,26 +36,27 @@ fn compliance(cost: &Cost) -> Option<String> {
 
 /// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make, beside
 /// those of a core at its best.
-fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> Table {
+fn step(cost: &Cost, steps: u64) -> Table {
     let row = |stage: Stage| {
-        let cost = meter.cost(stage);
+        let cost = cost.stage(stage);
         let per_step = |amount: f64| amount / steps as f64;
         let rate = |rate: Option<f64>| rate.map_or(String::new(), |rate| format!("{:.1}", 1e-9 * rate));
-        let count = |amount: u64| if amount > 0 { grouped(per_step(amount as f64) as u64) } else { String::new() };
+        let count =
+            |amount: Option<u64>| amount.map_or(String::new(), |amount| grouped(per_step(amount as f64) as u64));
         [
             stage.title().to_owned(),
-            format!("{:.1} us", 1e6 * per_step((cost.wall + cost.background).as_secs_f64())),
-            count(2 * cost.work.multiply_adds),
-            count(cost.work.bytes),
-            rate(cost.flop_rate()),
-            rate(cost.byte_rate()),
+            format!("{:.1} us", 1e6 * per_step(cost.seconds + cost.background_seconds)),
+            count(cost.multiply_adds.map(|multiply_adds| 2 * multiply_adds)),
+            count(cost.bytes),
+            rate(cost.flop_per_second),
+            rate(cost.bytes_per_second),
         ]
     };
     let head =
         |unit: &str, best: Option<f64>| best.map_or(unit.to_owned(), |best| format!("{unit} of {:.1}", 1e-9 * best));
-    let flop = head("Gflop/s", peak.map(|peak| peak.flop_per_second));
-    let bytes = head("GB/s", peak.map(|peak| peak.bytes_per_second));
-    let stages = Stage::OF_A_STEP.into_iter().filter(|&stage| meter.cost(stage).calls > 0);
+    let flop = head("Gflop/s", cost.machine_peak.map(|peak| peak.flop_per_second));
+    let bytes = head("GB/s", cost.machine_peak.map(|peak| peak.bytes_per_second));
+    let stages = Stage::OF_A_STEP.into_iter().filter(|&stage| cost.stage(stage).calls > 0);
     aligned(&["a time step", "time", "flop", "bytes", &flop, &bytes], &stages.map(row).collect::<Vec<_>>())
 }
 
@@ -72,32 +64,27 @@ fn step(meter: &Meter, steps: u64, peak: Option<MachinePeak>) -> Table {
 const COLUMNS: [&str; 10] = ["stage", "calls", "wall", "share", "behind", "cpu", "idle", "blocks", "allocated", "peak"];
 
 fn stages(cost: &Cost) -> Table {
-    let (wall, meter, threads) = (cost.wall_seconds, &cost.stages.meter, cost.threads);
+    let wall = cost.wall_seconds;
     let share = |part: f64| if wall > 0.0 { format!("{:.1} %", 100.0 * part / wall) } else { String::new() };
     let seconds = |time: f64| format!("{time:.3} s");
     let idle = |share: Option<f64>| share.map_or(String::new(), |share| format!("{:.0} %", 100.0 * share));
     let megabytes = |bytes: Option<u64>| bytes.map_or(String::new(), |bytes| format!("{:.1} MB", 1e-6 * bytes as f64));
     let mut staged = 0.0;
     let mut rows: Vec<[String; COLUMNS.len()]> = Vec::new();
-    for stage in Stage::ALL {
-        let cost = meter.cost(stage);
-        if cost.calls == 0 {
-            continue;
-        }
-        let StageCost { calls, wall, background, allocations, peak_memory, .. } = cost;
-        staged += wall.as_secs_f64();
+    for (stage, record) in cost.stages.iter().filter(|(_, record)| record.calls > 0) {
+        staged += record.seconds;
         let indent = if stage.part_of().is_some() { "  " } else { "" };
         rows.push([
             format!("{indent}{}", stage.title()),
-            grouped(calls),
-            seconds(wall.as_secs_f64()),
-            share(wall.as_secs_f64()),
-            if background.is_zero() { String::new() } else { seconds(background.as_secs_f64()) },
-            cost.cpu_seconds().map_or(String::new(), seconds),
-            idle(cost.idle_share(threads)),
-            allocations.map_or(String::new(), |allocations| grouped(allocations.count)),
-            megabytes(allocations.map(|allocations| allocations.bytes)),
-            megabytes(peak_memory),
+            grouped(record.calls),
+            seconds(record.seconds),
+            share(record.seconds),
+            if record.background_seconds > 0.0 { seconds(record.background_seconds) } else { String::new() },
+            record.cpu_seconds.map_or(String::new(), seconds),
+            idle(record.idle_share),
+            record.allocations.map_or(String::new(), grouped),
+            megabytes(record.allocated_bytes),
+            megabytes(record.peak_memory),
         ]);
     }
     let rest = |title: &str, time: f64| {
@@ -107,12 +94,12 @@ fn stages(cost: &Cost) -> Table {
     };
     let mut run = rest("whole run", wall);
     // Of a run that nobody watched closely only times are shown.
-    if meter.watches_closely() {
+    if cost.closely {
         (run[5], run[6]) = (cost.cpu_seconds.map_or(String::new(), seconds), idle(cost.idle_share));
         run[9] = megabytes(cost.peak_memory);
     }
     rows.push(rest("everything else", (wall - staged).max(0.0)));
-    if meter.watches_closely() && cost.steps.seconds > 0.0 {
+    if cost.closely && cost.steps.seconds > 0.0 {
         let mut steps = rest("all steps together", cost.steps.seconds);
         (steps[5], steps[6]) = (cost.steps.cpu_seconds.map_or(String::new(), seconds), idle(cost.steps.idle_share));
         rows.push(steps);
@@ -126,10 +113,10 @@ fn stages(cost: &Cost) -> Table {
     aligned(&header, &rows)
 }
 
-fn counters(meter: &Meter) -> Table {
-    let row = |counter: Counter| [counter_title(counter).to_owned(), grouped(meter.counted(counter))];
-    let told = |&counter: &Counter| meter.counted(counter) > 0 || counter.counts_trouble();
-    aligned(&["counter", "amount"], &Counter::ALL.into_iter().filter(told).map(row).collect::<Vec<_>>())
+fn counters(cost: &Cost) -> Table {
+    let told = |&&(counter, amount): &&(Counter, u64)| amount > 0 || counter.counts_trouble();
+    let row = |&(counter, amount): &(Counter, u64)| [counter_title(counter).to_owned(), grouped(amount)];
+    aligned(&["counter", "amount"], &cost.counters.iter().filter(told).map(row).collect::<Vec<_>>())
 }
 
 /// The counter named as people read it in a table.
@@ -156,7 +143,14 @@ pub const fn counter_title(counter: Counter) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
+    use crate::counters::Meter;
+
+    fn profile_table(meter: &Meter, wall: Duration) -> String {
+        cost_table(&Cost::new(meter, wall.as_secs_f64(), 1)).to_string()
+    }
 
     #[test]
     fn every_stage_and_counter_in_use_is_listed_and_shares_add_up() {

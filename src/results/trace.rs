@@ -118,11 +118,9 @@ mod tests {
                 meter.time(Stage::RoadWait, || busy(200));
                 meter.add_background_since(Stage::Road, begin, begin.elapsed());
             }
-            if meter.trace().unwrap().ends_block(step + 1) {
-                meter.end_block(step + 1);
-            }
+            meter.end_step(step + 1);
         }
-        meter.end_block(300);
+        meter.trace_mut().unwrap().end_block(300);
         meter.enter(Phase::Results);
         meter.settle_steps(300);
         meter.time(Stage::Output, || busy(100));
@@ -144,7 +142,7 @@ mod tests {
         for stage in Stage::ALL {
             let in_stacks: u64 =
                 times.iter().filter(|(stack, _)| stack.ends_with(stage.title())).map(|(_, time)| time).sum();
-            let in_table = meter.cost(stage).wall.as_micros() as u64;
+            let in_table = meter.cost(stage).spent.wall.as_micros() as u64;
             assert!(
                 in_stacks.abs_diff(in_table) <= Phase::ALL.len() as u64,
                 "{stage:?} {in_stacks} {in_table}\n{text}"

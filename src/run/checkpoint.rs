@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use sha2::{Digest, Sha256};
 
 use crate::counters::process::cpu_time;
-use crate::counters::{Allocations, Counter, Spent, Stage, StageCost, Work};
+use crate::counters::{Allocations, Counters, Spent, Stage, StageCost, Work};
 use crate::numeric::digest::{hexadecimal, sha256};
 use crate::numeric::{StateError, StateReader, StateWriter, nanoseconds};
 use crate::results::ResultsError;
@@ -72,22 +72,21 @@ fn encode(identity: &Identity, run: &Run, wall: Duration, cpu: Option<Duration>)
     state.count(run.prepared.march.next_step());
     state.text(&influence_digest(&run.prepared));
     state.counts(&[nanoseconds(wall), cpu.map_or(0, nanoseconds)]);
-    let (in_steps, timed_steps) = run.meter.unsettled();
-    let steps = run.meter.steps();
+    let Counters { stages, counts, in_steps, timed_steps, steps } = run.meter.counters();
+    let times = |spent: Spent| [spent.wall, spent.watched, spent.cpu].map(nanoseconds);
     state.count(timed_steps);
-    state.counts(&[steps.wall, steps.watched, steps.cpu].map(nanoseconds));
-    for (stage, spent) in Stage::ALL.into_iter().zip(in_steps) {
-        let cost = run.meter.cost(stage);
-        let StageCost { calls, wall, background, work, watched, cpu, watched_all, allocations, peak_memory } = cost;
-        let Work { multiply_adds, bytes } = work;
-        state.counts(&[calls, multiply_adds, bytes]);
-        state.counts(&[wall, background, watched, cpu, watched_all].map(nanoseconds));
-        state.counts(&[spent.wall, spent.watched, spent.cpu].map(nanoseconds));
+    state.counts(&times(steps));
+    for (cost, in_steps) in stages.into_iter().zip(in_steps) {
+        let StageCost { calls, spent, watched_all, background, work, allocations, peak_memory } = cost;
+        state.counts(&[calls, work.multiply_adds, work.bytes]);
+        state.counts(&[watched_all, background].map(nanoseconds));
+        state.counts(&times(spent));
+        state.counts(&times(in_steps));
         // Nothing is what is not known.
         let Allocations { count, bytes } = allocations.unwrap_or_default();
         state.counts(&[u64::from(allocations.is_some()), count, bytes, peak_memory.unwrap_or(0)]);
     }
-    state.counts(&Counter::ALL.map(|counter| run.meter.counted(counter)));
+    state.counts(&counts);
     run.record.save(&mut state);
     run.prepared.axle.save(&mut state);
     run.prepared.road.save(&mut state);
@@ -161,38 +160,30 @@ impl Checkpoint {
     fn read_state(&self, state: &mut StateReader<'_>, run: &mut Run) -> Result<([Duration; 2], Missing), StateError> {
         let mut earlier = [0; 2];
         state.counts_into(&mut earlier)?;
-        let timed_steps = state.count()?;
-        let spent = |state: &mut StateReader<'_>| -> Result<Spent, StateError> {
+        let times = |state: &mut StateReader<'_>| -> Result<Spent, StateError> {
             let mut times = [0; 3];
             state.counts_into(&mut times)?;
             let [wall, watched, cpu] = times.map(Duration::from_nanos);
             Ok(Spent { wall, watched, cpu })
         };
-        run.meter.add_steps(spent(state)?);
-        let mut in_steps = [Spent::default(); Stage::ALL.len()];
-        for (stage, in_steps) in Stage::ALL.into_iter().zip(&mut in_steps) {
-            let (mut counts, mut times, mut memory) = ([0; 3], [0; 5], [0; 4]);
+        let mut counters = Counters { timed_steps: state.count()?, steps: times(state)?, ..Counters::default() };
+        for (cost, in_steps) in counters.stages.iter_mut().zip(&mut counters.in_steps) {
+            let (mut counts, mut durations, mut memory) = ([0; 3], [0; 2], [0; 4]);
             state.counts_into(&mut counts)?;
-            state.counts_into(&mut times)?;
-            *in_steps = spent(state)?;
+            state.counts_into(&mut durations)?;
+            let spent = times(state)?;
+            *in_steps = times(state)?;
             state.counts_into(&mut memory)?;
             let [calls, multiply_adds, bytes] = counts;
             let work = Work { multiply_adds, bytes };
-            let times = times.map(Duration::from_nanos);
-            let [wall, background, watched, cpu, watched_all] = times;
+            let [watched_all, background] = durations.map(Duration::from_nanos);
             let [counted, count, bytes, peak] = memory;
             let allocations = (counted > 0).then_some(Allocations { count, bytes });
             let peak_memory = (peak > 0).then_some(peak);
-            let earlier =
-                StageCost { calls, wall, background, work, watched, cpu, watched_all, allocations, peak_memory };
-            run.meter.add_cost(stage, earlier);
+            *cost = StageCost { calls, spent, watched_all, background, work, allocations, peak_memory };
         }
-        run.meter.add_unsettled(&in_steps, timed_steps);
-        let mut counts = [0; Counter::ALL.len()];
-        state.counts_into(&mut counts)?;
-        for (counter, amount) in Counter::ALL.into_iter().zip(counts) {
-            run.meter.set_count(counter, amount);
-        }
+        state.counts_into(&mut counters.counts)?;
+        run.meter.go_on(&counters);
         run.record.restore(state)?;
         run.prepared.axle.restore(state)?;
         let missing = run.prepared.road.restore(state)?;
@@ -254,7 +245,6 @@ impl Checkpoints {
         if !folder.holds_checkpoint() {
             folder.write_text(SCENE_FILE, self.identity.scene())?;
         }
-        run.collect_times();
         let open = run.meter.open();
         checkpoint::write(folder.working(), &encode(&self.identity, run, self.wall(), self.cpu()))?;
         folder.keep_if_stopped();

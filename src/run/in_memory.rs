@@ -24,8 +24,7 @@ use std::time::Duration;
 
 use rayon::Scope;
 
-use crate::contact::history::HistoryWork;
-use crate::contact::march::{StepResult, StepTimes};
+use crate::contact::march::StepResult;
 use crate::counters::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
 use crate::plan::Plan;
 use crate::response::PowerSpectrum;
@@ -148,11 +147,11 @@ impl Run {
     pub(crate) fn step_beside(&mut self, behind: Option<&Scope<'_>>) -> Result<StepResult, RunError> {
         let Self { time_step, element, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
         let step = march.next_step();
-        march.set_clocks(meter.begin_step(step));
+        meter.begin_step(step);
         let first = march.geometry().first_element(step);
         road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
         let indentation = axle.indentation(step);
-        let result = march.step(axle, road.slices())?;
+        let result = march.step(axle, road.slices(), meter)?;
         axle.observe(step, result.total_force);
         record.push(
             StepRecord {
@@ -172,18 +171,13 @@ impl Run {
         if let Some(vibration) = &mut record.vibration {
             vibration.push(step, march, meter);
         }
-        if self.meter.trace().is_some_and(|trace| trace.ends_block(step + 1)) {
-            self.collect_times();
-            self.meter.end_block(step + 1);
-        }
+        self.meter.end_step(step + 1);
         Ok(result)
     }
 
     /// Time that the stages of its steps have taken so far, as far as steps were timed: all of it if every step is.
-    pub fn spent(&mut self) -> [Duration; Stage::OF_A_STEP.len()] {
-        self.collect_times();
-        let (in_steps, _) = self.meter.unsettled();
-        Stage::OF_A_STEP.map(|stage| self.meter.cost(stage).wall + in_steps[stage as usize].wall)
+    pub fn spent(&self) -> [Duration; Stage::OF_A_STEP.len()] {
+        Stage::OF_A_STEP.map(|stage| self.meter.spent(stage))
     }
 
     /// The steps begin: from the next one to the last.
@@ -195,51 +189,24 @@ impl Run {
         self.meter.enter(Phase::Contact);
     }
 
-    /// Hands the times of the march so far to the meter.
-    pub(crate) fn collect_times(&mut self) {
-        let StepTimes { history, past, slices, search, factorisation } = self.prepared.march.take_times();
-        let behind = [Stage::History, Stage::Transforms].into_iter().zip(past.behind);
-        for (stage, spent) in behind.filter(|(_, spent)| !spent.wall.is_zero()) {
-            self.meter.add_background(stage, spent.wall);
-        }
-        for (stage, spent) in [
-            (Stage::History, history),
-            (Stage::Transforms, past.transforms),
-            (Stage::Penetration, slices),
-            (Stage::ActiveSet, search),
-            (Stage::Factorisation, factorisation),
-        ] {
-            self.meter.add_in_steps(stage, spent);
-        }
-    }
-
     /// Hands what the steps have cost to the meter; once, at the end.
     pub(crate) fn settle(&mut self) {
-        self.collect_times();
         let next = self.next_step();
-        self.meter.end_block(next);
-        self.meter.enter(Phase::Results);
-        self.meter.settle_steps(next);
         let Self { prepared: Prepared { march, .. }, meter, .. } = self;
-        let (totals, counts) = (march.totals(), march.search_counts());
-        let HistoryWork { sums, transforms, passes, .. } = totals.history;
-        for (stage, calls, work) in [
-            (Stage::History, totals.instants, sums),
-            (Stage::Transforms, passes, transforms),
-            (Stage::Penetration, totals.instants, totals.slices),
-            (Stage::ActiveSet, totals.instants, counts.work - counts.factorisation),
-            (Stage::Factorisation, counts.factors.factorisations, counts.factorisation),
-        ] {
-            // A stage that this run does not have has no calls.
-            meter.add_calls(stage, calls);
-            meter.add_work(stage, work);
+        if let Some(trace) = meter.trace_mut() {
+            trace.end_block(next);
         }
+        meter.enter(Phase::Results);
+        meter.settle_steps(next);
+        let counts = march.search_counts();
+        meter.add_work(Stage::ActiveSet, counts.work - counts.factorisation);
+        meter.add_work(Stage::Factorisation, counts.factorisation);
         let bytes = meter.counted(Counter::BytesWritten);
         meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
         for (counter, amount) in [
             (Counter::Steps, march.next_step()),
-            (Counter::HistoryMultiplyAdds, totals.history.sums.multiply_adds),
-            (Counter::WindowEdgeContacts, totals.edge_contacts),
+            (Counter::HistoryMultiplyAdds, meter.cost(Stage::History).work.multiply_adds),
+            (Counter::WindowEdgeContacts, march.totals().edge_contacts),
             (Counter::Solves, counts.solves),
             (Counter::Fallbacks, counts.fallbacks),
             (Counter::Factorisations, counts.factors.factorisations),

@@ -1,46 +1,30 @@
-//! What units of work cost on this machine: measured once by short runs of the program itself, kept beside the fitted
-//! models.
+//! What work costs on this machine: measured once by short runs of the program itself, kept beside the fitted models.
 //!
 //! 1. a fit of a small model;
-//! 2. some hundred steps on a smooth and on a rough road, coarse and fine, on one thread: each stage's time over its
-//!    work; cost for a point in contact and for a multiply-add of the search are told apart by the two resolutions;
-//! 3. what these runs do not touch is taken to differ from its typical cost as its next of kin does.
+//! 2. some hundred steps on a smooth and on a rough road, on one thread: each stage's time over what a plan of typical
+//!    costs expects of it;
+//! 3. what these runs do not touch is taken to differ from its typical cost as all that they measure does.
 //!
 //! The record belongs to one build of the program on one kind of processor; any other is measured anew.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use crate::counters::{Meter, Stage, Watch};
-use crate::plan::Plan;
-use crate::plan::amounts::{Amount, fit_share};
-use crate::plan::unit::{Unit, UnitCosts};
+use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
+use crate::plan::{Forecast, Plan, Unit, UnitCosts};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::scene::{DEFAULT, LoadedScene, Road, Scene};
-use crate::tyre::poles::{FitOptions, fit_unless_stopped};
+use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
 
 /// Tolerance of the models that are rolled with.
 const TOLERANCE: f64 = 1e-3;
-/// Resolutions, each with the steps before and while it is watched.
-const PROBES: [(usize, u64, u64); 2] = [(256, 300, 1500), (1024, 500, 1500)];
-/// Units that are not measured, and those whose ratio to the typical cost they share.
-const KIN: [(Unit, Unit); 13] = [
-    (Unit::Pole, Unit::Fit),
-    (Unit::Evaluation, Unit::Fit),
-    (Unit::ResampledHeight, Unit::TextureMultiplyAdd),
-    (Unit::HalfSpacePair, Unit::SpringCell),
-    (Unit::DirectMultiplyAdd, Unit::Bdf2MultiplyAdd),
-    (Unit::Bdf1MultiplyAdd, Unit::Bdf2MultiplyAdd),
-    (Unit::TrapezoidalMultiplyAdd, Unit::Bdf2MultiplyAdd),
-    (Unit::Sdirk2MultiplyAdd, Unit::Bdf2MultiplyAdd),
-    (Unit::Sdirk3MultiplyAdd, Unit::Bdf2MultiplyAdd),
-    (Unit::HoldMultiplyAdd, Unit::Bdf2MultiplyAdd),
-    (Unit::VibrationMultiplyAdd, Unit::TransformMultiplyAdd),
-    (Unit::VibrationPole, Unit::Bdf2MultiplyAdd),
-    (Unit::TangentialPole, Unit::Fit),
-];
+/// Resolution, and the steps before and while the load is found.
+const PROBE: (usize, u64, u64) = (512, 400, 1500);
+/// Stages that the probes measure; the others do too little in them, or what they do depends on what is kept.
+const MEASURED: [Stage; 7] =
+    [Stage::Road, Stage::Slices, Stage::Axle, Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
 
 /// Costs measured before, or now and kept; a record that cannot be kept is no error.
 ///
@@ -56,86 +40,47 @@ pub fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
 /// # Errors
 /// As [`calibrated`].
 pub fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
-    let costs = measure(stop)?;
-    keep(costs.clone());
+    let interrupted = || RunError::Interrupted { kept: None };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| interrupted())?;
+    let costs = pool.install(|| measure(stop))?;
+    keep(costs);
     Ok(costs)
 }
 
 fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
-    let mut costs = UnitCosts::default();
-    let typical = UnitCosts::default();
-    let pool =
-        rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| RunError::Interrupted { kept: None })?;
-    pool.install(|| {
-        let base = Scene::from_str(DEFAULT, "calibration")?;
-        let (elements, ..) = PROBES[0];
-        let options = FitOptions::new(&base.scene.tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
-        let begin = Instant::now();
-        fit_unless_stopped(&base.scene.tyre, &options, stop).map_err(|_| RunError::Interrupted { kept: None })?;
-        costs.set(Unit::Fit, begin.elapsed().as_secs_f64() / fit_share(elements as f64, TOLERANCE, 2));
+    let base = Scene::from_str(DEFAULT, "calibration")?;
+    let (elements, ..) = PROBE;
+    let tyre = &base.scene.tyre;
+    let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
+    let begin = Instant::now();
+    fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { kept: None })?;
+    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre.layers.len()) * Unit::Fit.typical();
 
-        let mut probes = Vec::new();
-        for (elements, before, watched) in PROBES {
-            for smooth in [true, false] {
-                probes.push(Probe::new(&base, elements, smooth, before, watched, stop)?);
-            }
-        }
-        let [coarse_smooth, coarse_rough, fine_smooth, fine_rough] = &probes[..] else { return Ok(()) };
-        costs.set(Unit::Bdf2MultiplyAdd, fine_smooth.of_work(Stage::History));
-        costs.set(Unit::TransformMultiplyAdd, fine_smooth.of_work(Stage::Transforms));
-        costs.set(Unit::LevelColumn, fine_smooth.of(Stage::Penetration, Unit::LevelColumn));
-        costs.set(Unit::RoughColumn, fine_rough.of(Stage::Penetration, Unit::RoughColumn));
-        costs.set(Unit::StaticPair, fine_smooth.of(Stage::Axle, Unit::StaticPair));
-        costs.set(Unit::SpringCell, fine_rough.of(Stage::Slices, Unit::SpringCell));
-        costs.set(Unit::TextureMultiplyAdd, coarse_rough.of(Stage::Road, Unit::TextureMultiplyAdd));
-        costs.set(Unit::Step, coarse_smooth.rest / coarse_smooth.steps);
-        for (unit, coarse, fine) in
-            [(Unit::SmoothPoint, coarse_smooth, fine_smooth), (Unit::RoughPoint, coarse_rough, fine_rough)]
-        {
-            let (point, multiply_add) = coarse.search_costs(fine, unit);
-            costs.set(unit, point);
-            // The rough road's, where both are there: more of the time is spent there.
-            costs.set(Unit::SearchMultiplyAdd, multiply_add);
-        }
-        Ok::<(), RunError>(())
-    })?;
-    for (unit, kin) in KIN {
-        costs.set(unit, typical.of(unit) * costs.of(kin) / typical.of(kin));
-    }
-    for unit in [Unit::OutputByte, Unit::Plot] {
-        costs.set(
-            unit,
-            typical.of(unit) * costs.of(Unit::TransformMultiplyAdd) / typical.of(Unit::TransformMultiplyAdd),
-        );
-    }
-    costs.measured = true;
-    Ok(costs)
+    let mut probes = Probes { fit: begin.elapsed().as_secs_f64() / fit, ..Probes::default() };
+    probes.roll(base.clone(), stop)?;
+    let mut smooth = base;
+    smooth.scene.road = Road::Smooth;
+    probes.roll(smooth, stop)?;
+    Ok(probes.costs())
 }
 
-/// A short run: what was planned, and what its stages have cost.
-struct Probe {
-    work: Vec<Amount>,
-    meter: Meter,
+/// Times of short runs together, all in s.
+#[derive(Default)]
+struct Probes {
+    /// Time of the fit, relative to what was expected.
+    fit: f64,
+    /// Expected and taken by stage.
+    stages: [[f64; 2]; Stage::ALL.len()],
+    /// Steps, and their time in no stage.
     steps: f64,
-    /// Time in no stage \[s\].
     rest: f64,
 }
 
-impl Probe {
-    fn new(
-        base: &LoadedScene,
-        elements: usize,
-        smooth: bool,
-        before: u64,
-        watched: u64,
-        stop: &AtomicBool,
-    ) -> Result<Self, RunError> {
-        let mut loaded = base.clone();
+impl Probes {
+    fn roll(&mut self, mut loaded: LoadedScene, stop: &AtomicBool) -> Result<(), RunError> {
         let scene = &mut loaded.scene;
+        let (elements, before, watched) = PROBE;
         (scene.numerics.elements, scene.numerics.pole_tolerance) = (elements, TOLERANCE);
-        if smooth {
-            scene.road = Road::Smooth;
-        }
         let step = scene.tyre.circumference / (elements as f64 * scene.rolling.speed());
         (scene.rolling.warm_up, scene.rolling.duration) = (before as f64 * step, watched as f64 * step);
         let plan = Plan::new(scene);
@@ -147,40 +92,30 @@ impl Probe {
             }
         }
         let rolled = begin.elapsed();
-        let steps = plan.steps as f64;
+        let in_stages = run.spent().iter().sum();
         let meter = run.finish().meter;
-        let in_stages: Duration = Stage::OF_A_STEP.iter().map(|&stage| meter.cost(stage).wall).sum();
-        let rest = rolled.saturating_sub(in_stages).as_secs_f64();
-        Ok(Self { work: plan.amounts.work, meter, steps, rest })
+        self.steps += plan.steps as f64;
+        self.rest += rolled.saturating_sub(in_stages).as_secs_f64();
+        let Forecast { stages, .. } = plan.forecast(&UnitCosts::default(), 1, 0.0);
+        for expected in stages {
+            let [planned, taken] = &mut self.stages[expected.stage as usize];
+            *planned += expected.seconds;
+            // A plan has a stage's parts with it.
+            *taken += meter.whole(expected.stage).spent.wall.as_secs_f64();
+        }
+        Ok(())
     }
 
-    /// Time of a stage with its parts: a plan has them together.
-    fn seconds(&self, stage: Stage) -> f64 {
-        self.meter.whole(stage).wall.as_secs_f64()
-    }
-
-    fn planned(&self, unit: Unit) -> f64 {
-        self.work.iter().filter(|amount| amount.unit == unit).map(|amount| amount.amount).sum()
-    }
-
-    /// Time of a stage over its multiply-adds as counted.
-    fn of_work(&self, stage: Stage) -> f64 {
-        self.seconds(stage) / self.meter.cost(stage).work.multiply_adds as f64
-    }
-
-    /// Time of a stage over its planned units.
-    fn of(&self, stage: Stage, unit: Unit) -> f64 {
-        self.seconds(stage) / self.planned(unit)
-    }
-
-    /// Time = points x a + multiply-adds x b, from this and a finer probe: a and b.
-    fn search_costs(&self, fine: &Self, point: Unit) -> (f64, f64) {
-        let of = |probe: &Self| {
-            (probe.planned(point), probe.planned(Unit::SearchMultiplyAdd), probe.seconds(Stage::ActiveSet))
-        };
-        let ((p, m, t), (p_fine, m_fine, t_fine)) = (of(self), of(fine));
-        let determinant = p * m_fine - p_fine * m;
-        ((t * m_fine - t_fine * m) / determinant, (p * t_fine - p_fine * t) / determinant)
+    fn costs(&self) -> UnitCosts {
+        let measured = MEASURED.map(|stage| self.stages[stage as usize]);
+        let [planned, taken] = measured.into_iter().fold([0.0; 2], |[a, b], [planned, taken]| [a + planned, b + taken]);
+        let mut stages = [taken / planned; Stage::ALL.len()];
+        for (stage, [planned, taken]) in MEASURED.into_iter().zip(measured) {
+            stages[stage as usize] = taken / planned;
+        }
+        // What compliances and poles take is arithmetic as that of a fit.
+        (stages[Stage::Fit as usize], stages[Stage::Influence as usize]) = (self.fit, self.fit);
+        UnitCosts { stages, step: self.rest / self.steps, measured: true }
     }
 }
 
@@ -189,26 +124,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cost_is_measured_or_has_a_kin_that_is() {
-        let measured = [
-            Unit::Fit,
-            Unit::StaticPair,
-            Unit::TextureMultiplyAdd,
-            Unit::SpringCell,
-            Unit::Bdf2MultiplyAdd,
-            Unit::TransformMultiplyAdd,
-            Unit::LevelColumn,
-            Unit::RoughColumn,
-            Unit::SmoothPoint,
-            Unit::RoughPoint,
-            Unit::SearchMultiplyAdd,
-            Unit::Step,
-        ];
-        assert!(KIN.iter().all(|(unit, kin)| !measured.contains(unit) && measured.contains(kin)));
-        assert!(calibrate_stopped_at_once());
-    }
-
-    fn calibrate_stopped_at_once() -> bool {
-        matches!(measure(&AtomicBool::new(true)), Err(RunError::Interrupted { kept: None }))
+    fn what_is_measured_scales_its_stage_and_all_of_it_the_others() {
+        let mut probes = Probes { fit: 3.0, steps: 100.0, rest: 2e-4, ..Probes::default() };
+        for stage in MEASURED {
+            probes.stages[stage as usize] = [1.0, if stage == Stage::History { 9.0 } else { 2.0 }];
+        }
+        let costs = probes.costs();
+        assert!(costs.measured && (costs.step - 2e-6).abs() < 1e-15);
+        let of = |stage, unit: Unit| costs.of(stage, unit) / unit.typical();
+        for (stage, unit, factor) in [
+            (Stage::Fit, Unit::Fit, 3.0),
+            (Stage::History, Unit::PoleMultiplyAdd, 9.0),
+            (Stage::Slices, Unit::SpringCell, 2.0),
+            (Stage::Output, Unit::OutputByte, 3.0),
+        ] {
+            assert!((of(stage, unit) - factor).abs() < 1e-12, "{stage:?}");
+        }
+        assert!(matches!(measure(&AtomicBool::new(true)), Err(RunError::Interrupted { kept: None })));
+        let text = serde_json::to_string(&costs).unwrap();
+        assert_eq!(serde_json::from_str::<UnitCosts>(&text).unwrap(), costs);
     }
 }

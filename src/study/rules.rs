@@ -122,7 +122,10 @@ fn rolled(
         error: 0.0,
         multiply_adds: meter.counted(Counter::HistoryMultiplyAdds),
         solves: meter.counted(Counter::Solves),
-        wall: [Stage::History, Stage::Transforms, Stage::ActiveSet].map(|stage| meter.whole(stage).wall).iter().sum(),
+        wall: [Stage::History, Stage::Transforms, Stage::ActiveSet]
+            .map(|stage| meter.whole(stage).spent.wall)
+            .iter()
+            .sum(),
     };
     let Rolling { warm_up, duration, .. } = scene.rolling;
     Ok((Common::of(&trial, warm_up..warm_up + duration, highest), point))

@@ -38,7 +38,7 @@ fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>)
     let (mut forces, mut last) = (Vec::new(), None);
     for step in 0..steps {
         let height = axle(step, last);
-        last = Some(march.step(&height, &slices).unwrap().total_force);
+        last = Some(march.step(&height, &slices, &mut Meter::default()).unwrap().total_force);
         forces.extend(last);
     }
     forces

@@ -106,8 +106,9 @@ fn accuracy_against_time_of_both_histories() {
             let steps = report.summary.outcome.steps as f64;
             println!(
                 "| {elements} | {name} | {tolerance} | {error:.1e} | {:.2} s | {:.0} us |",
-                (report.meter.cost(Stage::Influence).wall + report.meter.cost(Stage::Fit).wall).as_secs_f64(),
-                1e6 * report.meter.cost(Stage::History).wall.as_secs_f64() / steps
+                (report.meter.cost(Stage::Influence).spent.wall + report.meter.cost(Stage::Fit).spent.wall)
+                    .as_secs_f64(),
+                1e6 * report.meter.cost(Stage::History).spent.wall.as_secs_f64() / steps
             );
         };
         row("direct", "-", 0.0, &direct);
@@ -143,7 +144,7 @@ fn poles_give_the_forces_of_the_convolution_on_a_measured_road_at_full_length() 
         rolled_scene(&text, change, folder.path())
     };
     let cost = |name: &str, report: &RunReport| {
-        let of = |stage| report.meter.cost(stage).wall.as_secs_f64();
+        let of = |stage| report.meter.cost(stage).spent.wall.as_secs_f64();
         let per_step = 1e6 * of(Stage::History) / report.summary.outcome.steps as f64;
         println!(
             "{name}: influence functions {:.2} s, history {per_step:.0} us per step",

@@ -16,7 +16,7 @@ const LEVELS: [&[&str]; 11] = [
     &["plan"],
     &["run"],
     &["study"],
-    &["profile"],
+    &["performance"],
 ];
 
 fn level(module: &str) -> Option<usize> {

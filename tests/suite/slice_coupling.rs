@@ -139,7 +139,8 @@ fn both_couplings_at_equal_load_with_their_cost() {
                     outcome.rms_force_variation.unwrap(),
                     1e3 * outcome.mean_contact_length.unwrap(),
                     1e3 * outcome.indentation.unwrap(),
-                    1e6 * (meter.cost(Stage::ActiveSet).wall + meter.cost(Stage::Factorisation).wall).as_secs_f64()
+                    1e6 * (meter.cost(Stage::ActiveSet).spent.wall + meter.cost(Stage::Factorisation).spent.wall)
+                        .as_secs_f64()
                         / steps,
                     meter.counted(Counter::Solves) as f64 / steps,
                     meter.counted(Counter::Factorisations) as f64 / steps,

@@ -13,6 +13,7 @@ use tyrewave::contact::kernel::ContactKernel;
 use tyrewave::contact::march::March;
 use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::contact::stability::Stability;
+use tyrewave::counters::Meter;
 use tyrewave::road::slices::SliceBuilder;
 use tyrewave::run::past::fetch;
 use tyrewave::scene::{TimeRule, Tread};
@@ -60,7 +61,7 @@ fn smooth_road(
         while slices.end() < first + march.geometry().columns as i64 {
             slices.extend(flat.iter().cloned());
         }
-        force.push(march.step(&axle, &slices)?.total_force);
+        force.push(march.step(&axle, &slices, &mut Meter::default())?.total_force);
     }
     Ok(force)
 }
@@ -165,7 +166,7 @@ fn driven(model: &RationalModel, rule: TimeRule, time_step: f64, force: impl Fn(
     for step in 0..steps {
         for node in rule.nodes() {
             let mut old = [0.0];
-            history.displacement(0, &mut old);
+            history.displacement(0, &mut old, &mut Meter::default());
             let force = force(step as f64 - 1.0 + node);
             history.push(0, &[force]);
             displacement.push(old[0] + kernel.instant[0] * force);

@@ -96,7 +96,7 @@ fn largest_difference(segment: f64) -> f64 {
     let mut tracks = vec![Vec::with_capacity(rows); elements];
     for (row, &first) in forces.chunks_exact(columns).zip(&first) {
         let mut all = vec![0.0; elements];
-        history.displacement(0, &mut all);
+        history.displacement(0, &mut all, &mut Meter::default());
         for (column, force) in row.iter().enumerate().filter(|(_, force)| **force != 0.0) {
             for (element, value) in all.iter_mut().enumerate() {
                 *value +=
@@ -368,9 +368,9 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let mut tracks = vec![Vec::with_capacity(plan.steps as usize); elements];
     let mut all = vec![0.0; elements];
     for l in 0..plan.steps {
-        let first = march.step(&prepared.axle, &slices).unwrap().first_element;
+        let first = march.step(&prepared.axle, &slices, &mut Meter::default()).unwrap().first_element;
         for (stage, row) in march.instant_forces().chunks_exact(columns).enumerate() {
-            history.displacement(0, &mut all);
+            history.displacement(0, &mut all, &mut Meter::default());
             for (column, force) in row.iter().enumerate().filter(|(_, force)| **force != 0.0) {
                 let source = (first + column as i64).rem_euclid(elements as i64) as usize;
                 let last = stage + 1 == layout.stages();

@@ -19,7 +19,7 @@ use pulp::Arch;
 use super::factors::{FactorCache, FactorCounts};
 use super::ldlt::Singular;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
-use crate::counters::{Clocks, Spent, Work};
+use crate::counters::{Meter, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
@@ -48,6 +48,19 @@ pub struct SearchCounts {
     pub work: Work,
     /// The part of it that factorised sets.
     pub factorisation: Work,
+}
+
+/// What a search for the forces is expected to take, for each time at which they are sought.
+#[derive(Clone, Copy, Debug)]
+pub struct ExpectedSearch {
+    /// Points in contact to be looked at.
+    pub points: f64,
+    /// Multiply-adds.
+    pub multiply_adds: f64,
+    /// Linear solves.
+    pub solves: f64,
+    /// Factorisations.
+    pub factorisations: f64,
 }
 
 /// How far the contact conditions are missed, at worst.
@@ -124,6 +137,13 @@ impl ActiveSet {
         }
     }
 
+    /// For so many points in contact. Guess, solution and displacement take so many windows of multiply-adds for each
+    /// of them, factorisations on rough roads included (counted on roads of all kinds).
+    pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
+        let (windows, solves, factorisations) = if smooth { (3.4, 1.0, 0.0) } else { (6.9, 1.1, 0.15) };
+        ExpectedSearch { points, multiply_adds: windows * points * columns, solves, factorisations }
+    }
+
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
         move_on(&mut self.estimate, by);
@@ -147,7 +167,7 @@ impl ActiveSet {
 
     /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the
     /// residuals.
-    pub fn search(&mut self, d: &[f64], forces: &mut [f64]) -> Result<Residuals, Singular> {
+    pub fn search(&mut self, d: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<Residuals, Singular> {
         let largest = d.iter().fold(0.0_f64, |a, &b| a.max(b));
         let tolerance = self.tolerance * largest;
         forces.fill(0.0);
@@ -161,7 +181,7 @@ impl ActiveSet {
         self.guess(d);
         let (mut lowest, mut patience, mut solves, mut fell_back) = (usize::MAX, self.patience, 0, false);
         loop {
-            self.solve(d)?;
+            self.solve(d, meter)?;
             solves += 1;
             for (&point, &force) in self.points.iter().zip(&self.values) {
                 forces[point] = force;
@@ -216,16 +236,6 @@ impl ActiveSet {
         counts
     }
 
-    /// Which clocks are read from now on; none at first.
-    pub fn set_clocks(&mut self, clocks: Clocks) {
-        self.factors.set_clocks(clocks);
-    }
-
-    /// Time of the factorisations since it was last taken.
-    pub fn take_factorisation_time(&mut self) -> Spent {
-        self.factors.take_making_time()
-    }
-
     /// Takes the state down: what the next search starts from, what was done so far, which factors are held.
     pub fn save(&self, state: &mut StateWriter) {
         state.numbers(&self.estimate);
@@ -257,12 +267,12 @@ impl ActiveSet {
     }
 
     /// F on the set, then u everywhere.
-    fn solve(&mut self, d: &[f64]) -> Result<(), Singular> {
+    fn solve(&mut self, d: &[f64], meter: &mut Meter) -> Result<(), Singular> {
         self.points.clear();
         self.points.extend(self.active.iter().enumerate().filter_map(|(column, &active)| active.then_some(column)));
         self.values.clear();
         self.values.extend(self.points.iter().map(|&point| d[point]));
-        self.factors.solve(&self.points, &self.influence, &mut self.values)?;
+        self.factors.solve(&self.points, &self.influence, &mut self.values, meter)?;
         let forces = self.points.iter().copied().zip(self.values.iter().copied());
         displace(self.arch, &mut self.displacement, &self.row, forces);
         self.add_windows_work(self.points.len());
@@ -331,7 +341,7 @@ mod tests {
             let mut search = ActiveSet::new(influence.clone(), 12, 1e-13, 64);
             search.active.copy_from_slice(&guess);
             let mut forces = vec![0.0; 12];
-            let residuals = search.search(&d, &mut forces).unwrap();
+            let residuals = search.search(&d, &mut forces, &mut Meter::default()).unwrap();
             prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
             for (force, exact) in forces.iter().zip(projected_gauss_seidel(&influence, &d)) {
                 prop_assert!((force - exact).abs() < 1e-9, "{force} {exact}");
@@ -343,8 +353,9 @@ mod tests {
     fn nothing_touches_when_nothing_is_required() {
         let mut search = ActiveSet::new(decaying(8, 1.0), 8, 1e-12, 4);
         let mut forces = vec![1.0; 8];
-        let residuals =
-            search.search(&[-1.0, 0.0, -0.5, f64::NEG_INFINITY, -2.0, -1.0, 0.0, -3.0], &mut forces).unwrap();
+        let residuals = search
+            .search(&[-1.0, 0.0, -0.5, f64::NEG_INFINITY, -2.0, -1.0, 0.0, -3.0], &mut forces, &mut Meter::default())
+            .unwrap();
         assert_eq!(forces, vec![0.0; 8]);
         assert_eq!(residuals, Residuals::default());
         assert_eq!(search.counts().histogram[0], 1);
@@ -357,10 +368,10 @@ mod tests {
         let mut d = vec![-1.0; 16];
         d[5] = 0.2;
         let mut forces = vec![0.0; 16];
-        search.search(&d, &mut forces).unwrap();
+        search.search(&d, &mut forces, &mut Meter::default()).unwrap();
         assert_eq!(forces.iter().filter(|&&force| force > 0.0).count(), 1);
         assert!((forces[5] - 0.2 / influence[0]).abs() < 1e-15);
-        search.search(&[1.0; 16], &mut forces).unwrap();
+        search.search(&[1.0; 16], &mut forces, &mut Meter::default()).unwrap();
         assert!(forces.iter().all(|&force| force > 0.0));
     }
 
@@ -375,7 +386,7 @@ mod tests {
         for round in 0..50 {
             let d: Vec<f64> =
                 (0..40).map(|i| if (i + round) % 7 < 3 { 1.0 } else { 1.0 - 1e-14 * (i % 3) as f64 }).collect();
-            let residuals = search.search(&d, &mut forces).unwrap();
+            let residuals = search.search(&d, &mut forces, &mut Meter::default()).unwrap();
             assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-9 && residuals.complementarity < 1e-6);
         }
     }
@@ -392,7 +403,7 @@ mod tests {
         let mut forces = vec![0.0; 10];
         for lowest_start in [true, false] {
             search.active.fill(lowest_start);
-            search.search(&d, &mut forces).unwrap();
+            search.search(&d, &mut forces, &mut Meter::default()).unwrap();
         }
         for (force, exact) in forces.iter().zip(exact) {
             assert!((force - exact).abs() < 1e-9);

@@ -18,7 +18,7 @@
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, assemble, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
-use crate::counters::{Clocks, Laps, Spent, Work};
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
@@ -86,10 +86,8 @@ pub struct FactorCache {
     solver: Ldlt,
     counts: FactorCounts,
     work: Work,
-    /// The part of the work that made factors, and its time.
+    /// The part of the work that made factors.
     making: Work,
-    making_time: Spent,
-    clocks: Clocks,
 }
 
 impl FactorCache {
@@ -114,8 +112,6 @@ impl FactorCache {
             counts: FactorCounts::default(),
             work: Work::default(),
             making: Work::default(),
-            making_time: Spent::default(),
-            clocks: Clocks::OFF,
         }
     }
 
@@ -126,7 +122,13 @@ impl FactorCache {
 
     /// Solves G f = d on a set of points given by increasing column numbers; `influence[j]` couples columns j apart.
     /// `values` holds d on entry and f on return, in the order of `points`.
-    pub fn solve(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
+    pub fn solve(
+        &mut self,
+        points: &[usize],
+        influence: &[f64],
+        values: &mut [f64],
+        meter: &mut Meter,
+    ) -> Result<(), Singular> {
         let Some(&first) = points.first() else { return Ok(()) };
         self.pattern.fill(0);
         for point in points {
@@ -144,7 +146,7 @@ impl FactorCache {
                     return self.solve_beside(slot, points, influence, values);
                 }
                 let slot = self.free_slot();
-                self.factorise(slot, points, influence)?;
+                self.factorise(slot, points, influence, meter)?;
                 self.index.insert(slot, &self.pattern);
                 slot
             }
@@ -205,16 +207,6 @@ impl FactorCache {
         self.making
     }
 
-    /// Which clocks are read from now on; none at first.
-    pub fn set_clocks(&mut self, clocks: Clocks) {
-        self.clocks = clocks;
-    }
-
-    /// Time of the factorisations since it was last taken.
-    pub fn take_making_time(&mut self) -> Spent {
-        std::mem::take(&mut self.making_time)
-    }
-
     /// A slot for a new factor; the one that the clock rule points at where none is empty.
     fn free_slot(&mut self) -> usize {
         if self.filled < self.sizes.slots {
@@ -231,8 +223,14 @@ impl FactorCache {
         slot
     }
 
-    fn factorise(&mut self, slot: usize, points: &[usize], influence: &[f64]) -> Result<(), Singular> {
-        let mut laps = Laps::begin(self.clocks);
+    fn factorise(
+        &mut self,
+        slot: usize,
+        points: &[usize],
+        influence: &[f64],
+        meter: &mut Meter,
+    ) -> Result<(), Singular> {
+        let mut laps = meter.laps();
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
         let factor = self.factors.part(slot * stride * most, room(rows));
@@ -243,7 +241,7 @@ impl FactorCache {
         let work = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
         self.work += work;
         self.making += work;
-        self.making_time += laps.lap();
+        meter.lap(&mut laps, Stage::Factorisation);
         done
     }
 
@@ -281,6 +279,8 @@ impl FactorCache {
             return Err(StateError::Value);
         }
         let mut points = Vec::with_capacity(self.sizes.points);
+        // They were counted when they were made.
+        let mut meter = Meter::default();
         for slot in 0..filled as usize {
             self.used[slot] = state.count()? != 0;
             state.counts_into(&mut self.pattern)?;
@@ -294,7 +294,7 @@ impl FactorCache {
             if self.neighbour.slot() == Some(slot) && self.neighbour.kept_points() != points.len() {
                 return Err(StateError::Value);
             }
-            self.factorise(slot, &points, influence).map_err(|Singular| StateError::Value)?;
+            self.factorise(slot, &points, influence, &mut meter).map_err(|Singular| StateError::Value)?;
             self.index.insert(slot, &self.pattern);
         }
         if self.neighbour.slot().is_some_and(|slot| slot >= filled as usize) {
@@ -330,7 +330,7 @@ mod tests {
                 .iter()
                 .map(|&i| points.iter().zip(&wanted).map(|(&j, f)| influence(i.abs_diff(j)) * f).sum())
                 .collect();
-            cache.solve(&points, &row, &mut values).unwrap();
+            cache.solve(&points, &row, &mut values, &mut Meter::default()).unwrap();
             for (value, exact) in values.iter().zip(&wanted) {
                 assert!((value - exact).abs() < 1e-12);
             }
@@ -346,7 +346,7 @@ mod tests {
             for gap in 1..6 {
                 let points = [0, gap];
                 let mut values = [1.0, 1.0];
-                cache.solve(&points, &row, &mut values).unwrap();
+                cache.solve(&points, &row, &mut values, &mut Meter::default()).unwrap();
                 assert!((values[0] - 1.0 / (1.0 + influence(gap))).abs() < 1e-14, "round {round}");
             }
         }
@@ -356,7 +356,10 @@ mod tests {
 
     #[test]
     fn a_singular_matrix_is_reported() {
-        assert_eq!(FactorCache::new(2, 2).solve(&[0, 1], &[1.0, 1.0], &mut [1.0, 2.0]), Err(Singular));
+        assert_eq!(
+            FactorCache::new(2, 2).solve(&[0, 1], &[1.0, 1.0], &mut [1.0, 2.0], &mut Meter::default()),
+            Err(Singular)
+        );
     }
 
     #[test]
@@ -366,7 +369,7 @@ mod tests {
             let points: Vec<usize> =
                 (0..30 + round % 5).filter(|point| point % 3 > 0 || point % (2 + round % 7) == 0).collect();
             let mut values: Vec<f64> = points.iter().map(|&point| (point as f64).sin()).collect();
-            cache.solve(&points, &row, &mut values).unwrap();
+            cache.solve(&points, &row, &mut values, &mut Meter::default()).unwrap();
             values.iter().map(|value| value.to_bits()).collect::<Vec<_>>()
         };
         // 23 sets, in an order that meets some again soon and others late.

@@ -34,11 +34,11 @@
 
 use pulp::Arch;
 
-use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
+use super::active_set::{ActiveSet, ExpectedSearch, HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::contact::slice_queue::SliceQueue;
-use crate::counters::{Clocks, Laps, Spent, Work};
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;
 
@@ -125,8 +125,6 @@ pub struct LocalSet {
     /// Forces of the last step, moved with the road, then of the sweeps.
     estimate: Vec<f64>,
     counts: SearchCounts,
-    factorisation_time: Spent,
-    clocks: Clocks,
 }
 
 impl LocalSet {
@@ -150,8 +148,20 @@ impl LocalSet {
             displacement: vec![0.0; columns],
             estimate: vec![0.0; columns],
             counts: SearchCounts::default(),
-            factorisation_time: Spent::default(),
-            clocks: Clocks::OFF,
+        }
+    }
+
+    /// For so many points in contact: the sweeps of the other search, and 1.9 rounds (counted), each with a matrix of
+    /// its own and pieces of curves to be looked up.
+    pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
+        const ROUNDS: f64 = 1.9;
+        let sweeps = ActiveSet::expected(points, columns, smooth);
+        let rounds = ROUNDS * (points.powi(3) / 6.0 + points * points + points * columns);
+        ExpectedSearch {
+            points: 3.0 * points,
+            multiply_adds: sweeps.multiply_adds + rounds,
+            factorisations: ROUNDS,
+            ..sweeps
         }
     }
 
@@ -172,6 +182,7 @@ impl LocalSet {
         slices: SlicesUnder<'_>,
         required: &mut [f64],
         forces: &mut [f64],
+        meter: &mut Meter,
     ) -> Result<Residuals, Unsolved> {
         forces.fill(0.0);
         let largest = required.iter().fold(0.0_f64, |largest, &y| largest.max(y));
@@ -182,7 +193,7 @@ impl LocalSet {
             self.displacement.fill(0.0);
             self.counts.histogram[0] += 1;
         } else {
-            self.settle(slices, required, tolerance, forces)?;
+            self.settle(slices, required, tolerance, forces, meter)?;
         }
         for (column, required) in required.iter_mut().enumerate() {
             let v = self.felt(column, *required, forces[column]);
@@ -200,11 +211,12 @@ impl LocalSet {
         y: &[f64],
         tolerance: f64,
         forces: &mut [f64],
+        meter: &mut Meter,
     ) -> Result<(), Unsolved> {
         self.sweep(slices, y, SWEEPS);
         let (mut lowest, mut patience, mut solves, mut rounds) = (usize::MAX, self.patience, 0, 0);
         loop {
-            self.solve(slices, y, forces)?;
+            self.solve(slices, y, forces, meter)?;
             solves += usize::from(!self.points.is_empty());
             let wrong = self.exchange(slices, y, tolerance, forces);
             if wrong == 0 {
@@ -277,7 +289,13 @@ impl LocalSet {
     }
 
     /// F on the pieces, then u everywhere.
-    fn solve(&mut self, slices: SlicesUnder<'_>, y: &[f64], forces: &mut [f64]) -> Result<(), Singular> {
+    fn solve(
+        &mut self,
+        slices: SlicesUnder<'_>,
+        y: &[f64],
+        forces: &mut [f64],
+        meter: &mut Meter,
+    ) -> Result<(), Singular> {
         self.points.clear();
         self.own.clear();
         let right = self.right.part(0, self.pieces.len().next_multiple_of(LINE));
@@ -293,12 +311,12 @@ impl LocalSet {
         let rows = self.points.len();
         forces.fill(0.0);
         if rows > 0 {
-            let mut laps = Laps::begin(self.clocks);
+            let mut laps = meter.laps();
             let matrix = self.matrix.part(0, room(rows));
             assemble(&self.points, &self.influence, matrix);
             add_to_diagonal(matrix, &self.own);
             self.solver.factorise(matrix, rows)?;
-            self.factorisation_time += laps.lap();
+            meter.lap(&mut laps, Stage::Factorisation);
             let stride = right.len();
             self.solver.solve(matrix, right, stride, rows)?;
             for (&point, &force) in self.points.iter().zip(&*right) {
@@ -326,16 +344,6 @@ impl LocalSet {
     /// What was done so far.
     pub fn counts(&self) -> SearchCounts {
         self.counts.clone()
-    }
-
-    /// Which clocks are read from now on; none at first.
-    pub fn set_clocks(&mut self, clocks: Clocks) {
-        self.clocks = clocks;
-    }
-
-    /// Time of the factorisations since it was last taken.
-    pub fn take_factorisation_time(&mut self) -> Spent {
-        std::mem::take(&mut self.factorisation_time)
     }
 
     /// u = G0 F of the last search, springs included \[m\].

@@ -106,14 +106,14 @@ proptest! {
         search.patience = patience;
         search.estimate.copy_from_slice(&start);
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
-        let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
+        let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
         for (force, exact) in forces.iter().zip(gauss_seidel(&influence, compliance, &curves, &y)) {
             prop_assert!((force - exact).abs() < 1e-9, "{force} {exact}");
         }
         // What is left in `required` makes equation 4 give the same forces.
         let mut prescribed = vec![0.0; 12];
-        ActiveSet::new(influence, 12, 1e-13, 4).search(&required, &mut prescribed).unwrap();
+        ActiveSet::new(influence, 12, 1e-13, 4).search(&required, &mut prescribed, &mut Meter::default()).unwrap();
         for (force, same) in forces.iter().zip(&prescribed) {
             prop_assert!((force - same).abs() < 1e-10, "{force} {same}");
         }
@@ -129,9 +129,9 @@ proptest! {
         let slices = queue(&vec![StiffnessCurve::flat(0.0); 12]);
         let (mut forces, mut prescribed, mut required) = (vec![0.0; 12], vec![0.0; 12], y.clone());
         LocalSet::new(influence.clone(), compliance, 12, 1e-13)
-            .search(under(&slices), &mut required, &mut forces)
+            .search(under(&slices), &mut required, &mut forces, &mut Meter::default())
             .unwrap();
-        ActiveSet::new(influence, 12, 1e-13, 4).search(&y, &mut prescribed).unwrap();
+        ActiveSet::new(influence, 12, 1e-13, 4).search(&y, &mut prescribed, &mut Meter::default()).unwrap();
         prop_assert_eq!(&required, &y);
         for (force, same) in forces.iter().zip(&prescribed) {
             prop_assert!((force - same).abs() < 1e-13, "{force} {same}");
@@ -151,7 +151,7 @@ proptest! {
         let total = |y: &[f64], softer: f64| {
             let (mut forces, mut required) = (vec![0.0; 12], y.to_vec());
             LocalSet::new(influence.clone(), softer * influence[0], 12, 1e-13)
-                .search(under(&slices), &mut required, &mut forces)
+                .search(under(&slices), &mut required, &mut forces, &mut Meter::default())
                 .unwrap();
             (forces, required)
         };
@@ -175,7 +175,7 @@ fn nothing_touches_when_nothing_is_required() {
     let mut search = LocalSet::new(decaying(4, 1.0), 0.7, 4, 1e-12);
     // The second slice carries nothing up to 0.4; there is no road under the fourth column.
     let (mut forces, mut required) = (vec![1.0; 4], vec![-1.0, 0.3, 0.0, f64::NEG_INFINITY]);
-    let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
+    let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
     assert_eq!((forces, residuals), (vec![0.0; 4], Residuals::default()));
     assert_eq!(required, [-1.0, 0.0, 0.0, f64::NEG_INFINITY]);
     assert_eq!(search.counts().histogram[0], 1);
@@ -190,14 +190,14 @@ fn one_point_alone_follows_its_own_curve() {
     required[3] = 0.25;
     let mut forces = vec![0.0; 8];
     LocalSet::new(influence.clone(), influence[0], 8, 1e-13)
-        .search(under(&slices), &mut required, &mut forces)
+        .search(under(&slices), &mut required, &mut forces, &mut Meter::default())
         .unwrap();
     assert!((influence[0] * forces[3] - curves[3].displacement_at(0.25)).abs() < 1e-15);
     assert!((required[3] - curves[3].displacement_at(0.25)).abs() < 1e-15, "nobody else acts: equation 4");
     for compliance in [0.01, 0.3, 2.0, 50.0] {
         required[3] = 0.25;
         LocalSet::new(influence.clone(), compliance, 8, 1e-13)
-            .search(under(&slices), &mut required, &mut forces)
+            .search(under(&slices), &mut required, &mut forces, &mut Meter::default())
             .unwrap();
         let pressed = in_series(&curves[3], 0.25, influence[0], compliance);
         assert!((compliance * forces[3] - pressed).abs() < 1e-14, "{compliance}: {} {pressed}", forces[3]);
@@ -224,7 +224,7 @@ fn ties_soft_beginnings_and_nearly_identical_neighbours_end() {
         let y: Vec<f64> =
             (0..40).map(|i| if (i + round) % 7 < 3 { 1.0 } else { 1.0 - 1e-14 * (i % 3) as f64 }).collect();
         let (mut required, mut forces) = (y.clone(), vec![0.0; 40]);
-        let residuals = search.search(under(&slices), &mut required, &mut forces).unwrap();
+        let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-9, "{residuals:?}");
         let violation = violation(&influence, compliance, &curves, &y, &forces);
         assert!(violation < 1e-9, "round {round}: {violation:e}");
@@ -245,7 +245,7 @@ fn the_fallback_alone_finds_the_solution_too() {
         // Far from it: two sweeps do not find the pieces.
         search.estimate.iter_mut().enumerate().for_each(|(i, force)| *force = ((i + round) % 2) as f64 * 50.0);
         let (mut required, mut forces) = (y.clone(), vec![0.0; 10]);
-        search.search(under(&slices), &mut required, &mut forces).unwrap();
+        search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         assert!(violation(&influence, compliance, &curves, &y, &forces) < 1e-12);
         fallbacks = search.counts().fallbacks;
     }
@@ -262,7 +262,7 @@ fn a_restored_search_goes_on_in_the_same_bits() {
         search.advance(round % 2);
         let mut required: Vec<f64> = (0..16).map(|i| ((i * 5 + round * 3) as f64).sin()).collect();
         let mut forces = vec![0.0; 16];
-        search.search(under(&slices), &mut required, &mut forces).unwrap();
+        search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         forces.iter().chain(&required).map(|value| value.to_bits()).collect::<Vec<_>>()
     };
     let mut whole = LocalSet::new(influence.clone(), 0.8, 16, 1e-13);

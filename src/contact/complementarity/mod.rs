@@ -19,5 +19,5 @@ mod sweeps;
 pub use active_set::{ActiveSet, Residuals, SearchCounts};
 pub use factors::{FactorCache, FactorCounts, largest_memory};
 pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
-pub use local_set::SlicesUnder;
+pub use local_set::{LocalSet, SlicesUnder};
 pub use search::{Search, SliceLaw};

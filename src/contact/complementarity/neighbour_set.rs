@@ -207,6 +207,7 @@ impl NeighbourSet {
 #[cfg(test)]
 mod tests {
     use super::super::factors::FactorCache;
+    use crate::counters::Meter;
 
     fn influence(distance: usize) -> f64 {
         if distance == 0 { 1.3 } else { 1.0 / (1.0 + distance as f64 / 3.0).powi(2) }
@@ -233,7 +234,7 @@ mod tests {
             let points: Vec<usize> = (0..COLUMNS).filter(|column| touches(column + step, step)).collect();
             let d: Vec<f64> = points.iter().map(|&point| 1.0 + (point as f64).sin()).collect();
             let mut forces = d.clone();
-            cache.solve(&points, &row, &mut forces).unwrap();
+            cache.solve(&points, &row, &mut forces, &mut Meter::default()).unwrap();
             let error = residual(&points, &forces, &d);
             assert!(error < 1e-13, "{step}: {error:e}");
             cache.advance(1);
@@ -263,10 +264,10 @@ mod tests {
         ];
         for points in sets {
             let mut cache = FactorCache::new(8, COLUMNS);
-            cache.solve(&kept, &row, &mut vec![1.0; kept.len()]).unwrap();
+            cache.solve(&kept, &row, &mut vec![1.0; kept.len()], &mut Meter::default()).unwrap();
             let d: Vec<f64> = points.iter().map(|&point| (point as f64).cos()).collect();
             let mut forces = d.clone();
-            cache.solve(&points, &row, &mut forces).unwrap();
+            cache.solve(&points, &row, &mut forces, &mut Meter::default()).unwrap();
             assert_eq!((cache.counts().neighbours, cache.counts().factorisations), (1, 1));
             assert!(residual(&points, &forces, &d) < 1e-14, "{points:?}");
         }

@@ -4,7 +4,7 @@ use super::active_set::{ActiveSet, Residuals, SearchCounts};
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
 use super::sweeps::move_on;
 use crate::contact::ContactError;
-use crate::counters::{Clocks, Spent};
+use crate::counters::Meter;
 use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
 
@@ -80,13 +80,14 @@ impl Search {
         slices: SlicesUnder<'_>,
         forces: &mut [f64],
         step: u64,
+        meter: &mut Meter,
     ) -> Result<Residuals, ContactError> {
         match self {
-            Self::Explicit(search) => search.search(required, forces).map_err(|_| {
+            Self::Explicit(search) => search.search(required, forces, meter).map_err(|_| {
                 let points = search.active().iter().filter(|&&active| active).count();
                 ContactError::SingularMatrix { points, step }
             }),
-            Self::Local(search) => search.search(slices, required, forces).map_err(|unsolved| match unsolved {
+            Self::Local(search) => search.search(slices, required, forces, meter).map_err(|unsolved| match unsolved {
                 Unsolved::Singular => ContactError::SingularMatrix { points: search.points(), step },
                 Unsolved::Unsettled => ContactError::Unsettled { points: search.points(), step },
             }),
@@ -119,24 +120,6 @@ impl Search {
             Self::Explicit(search) => search.counts(),
             Self::Local(search) => search.counts(),
             Self::Alone { .. } => SearchCounts::default(),
-        }
-    }
-
-    /// Which clocks are read from now on; none at first.
-    pub fn set_clocks(&mut self, clocks: Clocks) {
-        match self {
-            Self::Explicit(search) => search.set_clocks(clocks),
-            Self::Local(search) => search.set_clocks(clocks),
-            Self::Alone { .. } => {}
-        }
-    }
-
-    /// Time of the factorisations since it was last taken.
-    pub fn take_factorisation_time(&mut self) -> Spent {
-        match self {
-            Self::Explicit(search) => search.take_factorisation_time(),
-            Self::Local(search) => search.take_factorisation_time(),
-            Self::Alone { .. } => Spent::default(),
         }
     }
 

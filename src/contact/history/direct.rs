@@ -13,8 +13,8 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::{HistoryWork, PastForces};
-use crate::counters::Work;
+use super::PastForces;
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::tyre::influence::convolution_quadrature::Weights;
 
@@ -104,7 +104,7 @@ impl DirectHistory {
 }
 
 impl PastForces for DirectHistory {
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
+    fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         let kernel = &self.kernel;
         let width = padded(self.columns);
         let lags = (self.steps as usize).min(kernel.lags() - 1);
@@ -134,8 +134,7 @@ impl PastForces for DirectHistory {
             }
         }
         // Kernel rows of twice the window, and the forces.
-        let sums = Work { multiply_adds, bytes: 8 * 3 * (lags * self.columns) as u64 };
-        HistoryWork { sums, ..HistoryWork::default() }
+        meter.add_work(Stage::History, Work { multiply_adds, bytes: 8 * 3 * (lags * self.columns) as u64 });
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {

@@ -8,8 +8,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::behind::Task;
 use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
-use super::{HistoryTimes, HistoryWork};
-use crate::counters::{Clocks, Laps, Spent, Work};
+use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::numeric::transform_multiply_adds;
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
@@ -27,11 +26,11 @@ pub struct Far {
     /// The same by wavenumber.
     spectra: Vec<Vec<Complex64>>,
     scratch: Vec<Complex64>,
-    /// Whether processor time is read beside wall time.
-    pub watched: bool,
-    /// What a pass costs.
-    cost: HistoryWork,
-    /// Time of the last pass, and of its transforms.
+    /// What tells processor time beside wall time, if anything does.
+    pub cpu: Option<CpuClock>,
+    /// Sums and transforms of a pass.
+    work: [Work; 2],
+    /// Times of the last pass likewise.
     times: [Spent; 2],
     /// Whether it went on behind the march.
     behind: bool,
@@ -52,8 +51,8 @@ impl Far {
             multiply_adds: (instants as f64 * transform_multiply_adds(elements)) as u64,
             bytes: (2 * instants * 3 * 8 * elements) as u64,
         };
-        let mut cost = HistoryWork { transforms, passes: 1, ..HistoryWork::default() };
-        groups.iter().for_each(|group| cost.sums += group.work());
+        let mut sums = Work::default();
+        groups.iter().for_each(|group| sums += group.work());
         let mut planner = RealFftPlanner::<f64>::new();
         let (forward, inverse) = (planner.plan_fft_forward(elements), planner.plan_fft_inverse(elements));
         Some(Self {
@@ -64,8 +63,8 @@ impl Far {
             scratch: vec![Complex64::ZERO; forward.get_scratch_len().max(inverse.get_scratch_len())],
             forward,
             inverse,
-            watched: false,
-            cost,
+            cpu: None,
+            work: [sums, transforms],
             times: Default::default(),
             behind: false,
             arch: Arch::new(),
@@ -82,13 +81,16 @@ impl Far {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 
-    /// What a pass costs, and the time that the last one took.
-    pub fn work(&self) -> HistoryWork {
-        let times = match self.behind {
-            true => HistoryTimes { behind: self.times, ..HistoryTimes::default() },
-            false => HistoryTimes { transforms: self.times[1], ..HistoryTimes::default() },
-        };
-        HistoryWork { times, ..self.cost }
+    /// Tells what the last pass has cost: beside the march, or within the history of the step under way.
+    pub fn report(&self, meter: &mut Meter) {
+        let [sums, transforms] = self.times;
+        if self.behind {
+            meter.add_background(Stage::History, sums.wall);
+            meter.add_background(Stage::Transforms, transforms.wall);
+        }
+        meter.lap_within(Stage::Transforms, if self.behind { Spent::default() } else { transforms });
+        meter.add_work(Stage::History, self.work[0]);
+        meter.add_work(Stage::Transforms, self.work[1]);
     }
 }
 
@@ -106,13 +108,13 @@ impl WithRecursion for OverAllPoles<'_> {
     type Output = ();
 
     fn with<R: Recursion>(self, recursion: R) {
-        let Far { groups, forward, inverse, rings, spectra, scratch, watched, times, arch, .. } = self.0;
-        let mut laps = Laps::begin(Clocks { wall: true, cpu: *watched });
+        let Far { groups, forward, inverse, rings, spectra, scratch, cpu, times, arch, .. } = self.0;
+        let mut clock = Clock::start(*cpu);
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
         for (ring, spectrum) in rings.iter_mut().zip(&mut *spectra) {
             let _ = forward.process_with_scratch(ring, spectrum, scratch);
         }
-        times[1] = laps.lap();
+        times[1] = clock.lap();
         for group in &mut *groups {
             for (instant, spectrum) in spectra.iter().enumerate() {
                 group.take_forces(instant, spectrum);
@@ -122,12 +124,12 @@ impl WithRecursion for OverAllPoles<'_> {
                 group.give_displacement(instant, spectrum);
             }
         }
-        times[0] = laps.lap();
+        times[0] = clock.lap();
         for (ring, spectrum) in rings.iter_mut().zip(spectra) {
             let last = spectrum.len() - 1;
             (spectrum[0].im, spectrum[last].im) = (0.0, 0.0);
             let _ = inverse.process_with_scratch(spectrum, ring, scratch);
         }
-        times[1] += laps.lap();
+        times[1] += clock.lap();
     }
 }

@@ -36,62 +36,18 @@ pub use direct::{DirectHistory, LagKernel};
 pub use modes::{INSTANTS, ModalHistory};
 pub use scaled::ScaledHistory;
 
-use std::ops::AddAssign;
-
-use crate::counters::{Clocks, Spent, Work};
+use crate::counters::Meter;
 use crate::numeric::{StateError, StateReader, StateWriter};
-
-/// What a history has done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HistoryWork {
-    /// Sums and recursions.
-    pub sums: Work,
-    /// Transforms between elements and wavenumbers.
-    pub transforms: Work,
-    /// Times that transforms were gone through.
-    pub passes: u64,
-    /// Not a part of the state.
-    pub times: HistoryTimes,
-}
-
-/// Times that a history knows of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HistoryTimes {
-    /// The transforms where the march waited for them, where clocks are read.
-    pub transforms: Spent,
-    /// Sums and transforms behind the march, whether clocks are read or not.
-    pub behind: [Spent; 2],
-}
-
-impl AddAssign for HistoryWork {
-    fn add_assign(&mut self, other: Self) {
-        self.sums += other.sums;
-        self.transforms += other.transforms;
-        self.passes += other.passes;
-        self.times += other.times;
-    }
-}
-
-impl AddAssign for HistoryTimes {
-    fn add_assign(&mut self, other: Self) {
-        self.transforms += other.transforms;
-        for (time, other) in self.behind.iter_mut().zip(other.behind) {
-            *time += other;
-        }
-    }
-}
 
 /// A way to carry the past along.
 pub trait PastForces: Send {
-    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; returns the work
-    /// it took. Called once a stage of a step.
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork;
+    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; Called once a
+    /// stage of a step, which `meter` times as [`Stage::History`](crate::counters::Stage::History); what else it takes
+    /// is told here.
+    fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter);
 
     /// Takes note of the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
-
-    /// Which clocks are read from now on; none at first.
-    fn set_clocks(&mut self, _clocks: Clocks) {}
 
     /// Takes the state down; the same bytes for any number of threads.
     fn save(&self, state: &mut StateWriter);

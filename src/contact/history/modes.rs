@@ -21,13 +21,14 @@
 
 use pulp::Arch;
 
+use super::PastForces;
 use super::behind::Behind;
 use super::far::Far;
 use super::transfer::first_weight;
-use super::{HistoryWork, PastForces};
-use crate::counters::{Clocks, Spent, Work};
+use super::wavenumber_group::expected_multiply_adds;
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::windows::add_windows;
-use crate::numeric::{Ring, StateError, StateReader, StateWriter};
+use crate::numeric::{Ring, StateError, StateReader, StateWriter, transform_multiply_adds};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
@@ -36,6 +37,24 @@ use crate::tyre::poles::RationalModel;
 /// with them, the other thread passes over the states, which happens less often with more of them. Measured in runs on
 /// two threads: 2 and 4 differ little, 8 takes a tenth to a fifth longer at N = 512 and 1024.
 pub const INSTANTS: usize = 4;
+
+/// Bytes of a pole, conjugates counted: of the model, and for each stage of a step what goes with it.
+const POLE_BYTES: [f64; 2] = [30.0, 110.0];
+
+/// What a history is expected to take.
+#[derive(Clone, Copy, Debug)]
+pub struct ExpectedHistory {
+    /// Multiply-adds of the recursion for each step.
+    pub poles: f64,
+    /// Multiply-adds of the short convolution for each step.
+    pub near: f64,
+    /// Multiply-adds of the transforms for each step.
+    pub transforms: f64,
+    /// Poles and their states \[bytes\].
+    pub pole_bytes: f64,
+    /// Forces, displacements and first influences of blocks \[bytes\].
+    pub block_bytes: f64,
+}
 
 /// The recursion over all poles of a model.
 pub struct ModalHistory {
@@ -50,7 +69,6 @@ pub struct ModalHistory {
     rows: Vec<Row>,
     /// First weights by stage of the force, lag and distance; see [`first_influences`].
     near: Vec<Vec<f64>>,
-    clocks: Clocks,
     arch: Arch,
 }
 
@@ -91,7 +109,6 @@ impl ModalHistory {
             old: vec![vec![0.0; elements]; instants],
             rows,
             near: first_influences(model, field, rule, time_step, 2 * instants - 1)?,
-            clocks: Clocks::OFF,
             arch: Arch::new(),
         })
     }
@@ -103,15 +120,27 @@ impl ModalHistory {
             .collect()
     }
 
+    /// What a model of so many poles, conjugates counted, is expected to take under a rule. `pairs`: points in contact
+    /// times columns of the window.
+    pub fn expected(rule: TimeRule, elements: usize, poles: f64, pairs: f64) -> ExpectedHistory {
+        let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);
+        let steps_of_block = (INSTANTS / rule.nodes().len()).max(1);
+        ExpectedHistory {
+            poles: expected_multiply_adds(rule, steps_of_block, elements / 2 + 1, poles),
+            near: 0.5 * stages * (3.0 * instants - 1.0) * pairs,
+            transforms: stages * transform_multiply_adds(elements),
+            pole_bytes: poles * (POLE_BYTES[0] + POLE_BYTES[1] * stages),
+            // Two rings, a spectrum and two blocks' forces; the first influences of so many lags, the ring twice over.
+            block_bytes: elements as f64 * (56.0 * instants + 16.0 * stages * (2.0 * instants - 1.0)),
+        }
+    }
+
     /// A block begins: u_old of it is fetched, the last block's forces are sent out for that of the next.
-    fn turn(&mut self) -> HistoryWork {
+    fn turn(&mut self, meter: &mut Meter) {
         self.rows.rotate_left(self.old.len());
         let mut far = self.far.take();
-        let mut work = far.work();
-        far.watched = self.clocks.cpu;
-        if !self.clocks.wall {
-            work.times.transforms = Spent::default();
-        }
+        far.report(meter);
+        far.cpu = meter.cpu_clock();
         let block = far.rings.iter_mut().zip(&mut self.old).zip(&self.rows);
         for ((ring, old), row) in block {
             std::mem::swap(ring, old);
@@ -121,7 +150,6 @@ impl ModalHistory {
             }
         }
         self.far.begin(far);
-        work
     }
 
     /// Adds what the forces of the block before and of earlier instants of this one displace.
@@ -171,15 +199,16 @@ fn first_influences(
 }
 
 impl PastForces for ModalHistory {
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
-        let mut work = if self.instant == 0 { self.turn() } else { HistoryWork::default() };
+    fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
+        if self.instant == 0 {
+            self.turn(meter);
+        }
         let first = first_element.rem_euclid(self.elements as i64) as usize;
         let (behind, ahead) = self.old[self.instant].split_at(first);
         for (value, old) in out.iter_mut().zip(ahead.iter().chain(behind)) {
             *value = *old;
         }
-        work.sums += self.add_near(first, out);
-        work
+        meter.add_work(Stage::History, self.add_near(first, out));
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {
@@ -188,10 +217,6 @@ impl PastForces for ModalHistory {
         row.forces.clear();
         row.forces.extend(forces.iter().copied().enumerate().filter(|(_, force)| *force != 0.0));
         self.instant = (self.instant + 1) % self.old.len();
-    }
-
-    fn set_clocks(&mut self, clocks: Clocks) {
-        self.clocks = clocks;
     }
 
     fn save(&self, state: &mut StateWriter) {
@@ -251,7 +276,7 @@ mod tests {
         for instant in from..to {
             let first = instant / stages / 2;
             let mut old = [0.0; COLUMNS];
-            history.displacement(first, &mut old);
+            history.displacement(first, &mut old, &mut Meter::default());
             let forces: Vec<f64> = (0..COLUMNS as i64)
                 .zip(&old)
                 .map(|(column, old)| {

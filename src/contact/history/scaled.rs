@@ -1,7 +1,7 @@
 //! A history whose influence functions are scaled.
 
-use super::{HistoryWork, PastForces};
-use crate::counters::Clocks;
+use super::PastForces;
+use crate::counters::Meter;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Another history with all displacements multiplied by a factor.
@@ -18,18 +18,13 @@ impl ScaledHistory {
 }
 
 impl PastForces for ScaledHistory {
-    fn displacement(&mut self, first_element: i64, out: &mut [f64]) -> HistoryWork {
-        let work = self.history.displacement(first_element, out);
+    fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
+        self.history.displacement(first_element, out, meter);
         out.iter_mut().for_each(|displacement| *displacement *= self.scale);
-        work
     }
 
     fn push(&mut self, first_element: i64, forces: &[f64]) {
         self.history.push(first_element, forces);
-    }
-
-    fn set_clocks(&mut self, clocks: Clocks) {
-        self.history.set_clocks(clocks);
     }
 
     fn save(&self, state: &mut StateWriter) {

@@ -53,14 +53,31 @@ impl<const PARTS: usize> PoleRows<PARTS> {
     /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
     /// foretold, W and A at their stages, and the products of passing over a block.
     fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
+        self.coefficients.len() / Self::FIXED * Self::multiply_adds_of_one(steps, stages, skip)
+    }
+
+    /// The same of one pole, a pair counted as one.
+    const fn multiply_adds_of_one(steps: usize, stages: usize, skip: usize) -> usize {
         let of_step = 2 * (2 * PARTS * PARTS + PARTS * (2 * stages - 1));
-        self.coefficients.len() / Self::FIXED * (steps * of_step + skip * PARTS * PARTS)
+        steps * of_step + skip * PARTS * PARTS
     }
 
     /// Bytes of a pass: coefficients read, states read and written.
     fn bytes(&self) -> usize {
         size_of_val(self.coefficients.as_slice()) + 2 * size_of_val(self.states.as_slice())
     }
+}
+
+/// Share of the poles of fits that are real (default tyre).
+const REAL_POLES: f64 = 0.3;
+
+/// Multiply-adds for each step that so many poles, conjugates counted, are expected to take in blocks of so many steps.
+pub fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64) -> f64 {
+    let (skip, stages) = (rule.products_of_skip(steps), rule.stages());
+    let pair = PoleRows::<2>::multiply_adds_of_one(steps, stages, skip) as f64;
+    let real = PoleRows::<1>::multiply_adds_of_one(steps, stages, skip) as f64;
+    let padded = wavenumbers.next_multiple_of(GROUP) as f64 / wavenumbers as f64;
+    poles * padded * (0.5 * (1.0 - REAL_POLES) * pair + REAL_POLES * real) / steps as f64
 }
 
 /// [`GROUP`] neighbouring wavenumbers.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::counters::{Counter, Stage};
-use crate::plan::{Amounts, Decisions, Place, Unit, UnitCosts};
+use crate::plan::{Amounts, Decisions, Place, Unit};
 use crate::run::error::RunError;
 use crate::run::past::{contact_field, fetch, fit_options};
 use crate::scene::{History, Scene};
@@ -123,9 +123,7 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
     let meter = &trial.results.meter;
     let march = [Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
     let counted: u64 = march.iter().map(|&stage| meter.whole(stage).work.multiply_adds).sum();
-    let seconds = |stages: &[Stage]| -> f64 {
-        stages.iter().map(|&stage| meter.whole(stage)).map(|cost| (cost.wall + cost.background).as_secs_f64()).sum()
-    };
+    let seconds = |stages: &[Stage]| -> f64 { stages.iter().map(|&stage| meter.whole(stage).seconds()).sum() };
     Cost {
         multiply_adds: (counted as f64 + planned_road(&trial.plan.amounts)) / rolled,
         compliance_evaluations: evaluations.unwrap_or_else(|| meter.counted(Counter::ComplianceEvaluations)),
@@ -137,10 +135,9 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
 
 /// Multiply-adds that a plan has for making the road.
 pub fn planned_road(amounts: &Amounts) -> f64 {
-    let prices = UnitCosts::default();
     let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
     let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
-    behind.map(|amount| amount.amount * prices.of(amount.unit) / prices.of(Unit::TextureMultiplyAdd)).sum()
+    behind.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical()).sum()
 }
 
 /// Multiply-adds that a plan has for the march, and for the history behind it.
@@ -148,15 +145,7 @@ pub fn planned_march(amounts: &Amounts) -> f64 {
     let counts = |unit: Unit| {
         matches!(
             unit,
-            Unit::DirectMultiplyAdd
-                | Unit::Bdf1MultiplyAdd
-                | Unit::Bdf2MultiplyAdd
-                | Unit::TrapezoidalMultiplyAdd
-                | Unit::Sdirk2MultiplyAdd
-                | Unit::Sdirk3MultiplyAdd
-                | Unit::HoldMultiplyAdd
-                | Unit::TransformMultiplyAdd
-                | Unit::SearchMultiplyAdd
+            Unit::DirectMultiplyAdd | Unit::PoleMultiplyAdd | Unit::TransformMultiplyAdd | Unit::SearchMultiplyAdd
         )
     };
     amounts.work.iter().filter(|amount| counts(amount.unit)).map(|amount| amount.amount).sum()

@@ -24,6 +24,7 @@
 
 pub mod cache;
 mod codec;
+pub mod expected_fit;
 pub mod fit;
 pub mod ladder;
 pub mod model;

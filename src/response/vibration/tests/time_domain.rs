@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::contact::history::{ModalHistory, PastForces};
+use crate::counters::Meter;
 use crate::numeric::Ring;
 use crate::time_rule::RungeKutta;
 use crate::tyre::poles::{TangentialModel, tangential_model};
@@ -22,7 +23,7 @@ fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f6
         let mut all = vec![0.0; elements];
         let (mut window, mut wide) = (Vec::new(), Vec::new());
         for row in forces[step % length * layout.width()..][..layout.width()].chunks_exact(COLUMNS) {
-            history.displacement(0, &mut all);
+            history.displacement(0, &mut all, &mut Meter::default());
             for (column, force) in row.iter().enumerate() {
                 for (element, value) in all.iter_mut().enumerate() {
                     let distance = (element as i64 - first - column as i64).rem_euclid(elements as i64);

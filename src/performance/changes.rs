@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::ProfileError;
+use super::error::PerformanceError;
 use super::record::RecordedWorkload;
 
 /// A change that somebody has looked at and wants.
@@ -38,13 +38,13 @@ impl AcceptedChanges {
     /// Reads the file; one that is not there accepts nothing.
     ///
     /// # Errors
-    /// [`ProfileError::File`], [`ProfileError::Nonsense`].
-    pub fn read(path: &Path) -> Result<Self, ProfileError> {
+    /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
+    pub fn read(path: &Path) -> Result<Self, PerformanceError> {
         let text = match fs::read_to_string(path) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
-            other => other.map_err(ProfileError::reading(path))?,
+            other => other.map_err(PerformanceError::reading(path))?,
         };
-        let nonsense = |wrong: String| ProfileError::Nonsense {
+        let nonsense = |wrong: String| PerformanceError::Nonsense {
             path: path.to_owned(),
             wrong,
             right: "tables [[change]] with workload, counter, from, to and a reason in words",
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(AcceptedChanges::read(&path).unwrap().change, [change(20, 21)]);
         for wrong in [text.replace("because", " "), text.replace("from", "form"), "change = 3".to_owned()] {
             fs::write(&path, &wrong).unwrap();
-            assert!(matches!(AcceptedChanges::read(&path), Err(ProfileError::Nonsense { .. })), "{wrong}");
+            assert!(matches!(AcceptedChanges::read(&path), Err(PerformanceError::Nonsense { .. })), "{wrong}");
         }
     }
 }

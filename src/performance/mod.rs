@@ -6,8 +6,9 @@
 //!    counting tool is there;
 //! 4. [`changes`]: counters of two records side by side; what differs is explained by a reason that somebody wrote
 //!    down, or it fails;
-//! 5. [`interleave`]: two programs run in turn, again and again; [`ratio`]: what their times say;
-//! 6. [`verdict`]: both put together, in words, Markdown and JSON.
+//! 5. [`program`]: two programs run in turn, again and again; `ratio`: what their times say, of a workload and of all
+//!    pooled; [`instructions`] of every stage of both;
+//! 6. [`verdict`]: all put together, in words, Markdown and JSON.
 //!
 //! [`scaling`] measures cost against size and threads.
 //!
@@ -16,19 +17,19 @@
 
 pub mod changes;
 pub mod instructions;
-pub mod interleave;
 pub mod measure;
-pub mod ratio;
+pub mod program;
+mod ratio;
 pub mod record;
 mod report;
 pub mod scaling;
-pub mod stamp;
+mod stamp;
 pub mod verdict;
 pub mod workload;
 
 mod error;
 
-pub use error::ProfileError;
+pub use error::PerformanceError;
 pub use measure::{Measurement, measure};
 pub use record::Record;
 pub use workload::Workload;

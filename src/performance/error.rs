@@ -11,7 +11,7 @@ use crate::tyre::poles::FitError;
 
 /// Why a workload, a record or a comparison is not there.
 #[derive(Debug, Error)]
-pub enum ProfileError {
+pub enum PerformanceError {
     /// A rolling workload ended early.
     #[error("workload {workload}: {source}")]
     Run {
@@ -61,7 +61,7 @@ pub enum ProfileError {
     },
 }
 
-impl ProfileError {
+impl PerformanceError {
     /// The error of reading a file.
     pub(super) fn reading(path: &std::path::Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "read", path: path.to_owned(), source }

@@ -31,13 +31,25 @@ pub struct Ratio {
 impl Ratio {
     /// Of times \[s\], one of each program in a pair. `doubt`: probability that the interval misses the median.
     pub fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
-        let mut ratios: Vec<f64> = second.iter().zip(first).map(|(b, a)| b / a).filter(|r| r.is_finite()).collect();
+        Self::pooled(&[(first, second)], doubt)
+    }
+
+    /// Of several workloads' times \[s\]: of the geometric means of their ratios, pair by pair. A change that all of
+    /// them have stands out from their noise, which is each one's own.
+    pub fn pooled(workloads: &[(&[f64], &[f64])], doubt: f64) -> Self {
+        let pairs = workloads.iter().map(|(first, _)| first.len()).min().unwrap_or(0);
+        let mean = |pair: usize| {
+            let sum: f64 = workloads.iter().map(|(first, second)| (second[pair] / first[pair]).ln()).sum();
+            (sum / workloads.len() as f64).exp()
+        };
+        let mut ratios: Vec<f64> = (0..pairs).map(mean).filter(|ratio| ratio.is_finite()).collect();
         ratios.sort_by(f64::total_cmp);
+        let seconds = workloads.iter().map(|(first, _)| median(&mut first.to_vec())).sum();
         let (low, high) = match rank(ratios.len(), doubt) {
             Some(k) => (ratios[k - 1], ratios[ratios.len() - k]),
             None => (0.0, f64::INFINITY),
         };
-        Self { median: median(&mut ratios), low, high, pairs: ratios.len(), seconds: median(&mut first.to_vec()) }
+        Self { median: median(&mut ratios), low, high, pairs: ratios.len(), seconds }
     }
 
     /// Smallest change that these pairs could have told from none: from the median to the farther end of the interval.
@@ -130,7 +142,7 @@ mod tests {
             .collect()
     }
 
-    fn compared(rng: &mut ChaCha8Rng, factor: f64) -> Ratio {
+    fn times(rng: &mut ChaCha8Rng, factor: f64) -> (Vec<f64>, Vec<f64>) {
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for _ in 0..30 {
             let drift = 1.0 + 0.3 * rng.random::<f64>();
@@ -143,8 +155,28 @@ mod tests {
         }
         let first: Vec<&[Option<u64>]> = first.iter().map(Vec::as_slice).collect();
         let second: Vec<&[Option<u64>]> = second.iter().map(Vec::as_slice).collect();
-        let (a, b) = stage_times(&first, &second);
+        stage_times(&first, &second)
+    }
+
+    fn compared(rng: &mut ChaCha8Rng, factor: f64) -> Ratio {
+        let (a, b) = times(rng, factor);
         Ratio::new(&a, &b, 1e-3)
+    }
+
+    #[test]
+    fn workloads_together_show_what_none_of_them_does() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        for _ in 0..3 {
+            let of = |factor: f64, rng: &mut ChaCha8Rng| -> Vec<_> { (0..6).map(|_| times(rng, factor)).collect() };
+            let pooled = |runs: &[(Vec<f64>, Vec<f64>)]| {
+                Ratio::pooled(&runs.iter().map(|(a, b)| (&a[..], &b[..])).collect::<Vec<_>>(), 1e-3)
+            };
+            let (slower, same) = (of(1.02, &mut rng), of(1.0, &mut rng));
+            assert!(slower.iter().filter(|(a, b)| Ratio::new(a, b, 1e-3).low > 1.01).count() < 3);
+            let (slower, same) = (pooled(&slower), pooled(&same));
+            assert!(slower.low > 1.01 && slower.resolution() < 0.01, "{slower:?}");
+            assert!(same.low < 1.0 && same.high > 1.0, "{same:?}");
+        }
     }
 
     #[test]

@@ -21,18 +21,18 @@
 //! few cores, and the bandwidth that a step needs grows with its speed.
 
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use super::error::ProfileError;
-use crate::counters::{Counter, Stage, Watch};
+use super::error::PerformanceError;
+use crate::counters::{Counter, Meter, Stage, Watch};
 use crate::numeric::StraightLine;
 use crate::plan::Plan;
-use crate::road::slices::{SliceBuilder, SliceScratch};
+use crate::road::slices::{SliceBuilder, SliceError, SliceScratch};
 use crate::run::{Run, RunError, RunOptions, Unwatched, run};
 use crate::scene::{Axle, DEFAULT, LoadedScene, Outputs, Road, Scene, Switch};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
@@ -122,28 +122,24 @@ impl Scaling {
     /// Measures all ladders; `watch` is told what comes next. `scratch` is a folder that may be written to and removed.
     ///
     /// # Errors
-    /// [`ProfileError`].
+    /// [`PerformanceError`].
     pub fn measure(
         scratch: &std::path::Path,
         stop: &AtomicBool,
         watch: &mut (dyn FnMut(&'static str) + Send),
-    ) -> Result<Self, ProfileError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| ProfileError::Interrupted)?;
+    ) -> Result<Self, PerformanceError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| PerformanceError::Interrupted)?;
         let mut ladders = Vec::new();
         pool.install(|| {
-            watch("elements");
-            ladders.extend(elements(stop)?);
-            watch("poles");
-            ladders.push(poles(stop)?);
-            watch("window");
-            ladders.extend(window(stop)?);
-            watch("steps");
-            ladders.push(steps(stop)?);
+            for family in FAMILIES {
+                watch(family.axis);
+                ladders.extend(family.measure(stop)?);
+            }
             watch("slices");
             ladders.extend(slices());
             watch("layers");
             ladders.push(layers()?);
-            Ok::<(), ProfileError>(())
+            Ok::<(), PerformanceError>(())
         })?;
         let mut threads = Vec::new();
         for elements in [1024, 4096] {
@@ -154,134 +150,149 @@ impl Scaling {
     }
 }
 
+/// A cost that grows with a size: of a stage in a step, or of all steps; its name, the exponent that the algorithm
+/// promises, and why.
+type Growth = (Option<Stage>, &'static str, f64, &'static str);
+
+const PENETRATION: (Option<Stage>, &str) = (Some(Stage::Penetration), "penetration, a step");
+const SEARCH: Growth = (Some(Stage::ActiveSet), "search, a step", 2.0, "points in contact squared");
+
+/// Runs of growing size on one thread.
+struct Family {
+    axis: &'static str,
+    /// What is set, value by value.
+    values: &'static [f64],
+    /// Sets it in the scene of the smallest.
+    set: fn(&mut LoadedScene, f64),
+    /// The size that a run turns out to have.
+    size: fn(&Rolled, f64) -> f64,
+    costs: &'static [Growth],
+}
+
+const FAMILIES: [Family; 4] = [
+    Family {
+        axis: "elements",
+        values: &[256.0, 512.0, 1024.0, 2048.0],
+        set: |loaded, value| set_size(&mut loaded.scene, value as usize, 1600),
+        size: |_, value| value,
+        costs: &[
+            (Some(Stage::History), "history, a step", 1.0, "as many poles for each wavenumber"),
+            (Some(Stage::Transforms), "transforms, a step", 1.0, "N log N"),
+            (PENETRATION.0, PENETRATION.1, 1.0, "columns of the window"),
+            SEARCH,
+        ],
+    },
+    Family {
+        axis: "poles",
+        values: &[1e-2, 1e-3, 1e-4, 1e-5, 1e-6],
+        set: |loaded, value| loaded.scene.numerics.pole_tolerance = value,
+        size: |rolled, _| rolled.meter.counted(Counter::Poles) as f64,
+        costs: &[(Some(Stage::History), "history, a step", 1.0, "each pole a recursion")],
+    },
+    Family {
+        axis: "columns of the window",
+        values: &[0.003, 0.006, 0.012, 0.024],
+        set: |loaded, value| {
+            set_size(&mut loaded.scene, 1024, 1600);
+            if let Axle::Indentation { indentation, .. } = &mut loaded.scene.rolling.axle {
+                *indentation = value;
+            }
+        },
+        size: |rolled, _| rolled.columns as f64,
+        costs: &[(PENETRATION.0, PENETRATION.1, 1.0, "each column once"), SEARCH],
+    },
+    Family {
+        axis: "steps",
+        values: &[4000.0, 8000.0, 16_000.0, 32_000.0],
+        set: |loaded, value| {
+            set_size(&mut loaded.scene, 128, value as u64);
+            // A road that has to be made makes a start; here is none.
+            loaded.scene.road = Road::Smooth;
+            loaded.scene.effects.texture = Switch::Auto;
+        },
+        size: |_, value| value,
+        costs: &[(None, "march, whole", 1.0, "nothing is remembered for longer")],
+    },
+];
+
+impl Family {
+    fn measure(&self, stop: &AtomicBool) -> Result<Vec<Ladder>, PerformanceError> {
+        let ladder = |&(_, cost, expected, reason): &Growth| {
+            let (axis, rungs) = (self.axis, Vec::new());
+            Ladder { axis, cost, expected, reason, rungs }
+        };
+        let mut ladders: Vec<Ladder> = self.costs.iter().map(ladder).collect();
+        for &value in self.values {
+            let mut loaded = scene(512, 1600)?;
+            (self.set)(&mut loaded, value);
+            let rolled = Rolled::new(&loaded, stop)?;
+            for (ladder, growth) in ladders.iter_mut().zip(self.costs) {
+                ladder.rungs.push(rolled.rung((self.size)(&rolled, value), growth.0));
+            }
+        }
+        Ok(ladders)
+    }
+}
+
 /// The default scene on a road without texture across, at a fixed height, for so many steps.
-fn scene(elements: usize, steps: u64) -> Result<LoadedScene, ProfileError> {
+fn scene(elements: usize, steps: u64) -> Result<LoadedScene, PerformanceError> {
     let mut loaded = Scene::from_str(DEFAULT, "scaling")?;
-    let scene = &mut loaded.scene;
+    loaded.scene.effects.texture = Switch::Off;
+    loaded.scene.outputs = Outputs { arrays: false, spectra: false, plots: false, ..Outputs::default() };
+    set_size(&mut loaded.scene, elements, steps);
+    Ok(loaded)
+}
+
+fn set_size(scene: &mut Scene, elements: usize, steps: u64) {
     scene.numerics.elements = elements;
-    scene.effects.texture = Switch::Off;
     let step = scene.tyre.circumference / (elements as f64 * scene.rolling.speed());
     // The height is reached in the first quarter.
     scene.rolling.axle = Axle::Indentation { indentation: 0.012, ramp: 0.25 * steps as f64 * step };
     (scene.rolling.warm_up, scene.rolling.duration) = (0.0, steps as f64 * step);
-    scene.outputs = Outputs { arrays: false, spectra: false, plots: false, ..Outputs::default() };
-    Ok(loaded)
 }
 
-fn failed(source: RunError) -> ProfileError {
+fn failed(source: RunError) -> PerformanceError {
     match source {
-        RunError::Interrupted { .. } => ProfileError::Interrupted,
-        source => ProfileError::Run { workload: "scaling", source: Box::new(source) },
+        RunError::Interrupted { .. } => PerformanceError::Interrupted,
+        source => PerformanceError::Run { workload: "scaling", source: Box::new(source) },
     }
 }
 
-/// Times and work of the stages for one step, after the first half; poles and columns.
+/// A run that has ended.
 struct Rolled {
+    /// Times of the stages for one step \[s\], after the first half.
     seconds: [f64; Stage::OF_A_STEP.len()],
-    work: [f64; Stage::OF_A_STEP.len()],
-    poles: f64,
-    columns: f64,
+    meter: Meter,
+    steps: f64,
+    columns: usize,
+    /// Time of all steps \[s\].
     whole: f64,
 }
 
-fn rolled(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Rolled, ProfileError> {
-    let plan = Plan::of(loaded);
-    let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
-    let begin = Instant::now();
-    let (mut half, half_steps) = ([Duration::ZERO; Stage::OF_A_STEP.len()], plan.steps / 2);
-    while run.step().map_err(failed)?.is_some() {
-        if run.next_step() == half_steps {
-            half = run.spent();
-        }
-    }
-    let (whole, end) = (begin.elapsed().as_secs_f64(), run.spent());
-    let meter = run.finish().meter;
-    let all = plan.steps as f64;
-    let counted = (plan.steps - half_steps) as f64;
-    Ok(Rolled {
-        seconds: std::array::from_fn(|stage| (end[stage] - half[stage]).as_secs_f64() / counted),
-        work: Stage::OF_A_STEP.map(|stage| meter.cost(stage).work.multiply_adds as f64 / all),
-        poles: meter.counted(Counter::Poles) as f64,
-        // Four multiply-adds for each column.
-        columns: meter.cost(Stage::Penetration).work.multiply_adds as f64 / (4.0 * all),
-        whole,
-    })
-}
-
 impl Rolled {
-    fn rung(&self, size: f64, stage: Stage) -> Rung {
-        let place = Stage::OF_A_STEP.iter().position(|&other| other == stage).unwrap_or_default();
-        let work = Some(self.work[place]).filter(|&work| work > 0.0);
-        Rung { size, seconds: self.seconds[place], work }
-    }
-}
-
-/// One ladder for each of several stages of the same runs.
-fn of_stages(
-    axis: &'static str,
-    stages: &[(Stage, &'static str, f64, &'static str)],
-    rolled: &[(f64, Rolled)],
-) -> Vec<Ladder> {
-    let ladder = |&(stage, cost, expected, reason): &(Stage, &'static str, f64, &'static str)| {
-        let rungs = rolled.iter().map(|(size, rolled)| rolled.rung(*size, stage)).collect();
-        Ladder { axis, cost, expected, reason, rungs }
-    };
-    stages.iter().map(ladder).collect()
-}
-
-fn elements(stop: &AtomicBool) -> Result<Vec<Ladder>, ProfileError> {
-    let mut found = Vec::new();
-    for elements in [256, 512, 1024, 2048] {
-        found.push((elements as f64, rolled(&scene(elements, 1600)?, stop)?));
-    }
-    let stages = [
-        (Stage::History, "history, a step", 1.0, "as many poles for each wavenumber"),
-        (Stage::Transforms, "transforms, a step", 1.0, "N log N"),
-        (Stage::Penetration, "penetration, a step", 1.0, "columns of the window"),
-        (Stage::ActiveSet, "search, a step", 2.0, "points in contact squared"),
-    ];
-    Ok(of_stages("elements", &stages, &found))
-}
-
-fn poles(stop: &AtomicBool) -> Result<Ladder, ProfileError> {
-    let mut rungs = Vec::new();
-    for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-        let mut loaded = scene(512, 1600)?;
-        loaded.scene.numerics.pole_tolerance = tolerance;
-        let rolled = rolled(&loaded, stop)?;
-        rungs.push(rolled.rung(rolled.poles, Stage::History));
-    }
-    Ok(Ladder { axis: "poles", cost: "history, a step", expected: 1.0, reason: "each pole a recursion", rungs })
-}
-
-fn window(stop: &AtomicBool) -> Result<Vec<Ladder>, ProfileError> {
-    let mut found = Vec::new();
-    for indentation in [0.003, 0.006, 0.012, 0.024] {
-        let mut loaded = scene(1024, 1600)?;
-        if let Axle::Indentation { indentation: height, .. } = &mut loaded.scene.rolling.axle {
-            *height = indentation;
+    fn new(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Self, PerformanceError> {
+        let plan = Plan::of(loaded);
+        let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
+        let begin = Instant::now();
+        let (mut half, half_steps) = (run.spent(), plan.steps / 2);
+        while run.step().map_err(failed)?.is_some() {
+            if run.next_step() == half_steps {
+                half = run.spent();
+            }
         }
-        let rolled = rolled(&loaded, stop)?;
-        found.push((rolled.columns, rolled));
+        let (whole, end, columns) = (begin.elapsed().as_secs_f64(), run.spent(), run.forces().len());
+        let counted = (plan.steps - half_steps) as f64;
+        let seconds = std::array::from_fn(|stage| (end[stage] - half[stage]).as_secs_f64() / counted);
+        Ok(Self { seconds, meter: run.finish().meter, steps: plan.steps as f64, columns, whole })
     }
-    let stages = [
-        (Stage::Penetration, "penetration, a step", 1.0, "each column once"),
-        (Stage::ActiveSet, "search, a step", 2.0, "points in contact squared"),
-    ];
-    Ok(of_stages("columns of the window", &stages, &found))
-}
 
-fn steps(stop: &AtomicBool) -> Result<Ladder, ProfileError> {
-    let mut rungs = Vec::new();
-    for steps in [4000_u64, 8000, 16_000, 32_000] {
-        let mut loaded = scene(128, steps)?;
-        // A road that has to be made makes a start; here is none.
-        loaded.scene.road = Road::Smooth;
-        loaded.scene.effects.texture = Switch::Auto;
-        let rolled = rolled(&loaded, stop)?;
-        rungs.push(Rung { size: steps as f64, seconds: rolled.whole, work: None });
+    /// Cost of a stage for one step, or of all steps.
+    fn rung(&self, size: f64, stage: Option<Stage>) -> Rung {
+        let Some(stage) = stage else { return Rung { size, seconds: self.whole, work: None } };
+        let place = Stage::OF_A_STEP.iter().position(|&other| other == stage).unwrap_or_default();
+        let work = self.meter.cost(stage).work.multiply_adds as f64 / self.steps;
+        Rung { size, seconds: self.seconds[place], work: Some(work).filter(|&work| work > 0.0) }
     }
-    Ok(Ladder { axis: "steps", cost: "march, whole", expected: 1.0, reason: "nothing is remembered for longer", rungs })
 }
 
 /// Shortest of several repeats \[s\]: what disturbs only ever adds.
@@ -295,44 +306,33 @@ fn shortest(mut work: impl FnMut()) -> f64 {
 
 fn slices() -> Vec<Ladder> {
     const WIDTH: f64 = 0.12;
-    let sizes = [32_usize, 64, 128, 256];
+    type Law = fn(usize) -> Result<SliceBuilder, SliceError>;
+    let laws: [(&str, f64, &str, Law); 2] = [
+        ("springs, a slice", 1.0, "sorted: n log n", SliceBuilder::winkler),
+        ("half-space, a slice", 3.0, "a factor that grows point by point", |points| {
+            SliceBuilder::half_space(points, 4e-3, WIDTH / points as f64)
+        }),
+    ];
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let heights: Vec<f64> = (0..64 * 256).map(|_| 2e-3 * rng.random::<f64>()).collect();
-    let mut rungs = [Vec::new(), Vec::new()];
-    for points in sizes {
-        let builders = [SliceBuilder::winkler(points), SliceBuilder::half_space(points, 4e-3, WIDTH / points as f64)];
-        for (builder, rungs) in builders.into_iter().zip(&mut rungs) {
-            let Ok(builder) = builder else { continue };
-            let mut scratch = SliceScratch::default();
-            let rows = 16 * 256 / points;
+    let ladder = |(cost, expected, reason, law): (&'static str, f64, &'static str, Law)| {
+        let rung = |points: usize| {
+            let builder = law(points).ok()?;
+            let (mut scratch, rows) = (SliceScratch::default(), 16 * 256 / points);
             let seconds = shortest(|| {
                 for row in heights.chunks_exact(points).take(rows) {
                     let _ = std::hint::black_box(builder.build(row, &mut scratch));
                 }
             });
-            rungs.push(Rung { size: points as f64, seconds: seconds / rows as f64, work: None });
-        }
-    }
-    let [springs, half_space] = rungs;
-    vec![
-        Ladder {
-            axis: "points of a slice",
-            cost: "springs, a slice",
-            expected: 1.0,
-            reason: "sorted: n log n",
-            rungs: springs,
-        },
-        Ladder {
-            axis: "points of a slice",
-            cost: "half-space, a slice",
-            expected: 3.0,
-            reason: "a factor that grows point by point",
-            rungs: half_space,
-        },
-    ]
+            Some(Rung { size: points as f64, seconds: seconds / rows as f64, work: None })
+        };
+        let rungs = [32, 64, 128, 256].into_iter().filter_map(rung).collect();
+        Ladder { axis: "points of a slice", cost, expected, reason, rungs }
+    };
+    laws.map(ladder).into()
 }
 
-fn layers() -> Result<Ladder, ProfileError> {
+fn layers() -> Result<Ladder, PerformanceError> {
     let tyre = Scene::from_str(DEFAULT, "scaling")?.scene.tyre;
     let mut rungs = Vec::new();
     for parts in [1, 2, 4, 8, 16] {
@@ -348,39 +348,32 @@ fn layers() -> Result<Ladder, ProfileError> {
         let evaluations: u64 = values.iter().map(|value| value.evaluations).sum();
         rungs.push(Rung { size: tyre.layers.len() as f64, seconds: seconds / evaluations as f64, work: None });
     }
-    Ok(Ladder {
-        axis: "layers",
-        cost: "compliance, an evaluation",
-        expected: 1.0,
-        reason: "one impedance after the other",
-        rungs,
-    })
+    let (cost, reason) = ("compliance, an evaluation", "one impedance after the other");
+    Ok(Ladder { axis: "layers", cost, expected: 1.0, reason, rungs })
 }
 
-fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> Result<ThreadLadder, ProfileError> {
+fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> Result<ThreadLadder, PerformanceError> {
     let mut loaded = scene(elements, (2_000_000 / elements as u64).max(600))?;
     loaded.scene.effects.texture = Switch::Auto;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut threads: Vec<usize> =
-        std::iter::successors(Some(1), |&count| Some(2 * count)).take_while(|&count| count < cores).collect();
-    threads.push(cores);
+    let doubled = std::iter::successors(Some(1), |&count| Some(2 * count)).take_while(|&count| count < cores);
     let mut found = ThreadLadder { elements, rungs: Vec::new(), serial: f64::NAN };
-    for threads in threads {
-        let pool =
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| ProfileError::Interrupted)?;
+    for threads in doubled.chain([cores]) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|_| PerformanceError::Interrupted)?;
         let mut best = f64::INFINITY;
         for _ in 0..3 {
             let options = RunOptions { target: scratch.join("threads"), threads };
             let report = pool.install(|| run(&loaded, &options, stop, &mut Unwatched)).map_err(failed)?;
-            let before: Duration =
-                [Stage::Influence, Stage::Fit, Stage::Axle].iter().map(|&stage| report.meter.cost(stage).wall).sum();
-            let seconds = (report.wall - before).as_secs_f64();
+            let of = |stages: &[Stage]| -> f64 {
+                stages.iter().map(|&stage| report.meter.cost(stage).spent.wall.as_secs_f64()).sum()
+            };
+            let seconds = report.wall.as_secs_f64() - of(&[Stage::Influence, Stage::Fit, Stage::Axle]);
             if seconds < best {
                 best = seconds;
                 if threads == 1 {
-                    let beside = [Stage::Road, Stage::Slices, Stage::History, Stage::Transforms];
-                    let parallel: f64 = beside.iter().map(|&stage| report.meter.cost(stage).wall.as_secs_f64()).sum();
-                    found.serial = 1.0 - parallel / seconds;
+                    let beside = of(&[Stage::Road, Stage::Slices, Stage::History, Stage::Transforms]);
+                    found.serial = 1.0 - beside / seconds;
                 }
             }
         }
@@ -410,9 +403,10 @@ mod tests {
         let of = |steps| {
             let mut loaded = scene(64, steps).unwrap();
             loaded.scene.numerics.pole_tolerance = 1e-3;
-            let rolled = rolled(&loaded, &stop).unwrap();
-            assert!(rolled.poles > 0.0 && rolled.columns > 0.0 && rolled.whole > 0.0);
-            [Stage::History, Stage::Transforms, Stage::Penetration].map(|stage| rolled.rung(1.0, stage).work.unwrap())
+            let rolled = Rolled::new(&loaded, &stop).unwrap();
+            assert!(rolled.meter.counted(Counter::Poles) > 0 && rolled.columns > 0 && rolled.whole > 0.0);
+            [Stage::History, Stage::Transforms, Stage::Penetration]
+                .map(|stage| rolled.rung(1.0, Some(stage)).work.unwrap())
         };
         for (few, many) in of(400).into_iter().zip(of(1600)) {
             assert!((few / many - 1.0).abs() < 0.02, "{few} {many}");

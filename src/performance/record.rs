@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::error::ProfileError;
+use super::error::PerformanceError;
 use super::measure::{Found, Measurement};
 use super::stamp::Stamp;
 
@@ -76,10 +76,10 @@ impl Record {
     /// Reads a record.
     ///
     /// # Errors
-    /// [`ProfileError::File`], [`ProfileError::Nonsense`].
-    pub fn read(path: &Path) -> Result<Self, ProfileError> {
-        let text = fs::read_to_string(path).map_err(ProfileError::reading(path))?;
-        let nonsense = |wrong: String, right| ProfileError::Nonsense { path: path.to_owned(), wrong, right };
+    /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
+    pub fn read(path: &Path) -> Result<Self, PerformanceError> {
+        let text = fs::read_to_string(path).map_err(PerformanceError::reading(path))?;
+        let nonsense = |wrong: String, right| PerformanceError::Nonsense { path: path.to_owned(), wrong, right };
         let record: Self = serde_json::from_str(&text)
             .map_err(|error| nonsense(format!("not a record: {error}"), "`tyrewave profile record` makes them"))?;
         if record.format != FORMAT || record.format_version != FORMAT_VERSION {
@@ -92,9 +92,9 @@ impl Record {
     /// Writes it, whole or not at all.
     ///
     /// # Errors
-    /// [`ProfileError::File`].
-    pub fn write(&self, path: &Path) -> Result<(), ProfileError> {
-        let failed = |source| ProfileError::File { what: "write", path: path.to_owned(), source };
+    /// [`PerformanceError::File`].
+    pub fn write(&self, path: &Path) -> Result<(), PerformanceError> {
+        let failed = |source| PerformanceError::File { what: "write", path: path.to_owned(), source };
         let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(error.into()))?;
         text.push('\n');
         if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
@@ -132,7 +132,7 @@ mod tests {
         assert!(!record.stamp.machine.is_empty() && record.stamp.compiler.starts_with("rustc"), "{:?}", record.stamp);
         for text in ["", "{}", "[1]", &serde_json::to_string(&Record { format_version: 9, ..record }).unwrap()] {
             std::fs::write(&path, text).unwrap();
-            assert!(matches!(Record::read(&path), Err(ProfileError::Nonsense { .. })), "{text}");
+            assert!(matches!(Record::read(&path), Err(PerformanceError::Nonsense { .. })), "{text}");
         }
     }
 }

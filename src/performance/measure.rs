@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::error::ProfileError;
+use super::error::PerformanceError;
 use super::workload::{Truth, Workload};
 use crate::counters::machine::instruction_set;
 use crate::counters::process::thread_cpu_time;
@@ -125,8 +125,8 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
 /// Does a workload on this thread: times are this thread's, so the pool should have no other.
 ///
 /// # Errors
-/// Of the run or the fit; [`ProfileError::Interrupted`].
-pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, ProfileError> {
+/// Of the run or the fit; [`PerformanceError::Interrupted`].
+pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     match workload.scene()? {
         Some(loaded) => rolled(workload, &loaded, stop),
         None if workload == Workload::Compliance => compliance(),
@@ -135,7 +135,7 @@ pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, Pro
 }
 
 /// The name that results use for a stage or a counter.
-fn name<T: Serialize>(value: &T) -> String {
+pub(super) fn name<T: Serialize>(value: &T) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,
         _ => String::new(),
@@ -152,10 +152,10 @@ fn force(workload: Workload, results: &crate::run::Results) -> f64 {
     force.unwrap_or(f64::NAN)
 }
 
-fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Measurement, ProfileError> {
+fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     let failed = |source: RunError| match source {
-        RunError::Interrupted { .. } => ProfileError::Interrupted,
-        source => ProfileError::Run { workload: workload.name(), source: Box::new(source) },
+        RunError::Interrupted { .. } => PerformanceError::Interrupted,
+        source => PerformanceError::Run { workload: workload.name(), source: Box::new(source) },
     };
     let plan = Plan::of(loaded);
     let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
@@ -171,7 +171,7 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
             }
             (before, clock) = (run.spent(), BlockClock::start());
             if stop.load(Ordering::Relaxed) {
-                return Err(ProfileError::Interrupted);
+                return Err(PerformanceError::Interrupted);
             }
         }
     }
@@ -200,12 +200,12 @@ fn counters(meter: &Meter) -> BTreeMap<String, u64> {
     counted.chain(works).filter(|(_, amount)| *amount > 0).collect()
 }
 
-fn default_tyre() -> Result<Tyre, ProfileError> {
+fn default_tyre() -> Result<Tyre, PerformanceError> {
     Ok(Scene::from_str(DEFAULT, "workload")?.scene.tyre)
 }
 
 /// Batches of frequencies for wavenumbers all over the spectrum; in vectors, checked against the scalar path.
-fn compliance() -> Result<Measurement, ProfileError> {
+fn compliance() -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 512;
     const ROUNDS: usize = 12;
     let tyre = default_tyre()?;
@@ -240,7 +240,7 @@ fn compliance() -> Result<Measurement, ProfileError> {
 }
 
 /// A fit from nothing, checked between the points that were fitted.
-fn influence(stop: &AtomicBool) -> Result<Measurement, ProfileError> {
+fn influence(stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 32;
     let tyre = default_tyre()?;
     let options = FitOptions::new(&tyre, ELEMENTS, 80.0 / 3.6).with_tolerance(1e-4);

@@ -1,0 +1,105 @@
+//! Programs that measure, and two of them run in turn.
+
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use super::error::PerformanceError;
+use super::measure::Measurement;
+use super::workload::Workload;
+
+/// How a program is asked for one measurement, before the workload's name. One thread: what is made beside the march on
+/// more of them would be in nobody's time.
+const ARGUMENTS: [&str; 5] = ["--quiet", "--threads", "1", "profile", "measure"];
+
+/// A program that can measure, with fitted models of its own: what another build has kept might be another model.
+#[derive(Debug)]
+pub struct Program {
+    /// Its file.
+    pub path: PathBuf,
+    models: PathBuf,
+}
+
+impl Program {
+    /// Of a file; its models are gone when this is dropped.
+    pub fn new(path: PathBuf) -> Self {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("tyrewave-profile-{}-{number}", std::process::id());
+        Self { path, models: std::env::temp_dir().join(name) }
+    }
+
+    /// A folder that is gone when this is dropped.
+    ///
+    /// # Errors
+    /// Of the system.
+    pub(super) fn scratch(&self) -> std::io::Result<&std::path::Path> {
+        std::fs::create_dir_all(&self.models)?;
+        Ok(&self.models)
+    }
+
+    /// Does the measurement of a workload by a command that begins with `words`.
+    pub(super) fn run(&self, words: &[&str], workload: Workload) -> std::io::Result<Output> {
+        let begin = words.iter().map(OsStr::new);
+        let mut all =
+            begin.chain([self.path.as_os_str()]).chain(ARGUMENTS.map(OsStr::new)).chain([workload.name().as_ref()]);
+        let mut command = Command::new(all.next().unwrap_or_default());
+        command.args(all).env("TYREWAVE_CACHE_DIR", &self.models).stdin(Stdio::null()).output()
+    }
+
+    /// Has it measure a workload, with times.
+    ///
+    /// # Errors
+    /// [`PerformanceError::Program`].
+    pub fn measure(&self, workload: Workload) -> Result<Measurement, PerformanceError> {
+        let failed = |wrong: String| PerformanceError::Program {
+            program: self.path.clone(),
+            workload: workload.name().to_owned(),
+            wrong,
+        };
+        let output = self.run(&[], workload).map_err(|error| failed(error.to_string()))?;
+        if !output.status.success() {
+            let text = String::from_utf8_lossy(&output.stderr);
+            return Err(failed(format!("{}: {}", output.status, text.lines().next().unwrap_or_default())));
+        }
+        let measurement: Measurement =
+            serde_json::from_slice(&output.stdout).map_err(|error| failed(format!("no measurement: {error}")))?;
+        if measurement.workload == workload.name() {
+            Ok(measurement)
+        } else {
+            Err(failed(format!("a measurement of \"{}\"", measurement.workload)))
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.models);
+    }
+}
+
+/// So many measurements of a workload by each of two programs, in the order A B, B A, A B, ...: neither program always
+/// comes first, and a steady drift cancels.
+///
+/// # Errors
+/// [`PerformanceError::Program`], [`PerformanceError::Interrupted`].
+pub fn in_turn(
+    programs: [&Program; 2],
+    workload: Workload,
+    pairs: usize,
+    stop: &AtomicBool,
+    watch: &mut dyn FnMut(Workload),
+) -> Result<[Vec<Measurement>; 2], PerformanceError> {
+    let mut found = [Vec::new(), Vec::new()];
+    for pair in 0..pairs {
+        if stop.load(Ordering::Relaxed) {
+            return Err(PerformanceError::Interrupted);
+        }
+        for which in if pair % 2 == 0 { [0, 1] } else { [1, 0] } {
+            found[which].push(programs[which].measure(workload)?);
+        }
+        watch(workload);
+    }
+    Ok(found)
+}

@@ -1,0 +1,47 @@
+//! What a fit is expected to take and to give, before it is done: from those of the default tyre.
+
+/// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
+/// `tyrewave influence --cost`).
+const FITS: [(f64, f64, f64); 7] = [
+    (128.0, 3940.0, 0.93),
+    (256.0, 7309.0, 0.92),
+    (512.0, 11_101.0, 1.0),
+    (1024.0, 18_437.0, 1.12),
+    (2048.0, 30_141.0, 1.42),
+    (4096.0, 49_604.0, 2.08),
+    (8192.0, 88_053.0, 4.46),
+];
+/// Time of a fit by decade of its tolerance, from 1e-3, relative to 1e-5.
+const BY_TOLERANCE: [f64; 5] = [0.46, 0.65, 1.0, 1.6, 4.1];
+/// Growth of the number of poles with a decade of tolerance.
+const POLES_BY_DECADE: f64 = 1.25;
+/// Growth of a fit's time with the number of layers: exponent, relative to two.
+const BY_LAYERS: f64 = 0.37;
+/// Evaluations of the compliance.
+pub const EVALUATIONS: f64 = 2e6;
+/// Bytes held for each thread, and what the allocator keeps of them.
+pub const BYTES: f64 = 26e6;
+/// Share of them that the allocator still keeps afterwards (measured).
+pub const KEPT: f64 = 0.3;
+
+/// Poles, conjugates counted, of a fit with so many elements to a tolerance.
+pub fn poles(elements: f64, tolerance: f64) -> f64 {
+    of_elements(elements).0 * POLES_BY_DECADE.powf(-tolerance.log10() - 5.0)
+}
+
+/// Time relative to that of the default tyre with 512 elements to 1e-5.
+pub fn share(elements: f64, tolerance: f64, layers: usize) -> f64 {
+    let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
+    let low = (place as usize).min(BY_TOLERANCE.len() - 2);
+    let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);
+    of_elements(elements).1 * a * (b / a).powf(place - low as f64) * (0.5 * layers as f64).powf(BY_LAYERS)
+}
+
+/// Between the lines of the table by its first column, linear in the logarithms; beyond its ends by the last two.
+fn of_elements(elements: f64) -> (f64, f64) {
+    let place = FITS.iter().position(|entry| entry.0 > elements).unwrap_or(FITS.len() - 1).max(1);
+    let (low, high) = (FITS[place - 1], FITS[place]);
+    let part = (elements / low.0).ln() / (high.0 / low.0).ln();
+    let between = |a: f64, b: f64| a * (b / a).powf(part);
+    (between(low.1, high.1), between(low.2, high.2))
+}

@@ -50,7 +50,7 @@ fn count(road: &str, more: &str) -> Count {
         calls: Stage::ALL.iter().map(|&stage| meter.cost(stage).calls).collect(),
         allocations: change.allocations + change.reallocations,
         bytes: change.bytes_allocated,
-        lines: cost_table(&Cost::new(meter, 1.0, 1)).lines().count(),
+        lines: cost_table(&Cost::new(meter, 1.0, 1)).to_string().lines().count(),
     }
 }
 

@@ -1,5 +1,5 @@
-//! Texture measures: [`profile`] has a profile's line, height and depth, [`levels`] its third octaves, [`wavenumber`] how
-//! fine the surface is.
+//! Texture measures: [`profile`] has a profile's line, height and depth, [`levels`] its third octaves, [`wavenumber`]
+//! how fine the surface is.
 
 pub mod levels;
 pub mod profile;

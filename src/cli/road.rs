@@ -66,8 +66,10 @@ fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
     }
     let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
     let mut made = variants(&Scene::from_str(DEFAULT, "default")?, &axes)?;
-    // One road at one speed.
-    Ok(made.swap_remove(0).loaded)
+    // One road at one speed, headed with its own name: only the speed and the tyre's width are the default scene's.
+    let mut loaded = made.swap_remove(0).loaded;
+    loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(loaded)
 }
 
 fn report(road: &RoadDescription) -> Report {

@@ -89,7 +89,8 @@ pub enum RoadError {
     },
     /// The contact strip leaves the measured columns.
     #[error(
-        "{}: a contact strip {width} m wide around lateral_position = {position} m leaves the measured part, v = {} to {} m",
+        "{}: a contact strip {width} m wide around lateral_position = {position} m leaves the measured \
+         part, v = {} to {} m",
         path.display(),
         available.0,
         available.1
@@ -106,7 +107,8 @@ pub enum RoadError {
     },
     /// The run needs more road than there is.
     #[error(
-        "the run needs the road from {:.3} to {:.3} m, it is there from {:.3} to {:.3} m: shorten the run, or set road.at_end = \"repeat\" or \"mirror\"",
+        "the run needs the road from {:.3} to {:.3} m, it is there from {:.3} to {:.3} m: shorten \
+         the run, or set road.at_end = \"repeat\" or \"mirror\"",
         needed.0,
         needed.1,
         available.0,
@@ -165,7 +167,8 @@ pub enum RoadError {
     },
     /// A power law without room or strength.
     #[error(
-        "road.power_law: rms {rms} m, exponent {exponent}, {longest} to {shortest} m: needs rms > 0, a finite exponent and longest >= 1.26 shortest > 0"
+        "road.power_law: rms {rms} m, exponent {exponent}, {longest} to {shortest} m: needs rms > 0, a \
+         finite exponent and longest >= 1.26 shortest > 0"
     )]
     PowerLaw {
         /// Root-mean-square height.
@@ -179,7 +182,8 @@ pub enum RoadError {
     },
     /// Skewness and kurtosis that no monotone transformation of Gaussian heights has.
     #[error(
-        "no road is made with a skewness of {skewness} and a kurtosis of {kurtosis}: with this skewness the kurtosis lies from {least:.2} to {most:.2}"
+        "no road is made with a skewness of {skewness} and a kurtosis of {kurtosis}: with this \
+         skewness the kurtosis lies from {least:.2} to {most:.2}"
     )]
     Moments {
         /// Skewness asked for.
@@ -193,7 +197,8 @@ pub enum RoadError {
     },
     /// A texture so long-waved against its lattice that its working arrays would not fit in memory.
     #[error(
-        "a texture with wavelengths from {longest} m on a lattice of {spacing} m needs {needed} bytes of working memory, more than the {limit} that the run may use"
+        "a texture with wavelengths from {longest} m on a lattice of {spacing} m needs {needed} bytes of \
+         working memory, more than the {limit} that the run may use"
     )]
     TextureTooLarge {
         /// Longest wavelength.

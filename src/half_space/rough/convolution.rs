@@ -23,29 +23,14 @@ use crate::numeric::transform_length;
 const BLOCK: usize = 8;
 
 /// Single or double precision.
-pub trait Precision: FftNum + Default {
-    /// Rounds to this precision.
-    fn of(value: f64) -> Self;
-    /// Widens to double precision.
-    fn double(self) -> f64;
-}
+pub trait Precision: FftNum + Default + Into<f64> {}
 
-impl Precision for f64 {
-    fn of(value: f64) -> Self {
-        value
-    }
-    fn double(self) -> f64 {
-        self
-    }
-}
+impl<T: FftNum + Default + Into<f64>> Precision for T {}
 
-impl Precision for f32 {
-    fn of(value: f64) -> Self {
-        value as Self
-    }
-    fn double(self) -> f64 {
-        f64::from(self)
-    }
+/// A number in this precision.
+fn rounded<T: Precision>(value: f64) -> T {
+    // Every f64 has a nearest number of either precision.
+    T::from_f64(value).unwrap_or_default()
 }
 
 /// Number of rows (x) and columns (y) of a row-major grid.
@@ -88,7 +73,7 @@ impl<T: Precision> Convolution<T> {
         let half = padded.nx / 2 + 1;
         this.symbol.par_chunks_mut(half).enumerate().for_each(|(j, column)| {
             for (i, value) in column.iter_mut().enumerate() {
-                *value = T::of(spectrum(i, j) * scale);
+                *value = rounded(spectrum(i, j) * scale);
             }
         });
         this
@@ -107,7 +92,7 @@ impl<T: Precision> Convolution<T> {
             |(input, output, scratch), (i, row)| {
                 input.fill(T::default());
                 for j in 0..extent.ny {
-                    let value = T::of(kernel(i, j));
+                    let value = rounded(kernel(i, j));
                     input[j] = value;
                     input[(padded.ny - j) % padded.ny] = value;
                 }
@@ -119,7 +104,7 @@ impl<T: Precision> Convolution<T> {
             },
         );
         let forward = &this.column_forward;
-        let scale = T::of(1.0 / padded.cells() as f64);
+        let scale: T = rounded(1.0 / padded.cells() as f64);
         this.symbol.par_chunks_mut(half).enumerate().for_each_init(
             || (vec![Complex::default(); padded.nx], vec![Complex::default(); forward.get_inplace_scratch_len()]),
             |(line, scratch), (j, column)| {
@@ -173,7 +158,7 @@ impl<T: Precision> Convolution<T> {
                 *live = input.iter().any(|&value| value.abs() > 0.0);
                 if *live {
                     for (value, &input) in line.iter_mut().zip(input) {
-                        *value = T::of(input);
+                        *value = rounded(input);
                     }
                     line[ny..].fill(T::default());
                     let done = forward.process_with_scratch(line, row, scratch);
@@ -249,7 +234,7 @@ impl<T: Precision> Convolution<T> {
                         let done = inverse.process_with_scratch(spectrum, line, scratch);
                         debug_assert!(done.is_ok());
                         for (output, &value) in output.iter_mut().zip(line.iter()) {
-                            *output = value.double();
+                            *output = value.into();
                         }
                     }
                 }

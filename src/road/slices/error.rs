@@ -26,7 +26,8 @@ pub enum SliceError {
     },
     /// A grid on which contact cannot be shown to grow only; the curve follower needs that.
     #[error(
-        "{columns} cells of {length} m by {pitch} m: rounding hides that contact on the half-space only grows; choose fewer cells or another shape"
+        "{columns} cells of {length} m by {pitch} m: rounding hides that contact on the half-space only grows; \
+         choose fewer cells or another shape"
     )]
     MayShrink {
         /// Cells across.

@@ -122,7 +122,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn follows_the_integral(heights in prop::collection::vec((-40i32..40).prop_map(|z| f64::from(z) * 1e-4), 1..200), y in 0.0..0.02) {
+        fn follows_the_integral(
+            heights in prop::collection::vec((-40i32..40).prop_map(|z| f64::from(z) * 1e-4), 1..200),
+            y in 0.0..0.02,
+        ) {
             let curve = curve(&heights, 0.0, &mut Scratch::default());
             let expected = brute_force(&heights, y);
             // Rounding of at most n additions of numbers below y.
@@ -136,7 +139,10 @@ mod tests {
         /// kept.
         #[test]
         fn bins_keep_the_tolerance(
-            heights in prop::collection::vec((-1.0..1.0f64, 0..4i32).prop_map(|(z, power)| 2e-3 * z.powi(2 * power + 1)), 1..300),
+            heights in prop::collection::vec(
+                (-1.0..1.0f64, 0..4i32).prop_map(|(z, power)| 2e-3 * z.powi(2 * power + 1)),
+                1..300,
+            ),
             exponent in -8.0..-4.0f64,
         ) {
             let tolerance = 10f64.powf(exponent);
@@ -148,7 +154,8 @@ mod tests {
                 prop_assert!(error <= curve.error * (1.0 + 1e-6) + 1e-12, "{error} at {y} for {}", curve.error);
             }
             // Breakpoints are a picometre apart at least, and S is known to some 1e-18 m.
-            let slope = |i: usize| (curve.displacement[i] - curve.displacement[i - 1]) / (curve.penetration[i] - curve.penetration[i - 1]);
+            let step = |values: &[f64], i: usize| values[i] - values[i - 1];
+            let slope = |i: usize| step(&curve.displacement, i) / step(&curve.penetration, i);
             prop_assert!((2..curve.penetration.len()).all(|i| slope(i) >= slope(i - 1) - 1e-5));
         }
     }

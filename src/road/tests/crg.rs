@@ -27,7 +27,8 @@ fn height(row: usize, column: usize) -> f64 {
 /// A file of one of the formats, `payload` changed by `change`.
 fn make(format: &str, extra: &str, hole: Option<(usize, usize)>) -> Vec<u8> {
     let mut text = format!(
-        "$CT\nmade by a test\n$\n$ROAD_CRG\nreference_line_start_u = 100\nreference_line_end_u = {}\nreference_line_increment = 0.1\nlong_section_v_increment = 0.05\n$\n{extra}$KD_Definition\n#:{format}\n",
+        "$CT\nmade by a test\n$\n$ROAD_CRG\nreference_line_start_u = 100\nreference_line_end_u = {}\n\
+         reference_line_increment = 0.1\nlong_section_v_increment = 0.05\n$\n{extra}$KD_Definition\n#:{format}\n",
         100.0 + 0.1 * (ROWS - 1) as f64
     );
     for column in 1..=COLUMNS {
@@ -329,7 +330,8 @@ proptest::proptest! {
         keep_whole in proptest::prelude::any::<bool>(),
         position in -0.5..0.5_f64,
     ) {
-        let mut bytes = make(["LRFI", "LDFI", "KRBI", "KDBI"][format], "$ROAD_CRG_MODS\nscale_width = 1\n$\n", Some((4, 0)));
+        let format = ["LRFI", "LDFI", "KRBI", "KDBI"][format];
+        let mut bytes = make(format, "$ROAD_CRG_MODS\nscale_width = 1\n$\n", Some((4, 0)));
         let length = bytes.len();
         for (place, value) in changes {
             bytes[place % length] = value;
@@ -338,7 +340,9 @@ proptest::proptest! {
             bytes.truncate(cut % length);
         }
         let folder = tempfile::tempdir().unwrap();
-        let scene = OpenCrgRoad { lateral_position: Some(position), longest_wavelength: Some(1.0), ..spec(write(&folder, "m.crg", &bytes)) };
+        let file = write(&folder, "m.crg", &bytes);
+        let scene =
+            OpenCrgRoad { lateral_position: Some(position), longest_wavelength: Some(1.0), ..spec(file) };
         let lattice = Lattice { dx: 0.05, along: 1, dy: 0.01, columns: 10 };
         if let Ok(mut road) = RoadSurface::open(&Road::OpenCrg(scene), lattice, Limits { bytes: 1 << 24 }) {
             let mut out = [f64::NAN; 30];

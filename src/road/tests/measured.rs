@@ -312,7 +312,10 @@ proptest::proptest! {
 
     /// Whatever stands in a file, reading it ends with a finite road or an error.
     #[test]
-    fn arbitrary_tables_never_panic(text in "([0-9.e+-]{0,6}[,;\t ]?(NaN|nan|inf|x)?[,\n]){0,60}", captif in proptest::prelude::any::<bool>()) {
+    fn arbitrary_tables_never_panic(
+        text in "([0-9.e+-]{0,6}[,;\t ]?(NaN|nan|inf|x)?[,\n]){0,60}",
+        captif in proptest::prelude::any::<bool>(),
+    ) {
         let folder = tempfile::tempdir().unwrap();
         let head = if captif { "*****DATA*****\nData Point No:\tDistance (mm)\tDepth (mm)\n" } else { "" };
         let body = if captif { text.replace([',', ';'], "\t") } else { text };

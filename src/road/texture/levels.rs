@@ -111,13 +111,10 @@ impl ProfileSpectrum {
 
     /// Mean square \[m^2\] between two wavenumbers (cycles per metre).
     pub fn energy(&self, lower: f64, upper: f64) -> f64 {
-        let inside = |index: usize| {
-            let centre = index as f64;
-            ((upper / self.line).min(centre + 0.5) - (lower / self.line).max(centre - 0.5)).clamp(0.0, 1.0)
-        };
         let from = ((lower / self.line - 0.5).floor().max(0.0)) as usize;
         let to = ((upper / self.line + 0.5).ceil() as usize + 1).min(self.power.len());
-        let sum: f64 = (from.min(to)..to).map(|index| inside(index) * self.power[index]).sum();
+        let sum: f64 =
+            (from.min(to)..to).map(|index| line_inside(index, self.line, lower, upper) * self.power[index]).sum();
         sum / self.profiles.max(1) as f64
     }
 
@@ -140,6 +137,12 @@ impl ProfileSpectrum {
             .map(|band| TextureLevel { wavelength: mid_wavelength(band), level: self.level(band) })
             .collect()
     }
+}
+
+/// Share of a spectrum's line, a cell one `spacing` wide, between two wavenumbers.
+pub fn line_inside(index: usize, spacing: f64, lower: f64, upper: f64) -> f64 {
+    let centre = index as f64;
+    ((upper / spacing).min(centre + 0.5) - (lower / spacing).max(centre - 0.5)).clamp(0.0, 1.0)
 }
 
 /// Numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.

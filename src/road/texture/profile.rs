@@ -29,9 +29,9 @@ pub fn rms(heights: &[f64]) -> f64 {
     (heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count).sqrt()
 }
 
-/// Mean profile depth \[m\] after ISO 13473-1: segments of 100 mm, slope suppressed, the mean of the two halves' highest
-/// points above the segment's mean, averaged over segments; `spacing` \[m\] between heights; `None` when the profile is shorter than one segment or a
-/// half segment holds fewer than two points.
+/// Mean profile depth \[m\] after ISO 13473-1, `spacing` \[m\] between heights: segments of 100 mm, slope suppressed,
+/// the mean of the two halves' highest points above the segment's mean, averaged over segments. `None` when the profile
+/// is shorter than one segment or a half segment holds fewer than two points.
 pub fn mean_profile_depth(heights: &[f64], spacing: f64) -> Option<f64> {
     let per_segment = (SEGMENT_LENGTH / spacing).round() as usize;
     if per_segment < 4 || heights.len() < per_segment {

@@ -1,9 +1,13 @@
 //! One level of a drawn road: waves of some octaves, in blocks that fade into each other.
 //!
-//! A patch of block length L and lateral period P is a Fourier series with independent random coefficients, z(x, y) =
-//! Re sum over m >= 0 and n of c_mn exp(2 pi i (n x/L + m y/P)), real and imaginary part of c_mn of variance s_m
-//! S_mn/(L P), s_0 = 1, s_m = 2, S_mn the mean of S(n/L, ky) over the m-th cell of ky, 1/P wide: the profile spectrum
-//! along x is then exact whatever P.
+//! A patch of block length L and lateral period P is a Fourier series with independent random coefficients,
+//!
+//! ```text
+//! z(x, y) = Re sum over m >= 0 and n of c_mn exp(2 pi i (n x/L + m y/P)),
+//! ```
+//!
+//! real and imaginary part of c_mn of variance s_m S_mn/(L P), s_0 = 1, s_m = 2, S_mn the mean of S(n/L, ky) over the
+//! m-th cell of ky, 1/P wide: the profile spectrum along x is then exact whatever P.
 //!
 //! 1. Coefficients: random numbers addressed by level, m, block and n, so that a patch is the same whenever and by
 //!    whomever it is drawn, and however many of its waves a run resolves.

@@ -41,6 +41,12 @@ struct Ring {
     strength: f64,
 }
 
+impl Ring {
+    fn variance(&self) -> f64 {
+        2.0 * std::f64::consts::PI * self.strength * (self.upper / self.lower).ln()
+    }
+}
+
 impl RingSpectrum {
     /// The spectrum nearest to `target`, by non-negative least squares of the relative band energies.
     pub fn fit(target: &TargetSpectrum) -> Self {
@@ -90,13 +96,7 @@ impl RingSpectrum {
     /// `count`.
     pub fn profile(&self, cell: f64, count: usize) -> Vec<f64> {
         let below = |edge: f64| -> f64 {
-            let ring = |ring: &Ring| {
-                2.0 * std::f64::consts::PI
-                    * ring.strength
-                    * (ring.upper / ring.lower).ln()
-                    * share_below(ring.lower, ring.upper, edge, FEW_POINTS)
-            };
-            self.rings.iter().map(ring).sum()
+            self.rings.iter().map(|ring| ring.variance() * share_below(ring.lower, ring.upper, edge, FEW_POINTS)).sum()
         };
         let edges: Vec<f64> = (0..=count).map(|line| below((line as f64 - 0.5).max(0.0) * cell)).collect();
         edges.windows(2).map(|pair| pair[1] - pair[0]).collect()
@@ -104,8 +104,7 @@ impl RingSpectrum {
 
     /// Variance of the surface \[m^2\].
     pub fn variance(&self) -> f64 {
-        let ring = |ring: &Ring| 2.0 * std::f64::consts::PI * ring.strength * (ring.upper / ring.lower).ln();
-        self.rings.iter().map(ring).sum()
+        self.rings.iter().map(Ring::variance).sum()
     }
 
     /// What the profiles have in each band, and what was asked for, longest wavelength first.

@@ -13,7 +13,7 @@ use realfft::RealFftPlanner;
 use super::rings::RingSpectrum;
 use super::shape::Shape;
 use super::target::{Band, TargetSpectrum};
-use crate::road::texture::BandFit;
+use crate::road::texture::{BandFit, line_inside};
 
 /// Highest wavenumber over the spectrum's: products of waves are as short as that, those that matter.
 const HIGHEST: f64 = 4.0;
@@ -77,10 +77,7 @@ fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
 
 /// Energy of a band, cells at its edges counted by their part inside.
 fn energy(lines: &[f64], cell: f64, band: &Band) -> f64 {
-    let inside = |line: usize| {
-        let centre = line as f64;
-        ((band.upper / cell).min(centre + 0.5) - (band.lower / cell).max(centre - 0.5)).clamp(0.0, 1.0)
-    };
+    let inside = |line: usize| line_inside(line, cell, band.lower, band.upper);
     lines.iter().enumerate().map(|(line, energy)| inside(line) * energy).sum()
 }
 

@@ -215,7 +215,9 @@ mod tests {
 
     #[test]
     fn sections_end_as_real_files_end_them() {
-        let text = b"$CT\nfree text with $CT inside\n$$\n$ROAD_CRG ! comment\nReference_Line_Increment=0.5!c\n$!****\n* c\n$KD_Definition\r\n#:LRFI\r\nU:reference line u,m,0,1\r\nD:long section at v = -1.5,m ! x\r\nD:reference line  phi,rad\r\n$\r\n* text\n$$$$$$$0\n1\n";
+        let text = b"$CT\nfree text with $CT inside\n$$\n$ROAD_CRG ! comment\nReference_Line_Increment=0.5!c\n$!****\n\
+            * c\n$KD_Definition\r\n#:LRFI\r\nU:reference line u,m,0,1\r\nD:long section at v = -1.5,m ! x\r\n\
+            D:reference line  phi,rad\r\n$\r\n* text\n$$$$$$$0\n1\n";
         let header = Header::parse(text).unwrap();
         assert_eq!(header.road["reference_line_increment"].to_bits(), 0.5_f64.to_bits());
         assert_eq!(header.format, Some(Format { aligned: true, double: false, text: true }));

@@ -97,11 +97,11 @@ impl CostReport {
             let exponent = |(_, y): (&str, fn(&FitCost) -> f64)| format!("{:.2}", line(costs, x, y));
             let [time, evaluations, poles] = QUANTITIES.map(exponent);
             rows.push(["exponent".to_owned(), evaluations, poles, time, String::new()]);
-            report.push(aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
-            report.push("\n");
+            report.table(aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
+            report.text("\n");
         }
         let (alone, threads, together) = self.threads;
-        report.push(format!(
+        report.text(format!(
             "{alone:.2} s on one thread, {together:.2} s on {threads}: parallel efficiency {:.2}\n",
             self.efficiency()
         ));

@@ -107,13 +107,13 @@ fn report(road: &RoadDescription) -> Report {
         ),
     );
     let mut report = Report::default();
-    report.push(words(&[""; 0], &rows));
+    report.table(words(&[""; 0], &rows));
     if !road.levels.is_empty() {
         let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), format!("{:.1}", at.level)]);
-        report.push("\n");
-        report.push(aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &level.collect::<Vec<_>>()));
+        report.text("\n");
+        report.table(aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &level.collect::<Vec<_>>()));
     }
-    report.push("\n");
-    road.report.notes.iter().for_each(|note| report.push(format!("note: {note}\n")));
+    report.text("\n");
+    road.report.notes.iter().for_each(|note| report.text(format!("note: {note}\n")));
     report
 }

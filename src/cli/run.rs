@@ -64,10 +64,10 @@ impl RunArguments {
 pub fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
     let mut told = Report::default();
     if !context.options.quiet {
-        told.push(report_text(report));
+        told.text(report_text(report));
     }
     if let Some(costs) = costs {
-        told.push("\n");
+        told.text("\n");
         told.append(costs);
     }
     print_report(&told)?;

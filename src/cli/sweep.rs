@@ -105,7 +105,7 @@ impl SweepArguments {
         let mut report = Report::default();
         for (index, block) in blocks.iter().enumerate() {
             if index > 0 {
-                report.push("\n");
+                report.text("\n");
             }
             report.append(block.report());
         }

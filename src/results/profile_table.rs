@@ -19,16 +19,16 @@ pub fn cost_table(cost: &Cost) -> Report {
     let meter = &cost.stages.meter;
     let steps = meter.counted(Counter::Steps);
     let mut report = Report::default();
-    report.push(stages(cost));
-    report.push("\n");
+    report.table(stages(cost));
+    report.text("\n");
     if steps > 0 {
-        report.push(step(meter, steps, cost.machine_peak));
-        report.push("\n");
+        report.table(step(meter, steps, cost.machine_peak));
+        report.text("\n");
     }
     if let Some(line) = compliance(cost) {
-        report.push(format!("{line}\n\n"));
+        report.text(format!("{line}\n\n"));
     }
-    report.push(counters(meter));
+    report.table(counters(meter));
     report
 }
 

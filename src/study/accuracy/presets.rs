@@ -62,7 +62,7 @@ pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
                     settings.contact.cells_across = Some(points.div_ceil(2));
                 });
             }
-            Knob { name: format!("around {name}"), kind: Kind::Neighbour, anchor: None, steps: Ok(steps) }
+            Knob::new(&format!("around {name}"), Kind::Neighbour, None, Ok(steps))
         })
         .collect()
 }

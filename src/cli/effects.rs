@@ -9,9 +9,10 @@ use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::study::effects::{self, Comparison, Effect, Worth};
 use tyrewave::study::trial::{Trial, level_changes};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 /// Longest time rolled for each variant unless asked for \[s\].
 const LONGEST: f64 = 3.0;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use npyz::{DType, NpyFile, Order, TypeChar};
 
-use super::CliError;
+use super::error::CliError;
 
 /// Steepest median slope that is taken for metres: real textures, steps and spikes included, stay below 2.
 const STEEPEST: f64 = 20.0;

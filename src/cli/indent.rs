@@ -9,8 +9,8 @@ use tyrewave::half_space::convolution::Extent;
 use tyrewave::half_space::rough::{Control, HeightMap, Limits, indent};
 use tyrewave::results::npy::{NpyWriter, Row};
 
-use super::CliError;
 use super::context::print;
+use super::error::CliError;
 use super::heights::Heights;
 use super::options::{poisson_ratio, positive};
 

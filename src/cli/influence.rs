@@ -19,9 +19,10 @@ use tyrewave::tyre::influence_view::{
 };
 use tyrewave::tyre::rational::RationalModel;
 
+use super::context::Context;
+use super::error::CliError;
 use super::influence_cost::CostReport;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static \

@@ -13,8 +13,8 @@ use tyrewave::run::prepare::open_road;
 use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::study::calibration::{calibrate, calibrated};
 
-use super::context::{print, print_report};
-use super::{CliError, Context};
+use super::context::{Context, print, print_report};
+use super::error::CliError;
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use tyrewave::run;
 
+use super::context::Context;
+use super::error::CliError;
 use super::profiling::ProfileOptions;
 use super::run::end;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 While a run goes on it stands in RESULTS.partial-NUMBER, with a checkpoint of its state every minute \

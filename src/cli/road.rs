@@ -14,8 +14,9 @@ use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 use tyrewave::study::sweep::{Axes, variants};
 
+use super::context::Context;
+use super::error::CliError;
 use super::side::{Place, Side};
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \

@@ -13,9 +13,10 @@ use tyrewave::run::progress::Progress;
 use tyrewave::scene::TimeRule;
 use tyrewave::study::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Damping and phase error say what a rule makes of a mode: a decay that is not the tyre's, relative to the angular \

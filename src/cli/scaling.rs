@@ -10,7 +10,8 @@ use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::{Report, aligned};
 
-use super::{CliError, Context};
+use super::context::Context;
+use super::error::CliError;
 
 /// Cores that the limit is stated for.
 const WORKSTATION: usize = 64;

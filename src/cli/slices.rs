@@ -17,8 +17,9 @@ use tyrewave::run::RunError;
 use tyrewave::run::prepare::{in_scene, road_lattice, road_limits, slice_builder};
 use tyrewave::scene::{LoadedScene, Slices};
 
+use super::context::Context;
+use super::error::CliError;
 use super::side::{Place, Side};
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the \

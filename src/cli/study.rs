@@ -4,13 +4,14 @@ use clap::Args;
 use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
 use tyrewave::results::table::{Report, Table, aligned, words};
 use tyrewave::scene::{Contact, Numerics, Scene};
-use tyrewave::study::accuracy::presets::{LARGEST_EXCESS, Verdict, verdicts};
+use tyrewave::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
 use tyrewave::study::accuracy::{Cost, Joint, Kind, Knob, Point, Richardson, Study, StudyOptions, Sweep, study};
 use tyrewave::study::trial::{Difference, LOWEST_BAND};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, \

@@ -4,8 +4,9 @@ use std::fmt;
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
 
-/// Blanks beside a cell's content.
+/// Blanks beside a cell's content, and between two columns.
 const PADDING: usize = 2;
+const GAP: usize = 1;
 
 /// A table with a line under its header.
 #[derive(Clone, Debug)]
@@ -52,9 +53,9 @@ impl Table {
         for column in 0..count {
             if used + widest(column) > width && parts[parts.len() - 1].len() > 1 {
                 parts.push(vec![0]);
-                used = widest(0);
+                used = widest(0) + GAP;
             }
-            used += widest(column);
+            used += widest(column) + GAP;
             let last = parts.len() - 1;
             parts[last].push(column);
         }

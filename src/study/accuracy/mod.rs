@@ -16,6 +16,7 @@ pub mod lab;
 pub mod presets;
 pub mod richardson;
 pub mod settings;
+pub mod verdict;
 
 use std::sync::atomic::AtomicBool;
 

@@ -3,8 +3,8 @@
 use clap::{Args, Subcommand};
 use tyrewave::tyre::poles::cache::Cache;
 
-use super::CliError;
 use super::context::print;
+use super::error::CliError;
 
 const EXAMPLES: &str = "\
 A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use tyrewave::tyre::layers::cases;
 
-use super::CliError;
 use super::context::print;
+use super::error::CliError;
 
 const EXAMPLES: &str = "\
 The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. \

@@ -9,9 +9,10 @@ use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::study::effects::{self, Comparison, Effect, Worth};
 use tyrewave::study::trial::{Trial, level_changes};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 /// Longest time rolled for each variant unless asked for \[s\].
 const LONGEST: f64 = 3.0;
@@ -56,7 +57,7 @@ impl EffectsArguments {
                 side.picture(name, plot.to_svg())?;
             }
         }
-        report.push("\n");
+        report.text("\n");
         side.finish(context, &report)
     }
 }
@@ -160,15 +161,15 @@ fn report(comparison: &Comparison) -> Report {
         "memory, planned",
     ];
     let mut report = Report::default();
-    report.push(aligned(&header, &rows));
-    report.push("\n+ alone, compared with none; - all but this, compared with all\n");
+    report.table(aligned(&header, &rows));
+    report.text("\n+ alone, compared with none; - all but this, compared with all\n");
     if !comparison.doubts.is_empty() {
-        report.push("local compliance: known within a factor of two; compared with all\n");
+        report.text("local compliance: known within a factor of two; compared with all\n");
     }
-    report.push("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
+    report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
-            report.push(format!("{}: not in this scene: {reason}\n", worth.effect.title()));
+            report.text(format!("{}: not in this scene: {reason}\n", worth.effect.title()));
         }
     }
     for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {
@@ -182,8 +183,8 @@ fn report(comparison: &Comparison) -> Report {
             [band.band.label(), format!("{:.1}", band.level)].into_iter().chain(runs.iter().map(change)).collect()
         };
         let bands: Vec<Vec<String>> = base.levels.iter().enumerate().map(row).collect();
-        report.push("\n");
-        report.push(aligned(&header, &bands));
+        report.text("\n");
+        report.table(aligned(&header, &bands));
     }
     report
 }

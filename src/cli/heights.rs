@@ -6,7 +6,7 @@ use std::path::Path;
 
 use npyz::{DType, NpyFile, Order, TypeChar};
 
-use super::CliError;
+use super::error::CliError;
 
 /// Steepest median slope that is taken for metres: real textures, steps and spikes included, stay below 2.
 const STEEPEST: f64 = 20.0;
@@ -85,8 +85,8 @@ impl Heights {
         let unit = if slope < 1e3 * STEEPEST { "millimetres" } else { "micrometres" };
         let [least, greatest] = [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
         Err(CliError::Usage(format!(
-            "the median slope of {} is {slope:.0}: heights or cell sizes are not in metres (most likely the heights are \
-             in {unit}; they rise from {least} to {greatest})",
+            "the median slope of {} is {slope:.0}: heights or cell sizes are not in metres (most likely the heights \
+             are in {unit}; they rise from {least} to {greatest})",
             path.display()
         )))
     }

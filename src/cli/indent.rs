@@ -8,8 +8,8 @@ use serde_json::json;
 use tyrewave::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
 use tyrewave::results::npy::{NpyWriter, Row};
 
-use super::CliError;
 use super::context::print;
+use super::error::CliError;
 use super::heights::Heights;
 use super::options::{poisson_ratio, positive};
 

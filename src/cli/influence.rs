@@ -17,15 +17,16 @@ use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::RationalModel;
 use tyrewave::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 
+use super::context::Context;
+use super::error::CliError;
 use super::influence_cost::CostReport;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static \
 influence beside the half-space's, and an element's mobility from the fit beside the sums. Printed, and in \
-influence.json: poles, samples and errors; causality of the tyre's own laws and of the hysteretic one. Of the scene its \
-tyre, elements, speed and tolerances count.
+influence.json: poles, samples and errors; causality of the tyre's own laws and of the hysteretic one. Of the scene \
+its tyre, elements, speed and tolerances count.
 
 Examples:
   tyrewave influence scenes/default.toml
@@ -92,7 +93,7 @@ impl InfluenceArguments {
         let (checks, statistics) = (view.checks(), model.statistics());
         let worst = |value: &dyn Fn(usize) -> f64| (0..statistics.len()).map(value).fold(0.0, f64::max);
         let mut report = Report::default();
-        report.push(format!(
+        report.text(format!(
             "{} poles for {} wavenumbers, {} in {fit_seconds:.2} s, {} compliance evaluations\n\
              largest error on fresh points: axis {:.1e}, real axis {:.1e}, belt {:.1e} (tolerance {:.1e})\n",
             model.order(),
@@ -104,7 +105,7 @@ impl InfluenceArguments {
             worst(&|n| statistics[n].bottom_error),
             model.tolerance,
         ));
-        report.push(causality_table(&checks));
+        report.table(causality_table(&checks));
         let mut answer = json!({
             "causality": checks,
             "cost": null,
@@ -117,7 +118,7 @@ impl InfluenceArguments {
                 .map_err(|error| refused(&loaded, error, "another tolerance"))?;
             side.picture("influence_cost.svg", costs.plot(&title))?;
             answer["cost"] = costs.to_json();
-            report.push("\n");
+            report.text("\n");
             report.append(costs.report());
         }
         side.file("influence.json", format!("{answer:#}\n"));

@@ -17,8 +17,11 @@ const PARTS: [usize; 4] = [1, 2, 4, 8];
 /// Pairs of fits, one thread and all, of which the fastest count.
 const PAIRS: usize = 3;
 
+/// A number of a fit.
+type Measure = fn(&FitCost) -> f64;
+
 /// What grows, in the order of the picture.
-const QUANTITIES: [(&str, fn(&FitCost) -> f64); 3] = [
+const QUANTITIES: [(&str, Measure); 3] = [
     ("time", |cost| cost.seconds),
     ("compliance evaluations", |cost| cost.evaluations as f64),
     ("poles", |cost| cost.order as f64),
@@ -81,7 +84,7 @@ impl CostReport {
     pub fn report(&self) -> Report {
         let mut report = Report::default();
         for (title, costs, x) in [
-            ("elements", &self.elements, (|cost| cost.elements as f64) as fn(&FitCost) -> f64),
+            ("elements", &self.elements, (|cost| cost.elements as f64) as Measure),
             ("layers", &self.layers, |cost| cost.layers as f64),
         ] {
             let row = |cost: &FitCost| {
@@ -94,14 +97,14 @@ impl CostReport {
                 ]
             };
             let mut rows: Vec<_> = costs.iter().map(row).collect();
-            let exponent = |(_, y): (&str, fn(&FitCost) -> f64)| format!("{:.2}", line(costs, x, y));
+            let exponent = |(_, y): (&str, Measure)| format!("{:.2}", line(costs, x, y));
             let [time, evaluations, poles] = QUANTITIES.map(exponent);
             rows.push(["exponent".to_owned(), evaluations, poles, time, String::new()]);
-            report.push(aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
-            report.push("\n");
+            report.table(aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
+            report.text("\n");
         }
         let (alone, threads, together) = self.threads;
-        report.push(format!(
+        report.text(format!(
             "{alone:.2} s on one thread, {together:.2} s on {threads}: parallel efficiency {:.2}\n",
             self.efficiency()
         ));

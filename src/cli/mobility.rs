@@ -8,9 +8,10 @@ use tyrewave::results::table::{Report, csv};
 use tyrewave::run::Progress;
 use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over \

@@ -12,8 +12,8 @@ use tyrewave::run::prepare::open_road;
 use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::study::calibration::{calibrate, calibrated};
 
-use super::context::{print, print_report};
-use super::{CliError, Context};
+use super::context::{Context, print, print_report};
+use super::error::CliError;
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
@@ -90,7 +90,7 @@ fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
 fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
     let mut text = Report::default();
     let numerics = &loaded.scene.numerics;
-    text.push(format!(
+    text.text(format!(
         "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
         loaded.title(),
         numerics.elements,
@@ -108,15 +108,15 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
             [row.effect.to_owned(), state.to_owned(), row.form.clone(), row.reason.clone()]
         })
         .collect();
-    text.push(words(&["effect", "", "how", "why"], &effects));
+    text.table(words(&["effect", "", "how", "why"], &effects));
     if !plan.choices.is_empty() {
         let rows: Vec<[String; 3]> = plan
             .choices
             .iter()
             .map(|choice| [choice.key.to_owned(), choice.value.clone(), choice.reason.clone()])
             .collect();
-        text.push("\n");
-        text.push(words(&["chosen", "", "why"], &rows));
+        text.text("\n");
+        text.table(words(&["chosen", "", "why"], &rows));
     }
     let stages: Vec<[String; 3]> = forecast
         .stages
@@ -130,16 +130,16 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
             ["all cores".to_owned(), format!("{:.3} s", forecast.core_seconds()), String::new()],
         ])
         .collect();
-    text.push("\n");
-    text.push(aligned(&["stage", "time", ""], &stages));
+    text.text("\n");
+    text.table(aligned(&["stage", "time", ""], &stages));
     let counters: Vec<[String; 2]> = plan
         .amounts
         .counters
         .iter()
         .map(|&(counter, amount)| [counter_title(counter).to_owned(), grouped(amount as u64)])
         .collect();
-    text.push("\n");
-    text.push(aligned(&["work", "about"], &counters));
+    text.text("\n");
+    text.table(aligned(&["work", "about"], &counters));
     let memory: Vec<[String; 2]> = plan
         .amounts
         .memory
@@ -153,12 +153,12 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
             .map(|(what, each)| [what, bytes(each * forecast.threads as f64)]),
         )
         .collect();
-    text.push("\n");
-    text.push(aligned(&["memory", "about"], &memory));
+    text.text("\n");
+    text.table(aligned(&["memory", "about"], &memory));
     for note in &plan.decisions.notes {
-        text.push(format!("\nnote: {note}\n"));
+        text.text(format!("\nnote: {note}\n"));
     }
-    text.push(format!(
+    text.text(format!(
         "\nabout {:.2} s on {} threads, at most {} of memory, {} of results\n",
         forecast.wall_seconds,
         forecast.threads,

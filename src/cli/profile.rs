@@ -12,9 +12,10 @@ use tyrewave::performance::record::RecordedWorkload;
 use tyrewave::performance::verdict::{Effort, Side, judge};
 use tyrewave::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 
+use super::context::Context;
 use super::context::print;
+use super::error::CliError;
 use super::scaling::ScalingArguments;
-use super::{CliError, Context};
 
 /// Where records are committed.
 const RECORDS: &str = "profiles/record";

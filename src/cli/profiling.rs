@@ -10,7 +10,8 @@ use tyrewave::results::table::Report;
 use tyrewave::results::trace::{chrome_trace, folded_stacks};
 use tyrewave::run::RunReport;
 
-use super::{CliError, Context};
+use super::context::Context;
+use super::error::CliError;
 
 /// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
 #[derive(Clone, Debug, Default, Args)]

@@ -1,4 +1,4 @@
-//! Progress on the terminal: simulated time, real-time factor, time to go.
+//! Progress on the terminal, in lines of at most 80 columns: simulated time, real-time factor, time to go.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -49,7 +49,7 @@ impl Progress for TerminalProgress {
         let rate = move |state: &ProgressState| {
             state.pos().saturating_sub(done) as f64 / begin.elapsed().as_secs_f64().max(f64::MIN_POSITIVE)
         };
-        let style = style("{msg} {bar:30} {percent:>3} %, {simulated}, {factor}, {left} to go")
+        let style = style("{msg} {bar:12} {percent:>3} %, {simulated}, {factor}, {left} to go")
             .with_key("simulated", move |state: &ProgressState, out: &mut dyn Write| {
                 let all = state.len().unwrap_or(0) as f64 * time_step;
                 // Nothing can be done about a line that cannot be drawn.
@@ -61,7 +61,7 @@ impl Progress for TerminalProgress {
             .with_key("left", move |state: &ProgressState, out: &mut dyn Write| {
                 let left = state.len().unwrap_or(0).saturating_sub(state.pos()) as f64 / rate(state);
                 let _ = match Duration::try_from_secs_f64(left.round()) {
-                    Ok(left) => write!(out, "{}", HumanDuration(left)),
+                    Ok(left) => write!(out, "{:#}", HumanDuration(left)),
                     Err(_) => write!(out, "?"),
                 };
             });
@@ -95,7 +95,7 @@ pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     ProgressBar::with_draw_target(Some(pieces), target)
         .with_prefix(title.to_owned())
-        .with_style(style("{prefix} {bar:30} {percent:>3} %, {elapsed}, {msg}"))
+        .with_style(style("{prefix} {bar:20} {percent:>3} %, {elapsed}, {msg}"))
 }
 
 /// A style from a template of ours; should indicatif ever dislike it, its own does.

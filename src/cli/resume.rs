@@ -5,19 +5,20 @@ use std::path::PathBuf;
 use clap::Args;
 use tyrewave::run;
 
+use super::context::Context;
+use super::error::CliError;
 use super::profiling::ProfileOptions;
 use super::run::end;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 While a run goes on it stands in RESULTS.partial-NUMBER, with a checkpoint of its state every minute \
-(outputs.checkpoint_interval in the scene, in seconds; 0 for none but at an interruption). Ctrl-C and SIGTERM write one \
-more and keep everything as RESULTS.partial; a killed process, a power cut or a full disk leaves the last one. The \
+(outputs.checkpoint_interval in the scene, in seconds; 0 for none but at an interruption). Ctrl-C and SIGTERM write \
+one more and keep everything as RESULTS.partial; a killed process, a power cut or a full disk leaves the last one. The \
 results are the same bytes as if the run had never stopped, on any number of threads.
 
 RESULTS is the folder that the run would have written to, or the unfinished one itself where there are several. The \
-scene is kept with it: its file is not needed, but a measured road's is. Refused are a checkpoint of another version of \
-tyrewave or another scene, a damaged one, a road file that has changed, and a run that is still going on.
+scene is kept with it: its file is not needed, but a measured road's is. Refused are a checkpoint of another version \
+of tyrewave or another scene, a damaged one, a road file that has changed, and a run that is still going on.
 
 Examples:
   tyrewave resume results/default

@@ -14,8 +14,9 @@ use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 use tyrewave::study::sweep::{Axes, variants};
 
+use super::context::Context;
+use super::error::CliError;
 use super::side::{Place, Side};
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \
@@ -109,13 +110,13 @@ fn report(road: &RoadDescription) -> Report {
         ),
     );
     let mut report = Report::default();
-    report.push(words(&[""; 0], &rows));
+    report.table(words(&[""; 0], &rows));
     if !road.levels.is_empty() {
         let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), format!("{:.1}", at.level)]);
-        report.push("\n");
-        report.push(aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &level.collect::<Vec<_>>()));
+        report.text("\n");
+        report.table(aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &level.collect::<Vec<_>>()));
     }
-    report.push("\n");
-    road.report.notes.iter().for_each(|note| report.push(format!("note: {note}\n")));
+    report.text("\n");
+    road.report.notes.iter().for_each(|note| report.text(format!("note: {note}\n")));
     report
 }

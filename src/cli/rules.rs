@@ -8,14 +8,15 @@ use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::Plan;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::table::{Report, aligned, csv, words};
+use tyrewave::results::table::{Report, aligned, words};
 use tyrewave::run::progress::Progress;
 use tyrewave::scene::TimeRule;
 use tyrewave::study::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Damping and phase error say what a rule makes of a mode: a decay that is not the tyre's, relative to the angular \
@@ -81,7 +82,7 @@ impl RulesArguments {
             let found = work_precision(&side.loaded, &COMPARED, &steps, finest, highest, duration, stop)?;
             side.file("work.csv", work_csv(&found));
             side.picture("work.svg", work_plot(&title, &found).to_svg())?;
-            report.push("\n");
+            report.text("\n");
             report.append(work_report(&found, highest));
         }
         drop(progress);
@@ -137,8 +138,8 @@ fn rules_report(reports: &[RuleReport], time_step: f64) -> Report {
         row
     };
     let mut report = Report::default();
-    report.push(format!("dt = {time_step:.3e} s\n"));
-    report.push(words(&header, &reports.iter().map(row).collect::<Vec<_>>()));
+    report.text(format!("dt = {time_step:.3e} s\n"));
+    report.table(words(&header, &reports.iter().map(row).collect::<Vec<_>>()));
     report
 }
 
@@ -186,28 +187,22 @@ fn work_report(work: &WorkPrecision, highest: f64) -> Report {
         ]
     };
     let mut report = Report::default();
-    report.push(format!(
+    report.text(format!(
         "Total force up to {highest:.0} Hz, relative to its root mean square; \
          the two fine references differ by {:.1e}\n",
         work.doubt
     ));
-    report.push(aligned(&header, &work.points.iter().map(row).collect::<Vec<_>>()));
+    report.table(aligned(&header, &work.points.iter().map(row).collect::<Vec<_>>()));
     report
 }
 
 fn work_csv(work: &WorkPrecision) -> String {
-    let header = ["rule", "substeps", "error", "multiply_adds", "solves", "seconds"].map(str::to_owned);
-    let row = |point: &WorkPoint| {
-        [
-            point.rule.name().to_owned(),
-            point.substeps.to_string(),
-            point.error.to_string(),
-            point.multiply_adds.to_string(),
-            point.solves.to_string(),
-            point.wall.as_secs_f64().to_string(),
-        ]
-    };
-    csv([header].into_iter().chain(work.points.iter().map(row)))
+    let mut text = String::from("rule,substeps,error,multiply_adds,solves,seconds\n");
+    for WorkPoint { rule, substeps, error, multiply_adds, solves, wall } in &work.points {
+        let (rule, seconds) = (rule.name(), wall.as_secs_f64());
+        text += &format!("{rule},{substeps},{error},{multiply_adds},{solves},{seconds}\n");
+    }
+    text
 }
 
 fn work_plot<'a>(title: &'a str, work: &WorkPrecision) -> LinePlot<'a> {

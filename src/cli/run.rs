@@ -10,9 +10,9 @@ use tyrewave::results::table::Report;
 use tyrewave::run::{self, RunOptions, RunReport};
 use tyrewave::scene::Scene;
 
-use super::context::print_report;
+use super::context::{Context, print_report};
+use super::error::CliError;
 use super::profiling::ProfileOptions;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, \
@@ -64,10 +64,10 @@ impl RunArguments {
 pub fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
     let mut told = Report::default();
     if !context.options.quiet {
-        told.push(report_text(report));
+        told.text(report_text(report));
     }
     if let Some(costs) = costs {
-        told.push("\n");
+        told.text("\n");
         told.append(costs);
     }
     print_report(&told)?;

@@ -10,7 +10,8 @@ use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::{Report, aligned};
 
-use super::{CliError, Context};
+use super::context::Context;
+use super::error::CliError;
 
 /// Cores that the limit is stated for.
 const WORKSTATION: usize = 64;
@@ -47,7 +48,7 @@ impl ScalingArguments {
         folder.write_text("scaling.svg", &plot(&scaling)?)?;
         let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
         let place = folder.finish(Summary::begun("Scaling", serde_json::Value::Null, cost))?;
-        text.push("\n");
+        text.text("\n");
         context.answer(&text, &place)
     }
 }
@@ -83,7 +84,7 @@ fn text(scaling: &Scaling) -> Report {
     let rows: Vec<[String; 8]> = scaling.ladders.iter().map(row).collect();
     let header = ["size", "cost", "from - to", "time", "exponent", "of the work", "expected", "why"];
     let mut text = Report::default();
-    text.push(aligned(&header, &rows));
+    text.table(aligned(&header, &rows));
     let row = |ladder: &ThreadLadder| {
         let rung = |((threads, seconds), speedup): (&(usize, f64), f64)| {
             format!("{threads}: {} ({speedup:.2}, efficiency {:.2})", time(*seconds), speedup / *threads as f64)
@@ -98,8 +99,8 @@ fn text(scaling: &Scaling) -> Report {
     };
     let rows: Vec<[String; 4]> = scaling.threads.iter().map(row).collect();
     let header = ["elements", "threads: time of the steps (times faster)", "stays on one core", "at most, on 64 cores"];
-    text.push("\n");
-    text.push(aligned(&header, &rows));
+    text.text("\n");
+    text.table(aligned(&header, &rows));
     text
 }
 

@@ -11,7 +11,8 @@ use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultsFolder};
 use tyrewave::scene::{LoadedScene, Scene};
 
-use super::{CliError, Context};
+use super::context::Context;
+use super::error::CliError;
 
 /// A scene, and where the results of a command that is not `run` go.
 #[derive(Clone, Debug, Args)]

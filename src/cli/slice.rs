@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use serde::Serialize;
 use tyrewave::road::slices::{SliceBuilder, SliceScratch};
 
-use super::CliError;
 use super::context::print;
+use super::error::CliError;
 use super::heights::Heights;
 use super::options::{finite, poisson_ratio, positive};
 

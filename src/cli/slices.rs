@@ -16,8 +16,9 @@ use tyrewave::road::{Lattice, RoadSurface};
 use tyrewave::run::prepare::{in_scene, road_lattice, road_limits, slice_builder};
 use tyrewave::scene::{LoadedScene, Slices};
 
+use super::context::Context;
+use super::error::CliError;
 use super::side::{Place, Side};
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the \
@@ -121,7 +122,7 @@ impl SlicesArguments {
             answer["calibration"] = json!(calibration);
             match &calibration {
                 Some(found) => report.append(calibration_report(found)),
-                None => report.push("the road has no texture: nothing to calibrate\n"),
+                None => report.text("the road has no texture: nothing to calibrate\n"),
             }
         }
         draw(&mut side, &sample, [&curves[0][0], &curves[1][0]])?;
@@ -193,10 +194,10 @@ fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
 fn spread_report(spread: &[Spread], slices: usize, errors: [f64; 2]) -> Report {
     let mut report = Report::default();
     if spread.is_empty() {
-        report.push("the road is flat under every element: S(y) = y by every law\n");
+        report.text("the road is flat under every element: S(y) = y by every law\n");
         return report;
     }
-    report.push(format!("S(y)/y over {slices} slices, mean and standard deviation\n"));
+    report.text(format!("S(y)/y over {slices} slices, mean and standard deviation\n"));
     let row = |row: &Spread| {
         let law = |law: usize| format!("{:.3} +- {:.3}", row.mean[law], row.deviation[law]);
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
@@ -204,9 +205,9 @@ fn spread_report(spread: &[Spread], slices: usize, errors: [f64; 2]) -> Report {
         [y, law(0), law(1), percent(row.difference), percent(row.contact_fraction)]
     };
     let header = ["y [mm]", LAWS[0].1, LAWS[1].1, "rms difference", "area in contact"];
-    report.push(numbers(&header, &spread.iter().map(row).collect::<Vec<_>>()));
+    report.table(numbers(&header, &spread.iter().map(row).collect::<Vec<_>>()));
     let [winkler, half_space] = errors.map(|error| 1e6 * error);
-    report.push(format!("largest error of a curve by leaving breakpoints out: {winkler:.2} um, {half_space:.2} um\n"));
+    report.text(format!("largest error of a curve by leaving breakpoints out: {winkler:.2} um, {half_space:.2} um\n"));
     report
 }
 
@@ -289,7 +290,7 @@ fn calibration_report(found: &Calibration) -> Report {
     let millimetres = |compliance: f64| format!("{:.2} mm", 1e3 * compliance * found.effective_modulus);
     let [length, width] = found.size.map(|size| 1e3 * size);
     let mut report = Report::default();
-    report.push(format!(
+    report.text(format!(
         "\nCompliance of the local contact law: {} patches of {length:.0} by {width:.0} mm, E* = {:.2} MPa, \
          {} elements each\n",
         found.patches,
@@ -317,8 +318,8 @@ fn calibration_report(found: &Calibration) -> Report {
         row("by approach", &found.by_approach, &|difference| format!("{:.3} mm", 1e3 * difference)),
         row("by line pressure", &found.by_line_pressure, &|difference| format!("{:.1} %", 100.0 * difference)),
     ];
-    report.push(aligned(&header, &rows));
-    report.push("\n");
+    report.table(aligned(&header, &rows));
+    report.text("\n");
     let header = ["pressure", "contact", "approach", "of the law", "by formula", "line pressures", "by formula"];
     let rows: Vec<[String; 7]> = found
         .levels
@@ -340,10 +341,10 @@ fn calibration_report(found: &Calibration) -> Report {
             ]
         })
         .collect();
-    report.push(aligned(&header, &rows));
-    report.push("line pressures: correlation and rms difference, local law against three dimensions\n\n");
+    report.table(aligned(&header, &rows));
+    report.text("line pressures: correlation and rms difference, local law against three dimensions\n\n");
     // The approach is what the law must give in the mean, and patches agree best on it; the pressures hardly tell
     // compliances apart.
-    report.push(format!("[contact]\nlocal_compliance = {:.3e}\n\n", found.by_approach.compliance));
+    report.text(format!("[contact]\nlocal_compliance = {:.3e}\n\n", found.by_approach.compliance));
     report
 }

@@ -2,15 +2,16 @@
 
 use clap::Args;
 use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
-use tyrewave::results::table::{Report, Table, aligned, csv, words};
-use tyrewave::scene::Scene;
-use tyrewave::study::accuracy::presets::{LARGEST_EXCESS, Verdict, verdicts};
-use tyrewave::study::accuracy::{Joint, Kind, Point, Richardson, Settings, Study, StudyOptions, Sweep, Swept, study};
+use tyrewave::results::table::{Report, Table, aligned, words};
+use tyrewave::scene::{Contact, Numerics, Scene};
+use tyrewave::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
+use tyrewave::study::accuracy::{Cost, Joint, Kind, Knob, Point, Richardson, Study, StudyOptions, Sweep, study};
 use tyrewave::study::trial::{Difference, LOWEST_BAND};
 
+use super::context::Context;
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, \
@@ -75,14 +76,14 @@ impl StudyArguments {
         drop(progress);
         let verdicts = verdicts(&found);
         let mut report = report(&found, &loaded.scene);
-        report.push("\nPresets:\n");
-        report.push(verdict_table(&verdicts));
+        report.text("\nPresets:\n");
+        report.table(verdict_table(&verdicts));
         let picture = picture(&found, &loaded.title()).to_svg();
         side.file("study.txt", report.to_string());
-        side.file("study.csv", to_csv(&found));
+        side.file("study.csv", csv(&found));
         side.file("study.json", json(&found));
         side.picture("study.svg", picture)?;
-        report.push("\n");
+        report.text("\n");
         side.finish(context, &report)?;
         let fails = |verdict: &&Verdict| !(verdict.keeps_its_error() && verdict.is_on_the_front());
         let failed: Vec<&str> = verdicts.iter().filter(fails).map(|verdict| verdict.preset.name()).collect();
@@ -134,7 +135,7 @@ fn row(label: String, point: &Point, doubt: &Difference) -> [String; 10] {
 fn report(study: &Study, scene: &Scene) -> Report {
     let Study { options, reference, doubt, .. } = study;
     let mut report = Report::default();
-    report.push(format!(
+    report.text(format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held; {} threads\n\
          reference: {}\n\n\
          How sure the reference is: the same with a knob halved and doubled, the order that shows, the error that is \
@@ -163,8 +164,8 @@ fn report(study: &Study, scene: &Scene) -> Report {
             [knob.to_owned(), currency.to_owned(), coarse, fine, order, error]
         }));
     }
-    report.push(words(&["", "difference of", "halved", "doubled", "order", "left"], &refined));
-    report.push(format!(
+    report.table(words(&["", "difference of", "halved", "doubled", "order", "left"], &refined));
+    report.text(format!(
         "doubt: {:.2} dB worst, {:.2} dB rms, force {:.2e}, mean force {:.1e}, patch {:.1e}; \
          smaller errors are marked ~\n",
         doubt.worst, doubt.rms, doubt.force, doubt.mean_force, doubt.contact_length
@@ -174,20 +175,20 @@ fn report(study: &Study, scene: &Scene) -> Report {
         (Kind::Neighbour, "Settings around the presets"),
         (Kind::Model, "Laws: another model, not an error"),
     ] {
-        let knobs: Vec<&Swept> = study.knobs.iter().filter(|knob| knob.kind == kind).collect();
+        let knobs: Vec<&Knob> = study.knobs.iter().filter(|knob| knob.kind == kind).collect();
         if knobs.is_empty() {
             continue;
         }
         let points = knobs.iter().flat_map(|knob| knob.points.iter().map(move |point| (&knob.name, point)));
         let rows = points.map(|(name, point)| row(format!("{name} {}", point.label), point, doubt));
-        report.push(format!("\n{title}:\n"));
-        report.push(aligned(&HEADER, &rows.collect::<Vec<_>>()));
-        for Swept { name, missing, anchor, .. } in knobs {
+        report.text(format!("\n{title}:\n"));
+        report.table(aligned(&HEADER, &rows.collect::<Vec<_>>()));
+        for Knob { name, missing, anchor, .. } in knobs {
             if let Some(reason) = missing {
-                report.push(format!("{name}: {reason}\n"));
+                report.text(format!("{name}: {reason}\n"));
             }
             if let Some(anchor) = anchor {
-                report.push(format!("{name}: compared with {}\n", anchor.label(scene)));
+                report.text(format!("{name}: compared with {}\n", anchor.label(scene)));
             }
         }
     }
@@ -204,14 +205,14 @@ fn report(study: &Study, scene: &Scene) -> Report {
             ]
         };
         let header = ["", "expected [dB]", "found [dB]", "expected work/s", "found work/s", "march [s/s]"];
-        report.push("\nCombinations, in the order of their choice:\n");
-        report.push(aligned(&header, &study.joint.iter().map(row).collect::<Vec<_>>()));
+        report.text("\nCombinations, in the order of their choice:\n");
+        report.table(aligned(&header, &study.joint.iter().map(row).collect::<Vec<_>>()));
     }
     for (title, points) in [("Settings with a name", &study.named), ("Front, by exact work", &study.front)] {
         let rows: Vec<[String; 10]> = points.iter().map(|point| row(point.label.clone(), point, doubt)).collect();
-        report.push(format!("\n{title}:\n"));
-        report.push(aligned(&HEADER, &rows));
-        points.iter().for_each(|point| report.push(format!("{}: {}\n", point.label, point.settings.label(scene))));
+        report.text(format!("\n{title}:\n"));
+        report.table(aligned(&HEADER, &rows));
+        points.iter().for_each(|point| report.text(format!("{}: {}\n", point.label, point.settings.label(scene))));
     }
     report
 }
@@ -231,66 +232,34 @@ fn verdict_table(verdicts: &[Verdict]) -> Table {
     aligned(&["", "stated [dB]", "found [dB]", "work / front's", ""], &rows)
 }
 
-/// Columns of `study.csv`.
-const COLUMNS: [&str; 21] = [
-    "group",
-    "point",
-    "elements",
-    "substeps",
-    "time_rule",
-    "pole_tolerance",
-    "cells_across",
-    "slice_tolerance_m",
-    "worst_db",
-    "worst_band_hz",
-    "rms_db",
-    "force",
-    "mean_force",
-    "contact_length",
-    "multiply_adds_per_s",
-    "compliance_evaluations",
-    "march_s_per_s",
-    "road_s_per_s",
-    "fit_s",
-    "expected_db",
-    "on_front",
-];
-
 /// All points, one a line.
-fn to_csv(study: &Study) -> String {
-    let row = |group: &str, point: &Point, expected: Option<f64>| {
-        let Point { label, settings, difference: found, cost } = point;
-        let Settings { numerics, contact, .. } = settings;
+fn csv(study: &Study) -> String {
+    let mut text = String::from(
+        "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,worst_band_hz,\
+         rms_db,force,mean_force,contact_length,multiply_adds_per_s,compliance_evaluations,march_s_per_s,road_s_per_s,\
+         fit_s,expected_db,on_front\n",
+    );
+    let mut line = |group: &str, point: &Point, expected: Option<f64>| {
+        let Point { label, settings, difference, cost } = point;
+        let Numerics { elements, substeps, time_rule, pole_tolerance, .. } = &settings.numerics;
+        let Contact { cells_across, slice_tolerance, .. } = &settings.contact;
+        let Difference { worst, worst_band, rms, force, mean_force, contact_length } = difference;
+        let Cost { multiply_adds, compliance_evaluations, march, road, fit } = cost;
         let option = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        [
-            group.to_owned(),
-            label.clone(),
-            numerics.elements.to_string(),
-            numerics.substeps.to_string(),
-            numerics.time_rule.name().to_owned(),
-            numerics.pole_tolerance.to_string(),
-            option(contact.cells_across.map(|points| points as f64)),
-            contact.slice_tolerance.to_string(),
-            found.worst.to_string(),
-            found.worst_band.to_string(),
-            found.rms.to_string(),
-            found.force.to_string(),
-            found.mean_force.to_string(),
-            found.contact_length.to_string(),
-            cost.multiply_adds.to_string(),
-            cost.compliance_evaluations.to_string(),
-            cost.march.to_string(),
-            cost.road.to_string(),
-            option(cost.fit),
-            option(expected),
-            study.front.contains(point).to_string(),
-        ]
+        let cells = option(cells_across.map(|points| points as f64));
+        let (rule, fit, expected) = (time_rule.name(), option(*fit), option(expected));
+        let on_front = study.front.contains(point);
+        text += &format!("{group},{label},{elements},{substeps},{rule},{pole_tolerance},{cells},{slice_tolerance},");
+        text += &format!("{worst},{worst_band},{rms},{force},{mean_force},{contact_length},");
+        text += &format!("{multiply_adds},{compliance_evaluations},{march},{road},{fit},{expected},{on_front}\n");
     };
-    let swept = study.knobs.iter().flat_map(|knob| knob.points.iter().map(|point| row(&knob.name, point, None)));
-    let joint = study.joint.iter().map(|joint| row("combination", &joint.point, Some(joint.expected.error)));
-    let named = study.named.iter().map(|point| row("named", point, None));
-    let first = [COLUMNS.map(str::to_owned), row("reference", &study.reference, None)];
-    csv(first.into_iter().chain(swept).chain(joint).chain(named))
+    line("reference", &study.reference, None);
+    for knob in &study.knobs {
+        knob.points.iter().for_each(|point| line(&knob.name, point, None));
+    }
+    study.joint.iter().for_each(|joint| line("combination", &joint.point, Some(joint.expected.error)));
+    study.named.iter().for_each(|point| line("named", point, None));
+    text
 }
 
 /// Everything, for programs.
@@ -303,8 +272,8 @@ const BELOW_DOUBT: f64 = 0.1;
 
 /// Errors against work and against time.
 fn picture<'a>(study: &'a Study, title: &'a str) -> WorkPrecisionPlot<'a> {
-    let drawn = |knob: &&Swept| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty();
-    let drawn: Vec<&Swept> = study.knobs.iter().filter(drawn).collect();
+    let drawn = |knob: &&Knob| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty();
+    let drawn: Vec<&Knob> = study.knobs.iter().filter(drawn).collect();
     let close = || study.knobs.iter().filter(|knob| knob.kind == Kind::Neighbour).flat_map(|knob| &knob.points);
     let largest = study.points().map(|point| point.difference.worst).fold(0.0, f64::max);
     let error = Axis::logarithmic(

@@ -13,10 +13,10 @@ use tyrewave::scene::Scene;
 use tyrewave::study::sweep::table::{csv, growth_plot};
 use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
-use super::context::{print, print_report};
+use super::context::{Context, print, print_report};
+use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-use super::{CliError, Context};
 
 const EXAMPLES: &str = "\
 Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. \
@@ -105,7 +105,7 @@ impl SweepArguments {
         let mut report = Report::default();
         for (index, block) in blocks.iter().enumerate() {
             if index > 0 {
-                report.push("\n");
+                report.text("\n");
             }
             report.append(block.report());
         }

@@ -11,16 +11,16 @@ use crate::counters::{Counter, Stage};
 pub fn cost_table(cost: &Cost) -> Report {
     let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();
-    report.push(stages(cost));
-    report.push("\n");
+    report.table(stages(cost));
+    report.text("\n");
     if steps > 0 {
-        report.push(step(cost, steps));
-        report.push("\n");
+        report.table(step(cost, steps));
+        report.text("\n");
     }
     if let Some(line) = compliance(cost) {
-        report.push(format!("{line}\n\n"));
+        report.text(format!("{line}\n\n"));
     }
-    report.push(counters(cost));
+    report.table(counters(cost));
     report
 }
 

@@ -4,8 +4,9 @@ use std::fmt;
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
 
-/// Blanks beside a cell's content.
+/// Blanks beside a cell's content, and between two columns.
 const PADDING: usize = 2;
+const GAP: usize = 1;
 
 /// A table with a line under its header.
 #[derive(Clone, Debug)]
@@ -52,9 +53,9 @@ impl Table {
         for column in 0..count {
             if used + widest(column) > width && parts[parts.len() - 1].len() > 1 {
                 parts.push(vec![0]);
-                used = widest(0);
+                used = widest(0) + GAP;
             }
-            used += widest(column);
+            used += widest(column) + GAP;
             let last = parts.len() - 1;
             parts[last].push(column);
         }
@@ -100,37 +101,21 @@ impl fmt::Display for Table {
 #[derive(Clone, Debug, Default)]
 pub struct Report(Vec<Part>);
 
-/// A part of a [`Report`].
 #[derive(Clone, Debug)]
-pub enum Part {
-    /// Lines as they are.
+enum Part {
     Text(String),
-    /// A table.
     Table(Table),
 }
 
-impl From<&str> for Part {
-    fn from(text: &str) -> Self {
-        Self::Text(text.to_owned())
-    }
-}
-
-impl From<String> for Part {
-    fn from(text: String) -> Self {
-        Self::Text(text)
-    }
-}
-
-impl From<Table> for Part {
-    fn from(table: Table) -> Self {
-        Self::Table(table)
-    }
-}
-
 impl Report {
-    /// Adds a part.
-    pub fn push(&mut self, part: impl Into<Part>) {
-        self.0.push(part.into());
+    /// Adds lines as they are.
+    pub fn text(&mut self, text: impl Into<String>) {
+        self.0.push(Part::Text(text.into()));
+    }
+
+    /// Adds a table.
+    pub fn table(&mut self, table: Table) {
+        self.0.push(Part::Table(table));
     }
 
     /// Adds all of another report.
@@ -223,8 +208,8 @@ mod tests {
         }
         assert_eq!(table.within(1000), table.to_string());
         let mut report = Report::default();
-        report.push("title\n");
-        report.push(table.clone());
+        report.text("title\n");
+        report.table(table.clone());
         assert_eq!(report.to_string(), format!("title\n{table}"));
     }
 

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::accuracy::presets::{Verdict, verdicts};
+use tyrewave::study::accuracy::verdict::{Verdict, verdicts};
 use tyrewave::study::accuracy::{Study, StudyOptions, Sweep, study};
 
 use crate::common::{scene, shared_road, tyre_tables};

@@ -12,7 +12,13 @@ use crate::common::{read_summary, scene_text};
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\nlevels = [46.0, 46.0, 46.0, 46.0, 46.0]";
 
 fn scene(duration: f64) -> String {
-    let rolling = format!("speed_kmh = 80.0\nwarm_up = 0.2\nduration = {duration:?}\naxle = {{ load = 3000.0 }}");
+    within(duration, 0.05)
+}
+
+/// A scene whose load may be missed by so much.
+fn within(duration: f64, tolerance: f64) -> String {
+    let axle = format!("axle = {{ load = 3000.0, tolerance = {tolerance:?} }}");
+    let rolling = format!("speed_kmh = 80.0\nwarm_up = 0.2\nduration = {duration:?}\n{axle}");
     scene_text(64, ROAD, &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.002")
 }
 
@@ -103,6 +109,22 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     assert!(text(&more.stdout).contains("6 variants, 2 of them found finished"), "{}", text(&more.stdout));
     let (now, _) = table(&place.join("s/sweep.csv"));
     assert!(levels.iter().all(|(key, level)| now[key].to_bits() == level.to_bits()), "made again, the same bits");
+}
+
+#[test]
+fn a_load_that_was_missed_is_marked_told_once_and_an_error_however_often() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), within(0.3, 1e-9)).unwrap();
+    for _ in 0..2 {
+        let missed = output(place, &["scene.toml", "--speed", "80", "--out", "s", "-q"]);
+        let (table, message) = (text(&missed.stdout), text(&missed.stderr));
+        assert_eq!(missed.status.code(), Some(1), "{message}");
+        assert!(message.contains("1 of 1 variants missed their load") && message.contains("80kmh"), "{message}");
+        assert_eq!((table + &message).matches("off the load of").count(), 1, "{message}");
+        assert!(fs::read_to_string(place.join("s/sweep.txt")).unwrap().contains("80 km/h *"));
+        assert!(place.join("s/80kmh/summary.json").exists());
+    }
 }
 
 #[test]

@@ -39,7 +39,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn everything_is_on_the_front_or_beaten_by_it(points in prop::collection::vec((0.0..9.0_f64, 0.0..9.0_f64), 1..40)) {
+        fn everything_is_on_the_front_or_beaten_by_it(
+            points in prop::collection::vec((0.0..9.0_f64, 0.0..9.0_f64), 1..40),
+        ) {
             let on = front(&points);
             for pair in on.windows(2) {
                 prop_assert!(points[pair[0]].0 < points[pair[1]].0 && points[pair[0]].1 > points[pair[1]].1);

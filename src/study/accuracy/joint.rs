@@ -51,21 +51,12 @@ pub struct Joint {
 }
 
 /// All combinations of the settings that were swept, as single knobs let them be expected.
-///
-/// `errors` gives the error of a knob's step \[dB\].
-pub fn candidates(
-    scene: &Scene,
-    reference: &Settings,
-    knobs: &[Knob],
-    highest: f64,
-    errors: &dyn Fn(&Settings) -> Option<f64>,
-) -> Vec<Candidate> {
+pub fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: f64) -> Vec<Candidate> {
     let steps = |name: &str| -> Vec<(Settings, f64)> {
         let knob = knobs.iter().find(|knob| knob.name == name && knob.kind == Kind::Error && knob.anchor.is_none());
-        let all = knob.and_then(|knob| knob.steps.as_ref().ok()).into_iter().flatten();
-        let known = all.filter_map(|(_, settings)| Some((settings.clone(), errors(settings)?)));
+        let known = knob.into_iter().flat_map(|knob| &knob.points);
         // The reference itself, whose error is none.
-        known.chain([(reference.clone(), 0.0)]).collect()
+        known.map(|point| (point.settings.clone(), point.difference.worst)).chain([(reference.clone(), 0.0)]).collect()
     };
     let elements = steps("elements");
     let (poles, cells, curves) = (steps("pole tolerance"), steps("cells"), steps("slice tolerance"));

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::road::Lattice;
 use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
+use crate::study::accuracy::lab::Point;
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 
@@ -20,8 +21,8 @@ pub enum Kind {
     Neighbour,
 }
 
-/// A knob and the settings that it is swept through.
-#[derive(Clone, Debug, PartialEq)]
+/// A knob, and what it is swept through.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Knob {
     /// Its name.
     pub name: String,
@@ -29,8 +30,13 @@ pub struct Knob {
     pub kind: Kind,
     /// What its runs are compared with, where that is not the reference of all.
     pub anchor: Option<Settings>,
-    /// A word for each setting, and all settings; or why the scene cannot have it.
-    pub steps: Result<Vec<(String, Settings)>, String>,
+    /// A word for each setting, and all settings.
+    #[serde(skip)]
+    pub steps: Vec<(String, Settings)>,
+    /// Those that were rolled.
+    pub points: Vec<Point>,
+    /// Why the scene cannot have it, or some of its points.
+    pub missing: Option<String>,
 }
 
 /// Parts of the reference's elements that are swept.
@@ -98,17 +104,27 @@ pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     knobs.push(Knob::error("single precision", Err("not built: all arithmetic is in double precision".to_owned())));
     knobs.extend(laws(scene, &own, reference));
     for knob in &mut knobs {
-        if let Ok(steps) = &mut knob.steps {
-            // What holds nothing of the highest bands has no level there.
-            steps.retain(|(_, settings)| 1.0 / settings.time_step(scene) >= least_rate(highest));
-        }
+        // What holds nothing of the highest bands has no level there.
+        knob.steps.retain(|(_, settings)| 1.0 / settings.time_step(scene) >= least_rate(highest));
     }
     knobs
 }
 
 impl Knob {
+    /// A knob that is compared with `anchor`, or with the reference; or why there is none.
+    pub fn new(
+        name: &str,
+        kind: Kind,
+        anchor: Option<&Settings>,
+        steps: Result<Vec<(String, Settings)>, String>,
+    ) -> Self {
+        let (steps, missing) = steps.map_or_else(|reason| (Vec::new(), Some(reason)), |steps| (steps, None));
+        let anchor = anchor.filter(|_| missing.is_none()).cloned();
+        Self { name: name.to_owned(), kind, anchor, steps, points: Vec::new(), missing }
+    }
+
     fn error(name: &str, steps: Result<Vec<(String, Settings)>, String>) -> Self {
-        Self { name: name.to_owned(), kind: Kind::Error, anchor: None, steps }
+        Self::new(name, Kind::Error, None, steps)
     }
 }
 
@@ -206,8 +222,7 @@ fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
         TERMS.map(|terms| (terms.to_string(), all.with(|settings| settings.numerics.lateral_terms = Some(terms))));
     let memories = MEMORIES.into_iter().filter(|&memory| memory < whole);
     let memories = memories.map(|memory| (format!("{memory} s"), direct(memory))).collect();
-    let anchored =
-        |name: &str, anchor: &Settings, steps| Knob { anchor: Some(anchor.clone()), ..Knob::error(name, Ok(steps)) };
+    let anchored = |name: &str, anchor: &Settings, steps| Knob::new(name, Kind::Error, Some(anchor), Ok(steps));
     vec![
         anchored("influence tolerance", &all, sums.into()),
         anchored("lateral terms", &all, terms.into()),
@@ -221,12 +236,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let anchor = resolved("", reference, elements, reference.steps().div_ceil(2 * elements)).1;
     let anchor = anchor.with(|settings| settings.numerics.pole_tolerance = POLES[0]);
     let law = &anchor.contact;
-    let knob = |name: &str, steps: Result<Vec<(String, Settings)>, String>| Knob {
-        name: name.to_owned(),
-        kind: Kind::Model,
-        anchor: steps.is_ok().then(|| anchor.clone()),
-        steps,
-    };
+    let knob = |name: &str, steps| Knob::new(name, Kind::Model, Some(&anchor), steps);
     let varies = scene.road.varies_across() && scene.effects.texture != Switch::Off;
     let level = || "slices that are level across are the same by every law".to_owned();
     let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];

@@ -16,6 +16,7 @@ pub mod lab;
 pub mod presets;
 pub mod richardson;
 pub mod settings;
+pub mod verdict;
 
 use std::sync::atomic::AtomicBool;
 
@@ -88,21 +89,6 @@ impl StudyOptions {
     }
 }
 
-/// A knob, swept.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Swept {
-    /// Its name.
-    pub name: String,
-    /// What it changes.
-    pub kind: Kind,
-    /// What it was compared with, where that is not the reference.
-    pub anchor: Option<Settings>,
-    /// Its points.
-    pub points: Vec<Point>,
-    /// Why the scene cannot have it, or some of its points.
-    pub missing: Option<String>,
-}
-
 /// How sure the reference is in one of its knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Refined {
@@ -132,7 +118,7 @@ pub struct Study {
     /// Errors below these cannot be told from those of the reference.
     pub doubt: Difference,
     /// The knobs.
-    pub knobs: Vec<Swept>,
+    pub knobs: Vec<Knob>,
     /// The scene's own settings, and others with a name.
     pub named: Vec<Point>,
     /// The combinations.
@@ -151,7 +137,7 @@ impl Study {
     }
 }
 
-fn points<'a>(knobs: &'a [Swept], named: &'a [Point], joint: &'a [Joint]) -> impl Iterator<Item = &'a Point> {
+fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl Iterator<Item = &'a Point> {
     let swept = knobs.iter().filter(|knob| knob.kind != Kind::Model && knob.anchor.is_none());
     let swept = swept.flat_map(|knob| &knob.points);
     named.iter().chain(joint.iter().map(|joint| &joint.point)).chain(swept)
@@ -196,7 +182,7 @@ pub fn study(
         .into_iter()
         .chain(refinements.iter().flat_map(|(_, coarse, fine)| [coarse, fine]))
         .chain(named.iter().map(|(_, settings)| settings))
-        .chain(knobs.iter().filter_map(|knob| knob.steps.as_ref().ok()).flatten().map(|(_, settings)| settings))
+        .chain(knobs.iter().flat_map(|knob| &knob.steps).map(|(_, settings)| settings))
         .collect();
     let seconds = check(loaded, &shorter, &planned, options.runs)?;
     let runs = planned.len() + options.runs;
@@ -206,7 +192,7 @@ pub fn study(
     let mut trials = Trials::new(time, stop, progress);
     let held = trials.held(scene, options.duration)?;
     let mut lab = Lab::new(held, options.highest, &mut trials);
-    let found = carry_out(&mut lab, options, reference, &refinements, &knobs, &named)?;
+    let found = carry_out(&mut lab, options, reference, &refinements, knobs, &named)?;
     trials.finish();
     Ok(found)
 }
@@ -216,7 +202,7 @@ fn carry_out(
     options: &StudyOptions,
     reference: Settings,
     refinements: &[(&'static str, Settings, Settings)],
-    knobs: &[Knob],
+    mut knobs: Vec<Knob>,
     named: &[(String, Settings)],
 ) -> Result<Study, RunError> {
     let of_reference = lab.point("reference", &reference, &reference)?;
@@ -226,38 +212,27 @@ fn carry_out(
         refined.push(Refined::new(knob, &coarse?.difference, &fine?.difference));
     }
     let doubt = doubt(&refined);
-    let mut swept = Vec::new();
-    for knob in knobs {
+    for knob in &mut knobs {
         let other = knob.anchor.as_ref().unwrap_or(&reference);
-        let (mut points, mut missing) = (Vec::new(), knob.steps.as_ref().err().cloned());
-        for (label, settings) in knob.steps.iter().flatten() {
+        for (label, settings) in &knob.steps {
             match lab.point(label, settings, other) {
-                Ok(found) => points.push(found),
+                Ok(found) => knob.points.push(found),
                 // Such as a model that cannot be fitted: the others can be all the same.
-                Err(RunError::Scene(error)) => missing = Some(format!("{label}: {}", error.problem())),
+                Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
                 Err(error) => return Err(error),
             }
         }
-        let (name, kind, anchor) = (knob.name.clone(), knob.kind, knob.anchor.clone());
-        swept.push(Swept { name, kind, anchor, points, missing });
     }
     let mut of_named = Vec::new();
     for (label, settings) in named {
         of_named.push(lab.point(label, settings, &reference)?);
     }
 
-    let error = |settings: &Settings| {
-        let mut all = swept.iter().flat_map(|knob: &Swept| &knob.points);
-        all.find(|point| point.settings == *settings).map(|point| point.difference.worst)
-    };
-    let all = if options.runs > 0 {
-        joint::candidates(&lab.scene, &reference, knobs, options.highest, &error)
-    } else {
-        Vec::new()
-    };
+    let all =
+        if options.runs > 0 { joint::candidates(&lab.scene, &reference, &knobs, options.highest) } else { Vec::new() };
     let mut joint: Vec<Joint> = Vec::new();
     while joint.len() < options.runs {
-        let known: Vec<(f64, f64)> = points(&swept, &of_named, &joint).map(Point::coordinates).collect();
+        let known: Vec<(f64, f64)> = points(&knobs, &of_named, &joint).map(Point::coordinates).collect();
         let Some(expected) = joint::next(&all, &joint, &known, FLOOR * doubt.worst) else { break };
         let point = lab.point(&format!("combination {}", joint.len() + 1), &expected.settings, &reference)?;
         let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
@@ -270,7 +245,7 @@ fn carry_out(
         reference: of_reference,
         refined,
         doubt,
-        knobs: swept,
+        knobs,
         named: of_named,
         joint,
         front: Vec::new(),

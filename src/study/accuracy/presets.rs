@@ -1,17 +1,8 @@
-//! The rows of the table behind `preset` and `accuracy` as settings of a scene, and whether they are what they say.
+//! The rows of the table behind `preset` and `accuracy` as settings of a scene.
 
-use serde::Serialize;
-
-use crate::scene::{FrontRow, History, Need, Preset, Resolution, Road, Scene};
-use crate::study::accuracy::front::excess;
+use crate::scene::{FrontRow, History, Need, Resolution, Road, Scene};
 use crate::study::accuracy::knobs::{Kind, Knob};
 use crate::study::accuracy::settings::Settings;
-use crate::study::accuracy::{Point, Study};
-
-/// How much more work a preset may take than the cheapest settings found that are as accurate. Errors of elements,
-/// steps and cells have different signs, and here and there two of them cancel (measured on dense asphalt at 80 km/h:
-/// 2.1, 1.2 and 1.9 times for the three presets).
-pub const LARGEST_EXCESS: f64 = 2.5;
 
 /// Coarsest tolerance of the poles that a scene may ask for.
 const COARSEST_POLES: f64 = 1e-2;
@@ -62,43 +53,7 @@ pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
                     settings.contact.cells_across = Some(points.div_ceil(2));
                 });
             }
-            Knob { name: format!("around {name}"), kind: Kind::Neighbour, anchor: None, steps: Ok(steps) }
+            Knob::new(&format!("around {name}"), Kind::Neighbour, None, Ok(steps))
         })
         .collect()
-}
-
-/// What a study has found about a preset.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
-    /// The preset.
-    pub preset: Preset,
-    /// Stated error \[dB\].
-    pub stated: f64,
-    /// Largest difference of a level found \[dB\].
-    pub found: f64,
-    /// Its work over that of the cheapest settings found that are as accurate.
-    pub excess: f64,
-}
-
-impl Verdict {
-    /// Whether the preset keeps its stated error.
-    pub fn keeps_its_error(&self) -> bool {
-        self.found <= self.stated
-    }
-
-    /// Whether it lies on the front, within [`LARGEST_EXCESS`].
-    pub fn is_on_the_front(&self) -> bool {
-        self.excess <= LARGEST_EXCESS
-    }
-}
-
-/// The verdicts of a study in which the presets are named points.
-pub fn verdicts(study: &Study) -> Vec<Verdict> {
-    let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
-    let verdict = |row: &FrontRow| {
-        let point: &Point = study.named.iter().find(|point| point.label == row.preset.name())?;
-        let (found, stated) = (point.difference.worst, row.error);
-        Some(Verdict { preset: row.preset, stated, found, excess: excess(point.coordinates(), &points) })
-    };
-    FrontRow::ALL.iter().filter_map(verdict).collect()
 }

@@ -78,9 +78,9 @@ impl SweepBlock {
         };
         let mut report = Report::default();
         if !self.group.is_empty() {
-            report.push(format!("{}\n", self.group));
+            report.text(format!("{}\n", self.group));
         }
-        report.push(numbers(&bands, &self.lines.iter().map(row).collect::<Vec<_>>()));
+        report.table(numbers(&bands, &self.lines.iter().map(row).collect::<Vec<_>>()));
         if self.found.iter().any(|done| done.rolling_resistance.is_some()) {
             let row = |name: &str, cell: &dyn Fn(RollingResistance) -> String| -> Vec<String> {
                 let cells = self.found.iter().map(|done| done.rolling_resistance.map_or("-".to_owned(), cell));
@@ -91,12 +91,12 @@ impl SweepBlock {
                 row("N", &|resistance| format!("{:.2}", resistance.force)),
                 row("W", &|resistance| format!("{:.1}", resistance.power)),
             ];
-            report.push("\n");
-            report.push(aligned(&header("rolling resistance").collect::<Vec<_>>(), &rows));
+            report.text("\n");
+            report.table(aligned(&header("rolling resistance").collect::<Vec<_>>(), &rows));
         }
         for (speed, done) in columns() {
             if let Some(load) = done.missed_load() {
-                report.push(format!("* {speed} km/h: {load}\n"));
+                report.text(format!("* {speed} km/h: {load}\n"));
             }
         }
         report

@@ -1,10 +1,9 @@
-//! Influence functions by wavenumber summation.
-//!
-//! A contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in the
-//! wavenumber n
+//! The sums: a contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in
+//! the wavenumber n
 //!
 //! ```text
-//! H_n(s) = (1/L) sinc^2(kx dx/2) sum_(m odd) (2/B) a_m^2 C_zz(kx_n, ky_m, s),   a_m = mean of sin(ky y) over the strip,
+//! H_n(s) = (1/L) sinc^2(kx dx/2) sum_(m odd) (2/B) a_m^2 C_zz(kx_n, ky_m, s),
+//! a_m    = mean of sin(ky y) over the strip,
 //! Ht_n   = sum_p H_(n + p N):   what a sequence of N elements sees of the wavenumber n.
 //! ```
 //!

@@ -69,8 +69,6 @@ pub struct InfluenceValue {
     pub value: Complex64,
     /// Evaluations of the compliance.
     pub evaluations: u64,
-    /// Bound on what was left out, where it is bounded \[m/N\].
-    pub omitted: f64,
 }
 
 impl InfluenceSum {
@@ -152,14 +150,13 @@ impl InfluenceSum {
         }
         // Above the cut-off the surface is the half-space's.
         if field == Field::Surface && tail_at.converges {
-            return InfluenceValue { value: value + tail.rest(n, tail_at), evaluations, omitted: 0.0 };
+            return InfluenceValue { value: value + tail.rest(n, tail_at), evaluations };
         }
         // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
         // frequency) the rest is bounded by the last value times the weight that is left.
-        let rest = last * (0.5 * (self.projection.total_weight() - explicit).max(0.0));
         if field != Field::Bottom {
-            value += rest;
+            value += last * (0.5 * (self.projection.total_weight() - explicit).max(0.0));
         }
-        InfluenceValue { value, evaluations, omitted: rest.norm() }
+        InfluenceValue { value, evaluations }
     }
 }

@@ -18,8 +18,11 @@ use std::sync::Arc;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
-use super::spectrum::{FEWEST_SAMPLES, PowerSpectrum, SpectrumError};
+use super::spectrum::{PowerSpectrum, SpectrumError};
 use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter, transform_length};
+
+/// Fewest samples that are transformed.
+const FEWEST_SAMPLES: usize = 8;
 
 /// A spectrum in the making, for a record of known length.
 #[derive(Clone)]
@@ -42,6 +45,19 @@ pub struct SpectrumAccumulator {
     window: Vec<f64>,
     bins: [Vec<Complex64>; 2],
     scratch: Vec<Complex64>,
+}
+
+impl PowerSpectrum {
+    /// Spectrum of `signal`, sampled every `time_step` seconds, from segments 2h of about `segment` seconds (cut to the
+    /// record; `None`: the whole record at once).
+    ///
+    /// # Errors
+    /// Fewer than 8 samples, a time that is not positive and finite, a sample that is not finite.
+    pub fn of(signal: &[f64], time_step: f64, segment: Option<f64>) -> Result<Self, SpectrumError> {
+        let mut accumulator = SpectrumAccumulator::new(signal.len(), time_step, segment)?;
+        signal.iter().for_each(|&value| accumulator.push(value));
+        accumulator.finish()
+    }
 }
 
 impl SpectrumAccumulator {

@@ -1,4 +1,12 @@
 //! What is heard of the forces: third-octave levels and spectra, and the vibration of the tyre.
+//!
+//! In the order of the data's way:
+//!
+//! - [`accumulator`]: a record, sample by sample, to its averaged spectrum;
+//! - [`spectrum`]: powers by frequency that lose nothing, and levels of bands;
+//! - [`third_octave`]: the bands of the standard;
+//! - [`speed_exponent`]: how a level grows with the speed;
+//! - [`vibration`]: the tyre's velocities from the contact forces.
 
 pub mod accumulator;
 pub mod spectrum;

@@ -24,7 +24,6 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use super::accumulator::SpectrumAccumulator;
 use super::third_octave::ThirdOctaveBand;
 
 /// Why there is no spectrum.
@@ -56,9 +55,6 @@ pub enum SpectrumError {
     },
 }
 
-/// Fewest samples that are transformed.
-pub(super) const FEWEST_SAMPLES: usize = 8;
-
 /// One-sided power spectrum of a real signal, its mean removed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PowerSpectrum {
@@ -89,17 +85,6 @@ pub struct BandLevel {
 }
 
 impl PowerSpectrum {
-    /// Spectrum of `signal`, sampled every `time_step` seconds, from segments 2h of about `segment` seconds (cut to the
-    /// record; `None`: the whole record at once).
-    ///
-    /// # Errors
-    /// Fewer than 8 samples, a time that is not positive and finite, a sample that is not finite.
-    pub fn of(signal: &[f64], time_step: f64, segment: Option<f64>) -> Result<Self, SpectrumError> {
-        let mut accumulator = SpectrumAccumulator::new(signal.len(), time_step, segment)?;
-        signal.iter().for_each(|&value| accumulator.push(value));
-        accumulator.finish()
-    }
-
     /// The same, vouched for up to a frequency \[Hz\] only.
     #[must_use]
     pub fn valid_to(self, valid_to: f64) -> Self {

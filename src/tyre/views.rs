@@ -19,7 +19,8 @@ use super::influence::{Field, InfluenceSum};
 use super::poles::RationalModel;
 use crate::scene::TimeRule;
 
-/// |H_n(2 pi i f)| \[m/N\]: one row for each wavenumber, one column for each frequency \[Hz\]. `None` for a field that the model does not have.
+/// |H_n(2 pi i f)| \[m/N\]: one row for each wavenumber, one column for each frequency \[Hz\]. `None` for a field that
+/// the model does not have.
 pub fn magnitudes(
     model: &RationalModel,
     field: Field,
@@ -46,6 +47,12 @@ fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
 }
 
+/// What the waves +-n are worth at a distance \[elements\].
+fn weight(n: usize, distance: usize, elements: usize) -> f64 {
+    let phase = 2.0 * PI * ((n * distance) % elements) as f64 / elements as f64;
+    multiplicity(n, elements) * phase.cos()
+}
+
 /// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], one column for each time t >=
 /// 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
 pub fn impulse_responses(
@@ -70,8 +77,7 @@ pub fn impulse_responses(
     let row = |&distance: &usize| {
         let mut row = vec![0.0; times.len()];
         for (n, modal) in modal.iter().enumerate() {
-            let phase = 2.0 * PI * ((n * distance) % model.elements) as f64 / model.elements as f64;
-            let weight = multiplicity(n, model.elements) * phase.cos();
+            let weight = weight(n, distance, model.elements);
             row.iter_mut().zip(modal).for_each(|(sum, value)| *sum += weight * value);
         }
         row
@@ -82,10 +88,6 @@ pub fn impulse_responses(
 /// Convolution weights round t = 0 of the driven element itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Causality {
-    /// Weights w_p of g_0 at the lags -`before.len()` ... -1 \[m/N\].
-    pub before: Vec<f64>,
-    /// Weights at the lags 0, 1, ... \[m/N\].
-    pub after: Vec<f64>,
     /// Largest |w_p| of a negative lag over the largest of all.
     pub precursor: f64,
     /// Share of sum w_p^2 that lies before t = 0.
@@ -140,8 +142,6 @@ pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize
         precursor: largest(&total[..length / 2]) / largest(&total),
         energy_before: share(&total),
         kramers_kronig: rows.iter().map(|row| share(row).sqrt()).collect(),
-        before: total[length / 2 - lags.min(length / 2)..length / 2].to_vec(),
-        after: total[length / 2..].to_vec(),
     }
 }
 
@@ -164,13 +164,8 @@ pub fn static_ratios(
     most: usize,
 ) -> Option<Vec<StaticRatio>> {
     let at_rest = model.at_rest(field)?;
-    let influence = |j: usize| {
-        let terms = at_rest.iter().enumerate().map(|(n, value)| {
-            let phase = 2.0 * PI * ((n * j) % model.elements) as f64 / model.elements as f64;
-            multiplicity(n, model.elements) * phase.cos() * value
-        });
-        terms.sum::<f64>()
-    };
+    let influence =
+        |j: usize| at_rest.iter().enumerate().map(|(n, value)| weight(n, j, model.elements) * value).sum::<f64>();
     let (own, own_half_space) = (influence(0), mean_inverse_distance(0.0, element, contact_width));
     let ratio = |distance| StaticRatio {
         distance,
@@ -257,7 +252,8 @@ mod tests {
 
     #[test]
     fn mean_inverse_distance_is_loves_value_for_a_square_and_1_over_r_far_away() {
-        // Mean over a square of side 1 of the potential of the uniformly covered square itself: 4 (ln(1 + sqrt 2) + (1 - sqrt 2)/3).
+        // Mean over a square of side 1 of the potential of the uniformly covered square itself:
+        // 4 (ln(1 + sqrt 2) + (1 - sqrt 2)/3).
         let exact = 4.0 * ((1.0 + 2f64.sqrt()).ln() + (1.0 - 2f64.sqrt()) / 3.0);
         assert!((mean_inverse_distance(0.0, 1.0, 1.0) - exact).abs() < 1e-12);
         assert!((mean_inverse_distance(40.0, 1.0, 1.0) * 40.0 - 1.0).abs() < 1e-3);

@@ -361,7 +361,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let mut accumulator = VibrationAccumulator::new(layout);
     let positions = places.map(|column| layout.first_position + column as f64 * geometry.element);
     let table = VelocityTable::new(&layout, &response, TransferKind::Rule, VibrationField::Tread).unwrap();
-    table.add_points(&mut accumulator, &positions);
+    accumulator.add_points(&table, &positions);
     let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
     let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();

@@ -26,6 +26,7 @@ use super::elements::ElementVelocities;
 use super::layout::SegmentLayout;
 use super::products;
 use super::share::Share;
+use super::velocity_table::VelocityTable;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Base bins in which the mean pattern is corrected.
@@ -61,7 +62,7 @@ pub struct VibrationAccumulator {
 }
 
 impl VibrationAccumulator {
-    /// Nothing taken in yet. Points are added by [`Self::add_point`], before the first step.
+    /// Nothing taken in yet. Points are added by [`Self::add_points`], before the first step.
     pub fn new(layout: SegmentLayout) -> Self {
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(layout.base_length());
         let over_columns = FftPlanner::<f64>::new().plan_fft_forward(layout.elements);
@@ -90,10 +91,12 @@ impl VibrationAccumulator {
         }
     }
 
-    /// A point whose velocity is wanted: `transfers(bin, out)` writes its velocity for unit force at each place \[m/(N
-    /// s)\].
-    pub fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
-        self.shares.iter_mut().for_each(|share| share.add_point(&mut transfers));
+    /// Points whose velocities of a table's field are wanted, at positions from the axle \[m\], in their order.
+    pub fn add_points(&mut self, table: &VelocityTable, positions: &[f64]) {
+        for &position in positions {
+            let mut transfers = table.at_position(position);
+            self.shares.iter_mut().for_each(|share| share.add_point(&mut transfers));
+        }
     }
 
     /// Elements whose velocities are wanted.

@@ -1,11 +1,11 @@
 //! Power that the contact forces put into the tyre, from the run's own displacements.
 //!
-//! P_l = sum_e F_e v_e over the elements in contact. With backward differences v is the difference quotient of the rule itself, so that in the mean
-//! P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has its own quadrature, P_l =
-//! sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages, v_i = (u_i - base_i)/(gamma dt),
-//! base_i made of the displacements at the step's beginning and of the stages before ([`RungeKutta::bases`]): the same
-//! holds exactly with the rule's matrices ([`super::stage_transfer`]). For the trapezoidal rule and the hold the work
-//! of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
+//! P_l = sum_e F_e v_e over the elements in contact. With backward differences v is the difference quotient of the rule
+//! itself, so that in the mean P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has
+//! its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
+//! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before
+//! ([`RungeKutta::bases`]): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal
+//! rule and the hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
 //!
 //! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre
 //! stores what it has not yet dissipated when the record ends, and with the trapezoidal rule and the hold both sides

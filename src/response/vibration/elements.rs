@@ -1,7 +1,8 @@
 //! Velocities of named elements, which turn with the tyre.
 //!
 //! ```text
-//! v_E(w') = sum_e T_(E - e)(w') F_e(w'),   T_d(w') = sum_n exp(2 pi i n d/N) Y_n(w'),   n = -N/2...N/2 with half of either end
+//! v_E(w') = sum_e T_(E - e)(w') F_e(w'),
+//! T_d(w') = sum_n exp(2 pi i n d/N) Y_n(w'),   n = -N/2...N/2 with half of either end
 //! ```
 //!
 //! 1. The forces of every element over a segment, which are zero but for its passages through the patch, less the mean
@@ -23,7 +24,7 @@ use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::layout::SegmentLayout;
-use super::points::VelocityTable;
+use super::velocity_table::VelocityTable;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Parts that the elements are shared out in: enough for the threads of a desk, the same for any number of them.

@@ -12,6 +12,8 @@
 
 use std::f64::consts::PI;
 
+use num_complex::Complex64;
+
 use super::products;
 use crate::numeric::transform_multiply_adds;
 use crate::scene::TimeRule;
@@ -182,6 +184,12 @@ impl SegmentLayout {
     /// First step of a segment at a substep.
     pub fn first_step(&self, phase: usize) -> usize {
         (phase + self.substeps - self.phase) % self.substeps
+    }
+
+    /// exp(-2 pi i k l_p/K): the transform of a substep p begins with its first step l_p.
+    pub(super) fn delay(&self, bin: usize, phase: usize) -> Complex64 {
+        let turns = (bin * self.first_step(phase)) as f64 / self.length() as f64;
+        Complex64::from_polar(1.0, -2.0 * PI * turns)
     }
 
     /// Weight of a step of a segment: the sine window; its square and that of the neighbour segment add to 1.

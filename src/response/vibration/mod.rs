@@ -1,8 +1,8 @@
 //! Vibration of the tyre from its contact forces, in the frequency domain and per wavenumber.
 //!
 //! ```text
-//! v_n(w') = i w' H_n(i w') F_n(w'),   F_n(w') = sum_e F_e(w') exp(-2 pi i n e/N)      material frame
-//! v(x, w) = sum_n exp(i kx_n x) v_n(w - n Omega),   Omega = V/R                         non-rotating frame, x from the axle
+//! v_n(w') = i w' H_n(i w') F_n(w'),   F_n(w') = sum_e F_e(w') exp(-2 pi i n e/N)    material frame
+//! v(x, w) = sum_n exp(i kx_n x) v_n(w - n Omega),   Omega = V/R        non-rotating frame, x from the axle
 //! ```
 //!
 //! The velocity is that of the material, du/dt of an element, in both frames; seen from beside the road a wave of n
@@ -14,14 +14,17 @@
 //! forces is made of too, and i w' itself for a Runge-Kutta rule, whose displacements are those at the ends of the
 //! steps. At w dt = 1 the quotient of `bdf2` is 1.9 dB more than i w', that of `bdf1` 0.4 dB less.
 //!
+//! In the order of the data's way:
+//!
 //! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
-//! - [`accumulator`]: forces, step by step, to mean powers |F_n|^2 by bin, averaged over half overlapping segments
-//!   (Welch 1967); `share`: the bins in parts for the threads; `products`: those of the forces of several stages;
-//! - [`transfer`]: the velocity for unit force; [`stage_transfer`]: for the forces of a Runge-Kutta rule's stages;
-//!   [`points`]: the same for points beside the axle, coherent over n; [`elements`]: for points that turn with the
-//!   tyre;
-//! - [`spectra`]: velocities everywhere, maps, dissipated power; [`contact_power`]: the power put in, in the time
-//!   domain;
+//! - `products`: of the forces of several stages, and what is quadratic in these forces;
+//! - [`transfer`]: the velocity for unit force; `stage_transfer`: for the forces of a Runge-Kutta rule's stages;
+//! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
+//! - [`elements`]: velocities of points that turn with the tyre;
+//! - `share`: a part of the bins with its sums, for a thread; [`accumulator`]: forces, step by step, to mean powers
+//!   |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967);
+//! - [`spectra`]: velocities everywhere, maps, dissipated power;
+//! - [`contact_power`]: the power put in, in the time domain;
 //! - [`dispersion`]: the tyre's own waves.
 //!
 //! Levels are means over segments and over the circumference, or at points. Forces are transformed by segments and the
@@ -34,22 +37,22 @@ pub mod contact_power;
 pub mod dispersion;
 pub mod elements;
 pub mod layout;
-pub mod points;
 mod products;
 mod share;
 pub mod spectra;
-pub mod stage_transfer;
+mod stage_transfer;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
+pub mod velocity_table;
 
 pub use accumulator::{PatchSpectra, VibrationAccumulator};
 pub use contact_power::ContactPower;
 pub use dispersion::{DispersionBranch, dispersion_branches};
 pub use elements::ElementVelocities;
 pub use layout::SegmentLayout;
-pub use points::VelocityTable;
 pub use spectra::{
     Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, point_spectrum,
 };
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
+pub use velocity_table::VelocityTable;

@@ -5,10 +5,10 @@
 //! share kappa have
 //!
 //! ```text
-//! F_n(k) = sum_p exp(2 pi i n p/(N q)) exp(-2 pi i k l_p/K) A_p(n),    conj A_p(-n) in place of A_p(n) for k = m K/q - kappa,
+//! F_n(k) = sum_p exp(2 pi i n p/(N q)) exp(-2 pi i k l_p/K) A_p(n),
 //! ```
 //!
-//! l_p being the first step at substep p.
+//! conj A_p(-n) in place of A_p(n) for k = m K/q - kappa, l_p being the first step at substep p.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -139,7 +139,7 @@ impl Share {
             for (index, wave) in waves.chunks_exact(elements).enumerate() {
                 let (stage, phase) = (index / substeps, index % substeps);
                 let row = &mut row[stage * (elements + 1)..][..elements + 1];
-                let delay = delay(layout, bin, phase);
+                let delay = layout.delay(bin, phase);
                 // exp(2 pi i n p/(N q)), n = -N/2...
                 let turn = Complex64::from_polar(1.0, 2.0 * PI * phase as f64 / (elements * substeps) as f64);
                 let mut factor = delay * Complex64::from_polar(1.0, -PI * phase as f64 / substeps as f64);
@@ -158,10 +158,4 @@ impl Share {
             visit(slot, bin, row);
         }
     }
-}
-
-/// exp(-2 pi i k l_p/K): the transform of a substep begins with its first step.
-pub(super) fn delay(layout: &SegmentLayout, bin: usize, phase: usize) -> Complex64 {
-    let turns = (bin * layout.first_step(phase)) as f64 / layout.length() as f64;
-    Complex64::from_polar(1.0, -2.0 * PI * turns)
 }

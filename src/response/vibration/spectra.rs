@@ -9,14 +9,13 @@
 //!
 //! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
 //!
-//! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them ([`super::stage_transfer`]); the rest
+//! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them (`stage_transfer`); the rest
 //! is the same.
-
-use std::ops::AddAssign;
 
 use rayon::prelude::*;
 
 use super::accumulator::PatchSpectra;
+use super::layout::SegmentLayout;
 use super::products;
 use super::transfer::{Forms, TransferKind, Transfers, TyreResponse, VibrationField};
 use crate::response::PowerSpectrum;
@@ -81,13 +80,6 @@ impl Dissipation {
     }
 }
 
-impl AddAssign for Dissipation {
-    fn add_assign(&mut self, other: Self) {
-        self.mean_pattern += other.mean_pattern;
-        self.vibration += other.vibration;
-    }
-}
-
 /// Spectra of all fields, and the power that the forces' work dissipates; `None` where the response does not have a
 /// field.
 pub fn field_spectra(
@@ -100,52 +92,44 @@ pub fn field_spectra(
     let mut dissipation = Dissipation::default();
     let mut spectra = Vec::with_capacity(request.fields.len());
     for &field in request.fields {
-        let mut sums = Sums::new(patch, request.maps);
+        let mut sums = FieldSpectra::silent(layout, field, request.maps);
         for first in (0..=layout.elements / 2).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
             let forms: Option<Vec<Forms>> =
                 block.into_par_iter().map(|n| transfers.forms(response, n, field)).collect();
-            sums.add(patch, first, &forms?);
+            sums.add(patch, first, &forms?, &mut dissipation);
         }
-        dissipation += sums.dissipation;
-        spectra.push(sums.into_spectra(patch, field));
+        for map in sums.maps.iter_mut().flatten() {
+            map.density.iter_mut().for_each(|power| *power /= map.row_width);
+        }
+        spectra.push(sums);
     }
     Some((spectra, dissipation))
 }
 
-/// Sums of one field.
-struct Sums {
-    material: Vec<f64>,
-    material_varying: Vec<f64>,
-    non_rotating: Vec<f64>,
-    mean_pattern: f64,
-    dissipation: Dissipation,
-    /// Bins of a map's row, and both maps.
-    bins_of_row: usize,
-    maps: Option<[Vec<f64>; 2]>,
-}
-
-impl Sums {
-    fn new(patch: &PatchSpectra, maps: bool) -> Self {
-        let (bins, wavenumbers) = (patch.layout.bins(), patch.layout.wavenumbers());
-        let bins_of_row = bins.div_ceil(MOST_ROWS);
-        let map = || vec![0.0; bins.div_ceil(bins_of_row) * wavenumbers];
+impl FieldSpectra {
+    fn silent(layout: &SegmentLayout, field: VibrationField, maps: bool) -> Self {
+        let silence = || spectrum(layout, vec![0.0; layout.bins()]);
+        let map = || WavenumberMap {
+            wavenumbers: layout.wavenumbers(),
+            row_width: bins_of_row(layout) as f64 * layout.resolution(),
+            density: vec![0.0; layout.bins().div_ceil(bins_of_row(layout)) * layout.wavenumbers()],
+        };
         Self {
-            material: vec![0.0; bins],
-            material_varying: vec![0.0; bins],
-            non_rotating: vec![0.0; bins],
+            field,
+            material: silence(),
+            material_varying: silence(),
+            non_rotating: silence(),
             mean_pattern: 0.0,
-            dissipation: Dissipation::default(),
-            bins_of_row,
             maps: maps.then(|| [map(), map()]),
         }
     }
 
-    /// Adds the wavenumbers +-n, n = first...
-    fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[Forms]) {
+    /// Adds the power of the wavenumbers +-n, n = first...
+    fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[Forms], dissipation: &mut Dissipation) {
         let layout = &patch.layout;
         let (half, width, stages) = (layout.elements / 2, layout.wavenumbers(), layout.stages());
-        let count = products::count(stages);
+        let (count, bins_of_row) = (products::count(stages), bins_of_row(layout));
         let indices = |n: usize| [Some(half + n), (n > 0).then(|| half - n)].into_iter().flatten();
         let mut wave = |bin: usize, row: &[f64], standing: bool| {
             for (n, forms) in (first..).zip(forms) {
@@ -161,20 +145,20 @@ impl Sums {
                     // Rounding may leave a square of several stages below zero.
                     let velocity = value(&forms.squares[weights.clone()]).max(0.0);
                     let power = forms.powers.get(weights).map_or(0.0, value);
-                    self.material[place] += velocity;
+                    self.material.power[place] += velocity;
                     if standing {
                         self.mean_pattern += velocity;
-                        self.dissipation.mean_pattern += power;
+                        dissipation.mean_pattern += power;
                         continue;
                     }
-                    self.material_varying[place] += velocity;
-                    self.non_rotating[bin] += velocity;
-                    self.dissipation.vibration += power;
+                    self.material_varying.power[place] += velocity;
+                    self.non_rotating.power[bin] += velocity;
+                    dissipation.vibration += power;
                     if let Some([of_material, of_road]) = &mut self.maps {
-                        of_road[bin / self.bins_of_row * width + index] += velocity;
+                        of_road.density[bin / bins_of_row * width + index] += velocity;
                         // A negative frequency is the wave of -n.
                         let index = if material < 0 { layout.elements - index } else { index };
-                        of_material[place / self.bins_of_row * width + index] += velocity;
+                        of_material.density[place / bins_of_row * width + index] += velocity;
                     }
                 }
             }
@@ -186,47 +170,34 @@ impl Sums {
             wave(*bin, row, true);
         }
     }
+}
 
-    fn into_spectra(self, patch: &PatchSpectra, field: VibrationField) -> FieldSpectra {
-        let layout = &patch.layout;
-        let row_width = self.bins_of_row as f64 * layout.resolution();
-        let map = |density: Vec<f64>| WavenumberMap {
-            wavenumbers: layout.wavenumbers(),
-            row_width,
-            density: density.into_iter().map(|power| power / row_width).collect(),
-        };
-        FieldSpectra {
-            field,
-            material: spectrum(patch, self.material),
-            material_varying: spectrum(patch, self.material_varying),
-            non_rotating: spectrum(patch, self.non_rotating),
-            mean_pattern: self.mean_pattern,
-            maps: self.maps.map(|maps| maps.map(map)),
-        }
-    }
+/// Bins of a map's row.
+fn bins_of_row(layout: &SegmentLayout) -> usize {
+    layout.bins().div_ceil(MOST_ROWS)
 }
 
 /// One-sided powers as a spectrum.
-fn spectrum(patch: &PatchSpectra, power: Vec<f64>) -> PowerSpectrum {
+fn spectrum(layout: &SegmentLayout, power: Vec<f64>) -> PowerSpectrum {
     PowerSpectrum {
         mean: 0.0,
-        resolution: patch.layout.resolution(),
+        resolution: layout.resolution(),
         power,
-        nyquist: 0.5 / patch.layout.time_step,
+        nyquist: 0.5 / layout.time_step,
         valid_to: f64::INFINITY,
     }
 }
 
-/// Spectrum at a point of the non-rotating frame.
-pub fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
-    spectrum(patch, one_sided(patch, &patch.points[point]))
+fn one_sided(layout: &SegmentLayout, powers: &[f64]) -> PowerSpectrum {
+    spectrum(layout, powers.iter().enumerate().map(|(bin, power)| layout.sides(bin) * power).collect())
 }
 
-fn one_sided(patch: &PatchSpectra, powers: &[f64]) -> Vec<f64> {
-    powers.iter().enumerate().map(|(bin, power)| patch.layout.sides(bin) * power).collect()
+/// Spectrum at a point of the non-rotating frame.
+pub fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
+    one_sided(&patch.layout, &patch.points[point])
 }
 
 /// Spectrum at an element, the mean pattern that passes it left out.
 pub fn element_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
-    spectrum(patch, one_sided(patch, &patch.elements[point]))
+    one_sided(&patch.layout, &patch.elements[point])
 }

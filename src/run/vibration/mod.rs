@@ -144,7 +144,7 @@ impl VibrationRecorder {
         let mut tables = Vec::new();
         for index in 0..self.fields.len() {
             if let Some(table) = VelocityTable::new(&layout, &self.response(), kind, self.fields[index]) {
-                table.add_points(&mut self.accumulator, &self.wanted.points);
+                self.accumulator.add_points(&table, &self.wanted.points);
                 if !self.wanted.elements.is_empty() {
                     tables.push(table);
                 }

@@ -34,7 +34,7 @@ impl InfluenceSum {
         let target = self.tolerance * floor;
         let slope = (2.0 / width) * (2.0 * width / (PI * contact_width)).powi(2);
 
-        let (mut value, mut evaluations, mut omitted) = (Complex64::ZERO, 0, 0.0);
+        let (mut value, mut evaluations) = (Complex64::ZERO, 0);
         for p in 0.. {
             let pair = [n as i64 + p * elements as i64, n as i64 - p * elements as i64];
             for &alias in if p == 0 { &pair[..1] } else { &pair[..] } {
@@ -53,7 +53,6 @@ impl InfluenceSum {
                             let rest = bound * slope / (m as f64 * (2.0 * k).max(4.0 * ky)) * longitudinal;
                             // Every alias may leave its share: sum 1/(1 + p^2) < 2.1.
                             if rest < 0.2 * target / (1.0 + (p * p) as f64) {
-                                omitted += rest;
                                 break;
                             }
                         }
@@ -73,13 +72,12 @@ impl InfluenceSum {
                         let sum = 2.0 / (2.0 * step * (kx - 0.5 * step).max(0.25 * step).powi(2));
                         let rest = bound / (circumference * contact_width) * (2.0 / element).powi(2) * sum;
                         if rest < 0.5 * target {
-                            omitted += rest;
                             break;
                         }
                     }
                 }
             }
         }
-        InfluenceValue { value, evaluations, omitted }
+        InfluenceValue { value, evaluations }
     }
 }

@@ -58,8 +58,6 @@ pub struct Weights {
     pub at_rest: Vec<f64>,
     /// Evaluations of the compliance that it took.
     pub evaluations: u64,
-    /// Largest bound on what the sums left out, relative to the largest |Ht_n(0)|.
-    pub omitted: f64,
 }
 
 impl Weights {
@@ -97,16 +95,16 @@ impl Weights {
         let rows = sum.projection().elements / 2 + 1;
         let scale: Vec<f64> = (0..lags).map(|p| contour.radius.powi(-(p as i32)) / contour.length as f64).collect();
         let mut values = vec![0.0; rows * lags];
-        let costs: Vec<(f64, u64, f64)> = values
+        let (at_rest, evaluations): (Vec<f64>, Vec<u64>) = values
             .par_chunks_mut(lags)
             .enumerate()
             .map_init(
                 || (inverse.make_input_vec(), inverse.make_output_vec(), inverse.make_scratch_vec(), Vec::new()),
                 |(spectrum, signal, scratch, faces), (n, row)| {
                     if stop.load(Ordering::Relaxed) {
-                        return (0.0, 0, 0.0);
+                        return (0.0, 0);
                     }
-                    let (mut evaluations, mut omitted) = (0, 0.0_f64);
+                    let mut evaluations = 0;
                     if field == Field::Surface && sum.tail.is_some() {
                         faces.clear();
                         sum.faces(n, &at, field, faces);
@@ -119,7 +117,6 @@ impl Weights {
                             let value = sum.value(n, at, field);
                             *entry = value.value;
                             evaluations += value.evaluations;
-                            omitted = omitted.max(value.omitted);
                         }
                     }
                     // The two real points of the circle.
@@ -132,19 +129,11 @@ impl Weights {
                         *weight = sample * factor;
                     }
                     let rest = sum.value(n, &at_rest, field);
-                    (rest.value.re, evaluations + rest.evaluations, omitted)
+                    (rest.value.re, evaluations + rest.evaluations)
                 },
             )
-            .collect();
-        let at_rest: Vec<f64> = costs.iter().map(|cost| cost.0).collect();
-        let largest = at_rest.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
-        Self {
-            values,
-            lags,
-            evaluations: costs.iter().map(|cost| cost.1).sum(),
-            omitted: costs.iter().fold(0.0_f64, |a, cost| a.max(cost.2)) / largest,
-            at_rest,
-        }
+            .unzip();
+        Self { values, lags, evaluations: evaluations.iter().sum(), at_rest }
     }
 
     /// w_(n,p) for all lags p.

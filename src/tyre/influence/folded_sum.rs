@@ -1,10 +1,9 @@
-//! Influence functions by wavenumber summation.
-//!
-//! A contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in the
-//! wavenumber n
+//! The sums: a contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in
+//! the wavenumber n
 //!
 //! ```text
-//! H_n(s) = (1/L) sinc^2(kx dx/2) sum_(m odd) (2/B) a_m^2 C_zz(kx_n, ky_m, s),   a_m = mean of sin(ky y) over the strip,
+//! H_n(s) = (1/L) sinc^2(kx dx/2) sum_(m odd) (2/B) a_m^2 C_zz(kx_n, ky_m, s),
+//! a_m    = mean of sin(ky y) over the strip,
 //! Ht_n   = sum_p H_(n + p N):   what a sequence of N elements sees of the wavenumber n.
 //! ```
 //!
@@ -70,8 +69,6 @@ pub struct InfluenceValue {
     pub value: Complex64,
     /// Evaluations of the compliance.
     pub evaluations: u64,
-    /// Bound on what was left out, where it is bounded \[m/N\].
-    pub omitted: f64,
 }
 
 impl InfluenceSum {
@@ -153,14 +150,13 @@ impl InfluenceSum {
         }
         // Above the cut-off the surface is the half-space's.
         if field == Field::Surface && tail_at.converges {
-            return InfluenceValue { value: value + tail.rest(n, tail_at), evaluations, omitted: 0.0 };
+            return InfluenceValue { value: value + tail.rest(n, tail_at), evaluations };
         }
         // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
         // frequency) the rest is bounded by the last value times the weight that is left.
-        let rest = last * (0.5 * (self.projection.total_weight() - explicit).max(0.0));
         if field != Field::Bottom {
-            value += rest;
+            value += last * (0.5 * (self.projection.total_weight() - explicit).max(0.0));
         }
-        InfluenceValue { value, evaluations, omitted: rest.norm() }
+        InfluenceValue { value, evaluations }
     }
 }

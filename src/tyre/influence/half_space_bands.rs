@@ -2,9 +2,10 @@
 //! function of k alone.
 //!
 //! Where both waves of the tread decay over its thickness, C_zz is the half-space's phi(x)/(mu k), x = Q/(mu k^2),
-//! whether or not |x| is small enough for the power series of [`crate::tyre::layers::surface_asymptote`]. As a function of k^2 it is
-//! analytic but for the Rayleigh pole and the branch points, which damping moves off the real axis. In a band \[a, b\]
-//! of k^2 it is therefore a short Chebyshev sum, f = sum_j c_j T_j, and a sum over wavenumbers in the band is
+//! whether or not |x| is small enough for the power series of
+//! [`surface_asymptote`](crate::tyre::layers::surface_asymptote). As a function of k^2 it is analytic but for the
+//! Rayleigh pole and the branch points, which damping moves off the real axis. In a band \[a, b\] of k^2 it is
+//! therefore a short Chebyshev sum, f = sum_j c_j T_j, and a sum over wavenumbers in the band is
 //!
 //! ```text
 //! sum weight C_zz = sum_j c_j nu_j,    nu_j = sum weight T_j(k^2)

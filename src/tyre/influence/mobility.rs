@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::kernel::{Field, Kernel, Waves};
 use super::projection::sinc;
 use crate::scene::Tyre;
-use crate::tyre::layers::compliance::Stack;
 use crate::tyre::layers::material::modulus_ratio;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 
@@ -44,17 +44,14 @@ struct PatchWeights {
 /// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the
 /// last lobe is evaluated.
 pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
-    let stack = Stack::new(tyre);
-    let (length, width) = (tyre.circumference, tyre.width);
-    let kx = |n: usize| 2.0 * PI * n as f64 / length;
-    let ky = |index: usize| PI * (2 * index + 1) as f64 / width;
+    let (kernel, waves) = (Kernel::new(tyre), Waves::new(tyre));
     let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));
-    let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, length, width)).collect();
-    let tread = stack.layers().last().filter(|tread| !tread.is_tense());
+    let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, waves)).collect();
+    let tread = kernel.tread();
     // The asymptotic series must converge at the highest frequency.
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
-    let at_top = stack.at(Complex64::new(0.0, 2.0 * PI * top));
-    let shear_wavenumber = (at_top.tread().inertia * at_top.tread().inverse_shear).norm().sqrt();
+    let at_top = kernel.at(Complex64::new(0.0, 2.0 * PI * top));
+    let shear_wavenumber = at_top.tread().inertia_over_shear().norm().sqrt();
     let cut_off = match tread {
         Some(tread) => {
             thickness_limit(tread.thickness, TOLERANCE).max(shear_wavenumber / LARGEST_ARGUMENT.sqrt()).min(highest)
@@ -62,29 +59,30 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
         None => highest,
     };
     let coefficients = tread.map_or([0.0; TERMS], |tread| series(modulus_ratio(tread.material.poisson)));
-    let moments: Vec<[f64; TERMS]> = weights.par_iter().map(|weights| moments(weights, kx, ky, cut_off)).collect();
+    let moments: Vec<[f64; TERMS]> = weights.par_iter().map(|weights| moments(weights, waves, cut_off)).collect();
 
     let rows: Vec<(Vec<Complex64>, u64)> = frequencies
         .par_iter()
         .map(|&frequency| {
             let s = Complex64::new(0.0, 2.0 * PI * frequency);
-            let at = stack.at(s);
+            let at = kernel.at(s);
             let mut sums = vec![Complex64::ZERO; patches.len()];
             let mut evaluations = 0;
-            for n in (0..).take_while(|&n| kx(n) < cut_off) {
+            for (n, kx) in (0..).map(|n| (n, waves.kx(n))).take_while(|(_, kx)| *kx < cut_off) {
                 let mut rows = vec![Complex64::ZERO; patches.len()];
-                for index in (0..).take_while(|&index| kx(n).hypot(ky(index)) < cut_off) {
-                    let compliance = at.normal(kx(n), ky(index)).surface;
+                let lateral = Waves::lateral_numbers().take_while(|&m| kx.hypot(waves.ky(m)) < cut_off);
+                for (index, m) in lateral.enumerate() {
+                    let compliance = at.normal(n, m, Field::Surface);
                     evaluations += 1;
                     for (row, weights) in rows.iter_mut().zip(&weights) {
                         *row += compliance * weights.lateral.get(index).copied().unwrap_or(0.0);
                     }
                 }
                 for ((sum, row), weights) in sums.iter_mut().zip(rows).zip(&weights) {
-                    *sum += row * weights.longitudinal.get(n).copied().unwrap_or(0.0);
+                    *sum += row * weights.longitudinal.get(n as usize).copied().unwrap_or(0.0);
                 }
             }
-            let ratio = at.tread().inertia * at.tread().inverse_shear;
+            let ratio = at.tread().inertia_over_shear();
             for (sum, moments) in sums.iter_mut().zip(&moments) {
                 let mut power = at.tread().inverse_shear;
                 for (coefficient, moment) in coefficients.iter().zip(moments) {
@@ -103,7 +101,8 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
     }
 }
 
-fn patch_weights(a: f64, highest: f64, length: f64, width: f64) -> PatchWeights {
+fn patch_weights(a: f64, highest: f64, waves: Waves) -> PatchWeights {
+    let Waves { circumference: length, width } = waves;
     let own = (2.0 * PI * LOBES / a).min(highest);
     let columns = (own * length / (2.0 * PI)) as usize + 1;
     let rows = (own * width / (2.0 * PI)) as usize + 1;
@@ -117,11 +116,11 @@ fn patch_weights(a: f64, highest: f64, length: f64, width: f64) -> PatchWeights 
     }
 }
 
-fn moments(weights: &PatchWeights, kx: impl Fn(usize) -> f64, ky: impl Fn(usize) -> f64, cut_off: f64) -> [f64; TERMS] {
+fn moments(weights: &PatchWeights, waves: Waves, cut_off: f64) -> [f64; TERMS] {
     let mut total = [0.0; TERMS];
-    for (n, longitudinal) in weights.longitudinal.iter().enumerate() {
-        for (index, lateral) in weights.lateral.iter().enumerate() {
-            let k_squared = kx(n).powi(2) + ky(index).powi(2);
+    for (n, longitudinal) in (0..).zip(&weights.longitudinal) {
+        for (m, lateral) in Waves::lateral_numbers().zip(&weights.lateral) {
+            let k_squared = waves.kx(n).powi(2) + waves.ky(m).powi(2);
             if k_squared >= cut_off * cut_off {
                 super::moments::add(pulp::Scalar::new(), &mut total, longitudinal * lateral, k_squared);
             }

@@ -1,13 +1,20 @@
 //! Influence functions by wavenumber summation.
 //!
-//! [`kernel`]: the compliance of one wave (n, m, s); `projection`: what an element takes of it; [`folded_sum`]: ...
+//! In the order of the data's way:
+//!
+//! - `kernel`: C and D of one wave (n, m) at s, the only place where the tyre's shape is asked for;
+//! - `projection`: what a contact element takes of a wave;
+//! - `moments`, `half_space_bands`, `half_space_tail`: what short waves add together, without evaluations;
+//! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
+//! - [`convolution_quadrature`]: from the sums to weights in the time domain;
+//! - [`mobility`]: the driving-point mobility of patches.
 
 mod bounded_sum;
 pub mod convolution_quadrature;
 pub mod folded_sum;
 mod half_space_bands;
 mod half_space_tail;
-pub(crate) mod kernel;
+pub(in crate::tyre) mod kernel;
 mod lane_sum;
 pub mod mobility;
 mod moments;

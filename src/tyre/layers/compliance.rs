@@ -6,7 +6,7 @@
 //! 3. C = displacement/traction on the last face; D = (product of the transfers) C;
 //! 4. turn from the direction of k to x and y.
 //!
-//! Cost: one P-SV pass of 2x2 matrices a layer ([`operations`] of them), and one SH pass where the full matrix is wanted.
+//! Cost: one P-SV pass of 2x2 matrices a layer (see [`operations`]), and one SH pass where the full matrix is wanted.
 
 use num_complex::Complex64;
 

@@ -13,13 +13,13 @@ use std::time::{Duration, Instant};
 use rayon::Scope;
 use rayon::prelude::*;
 use serde::Serialize;
-use thiserror::Error;
 
-use super::ladder::{Ladder, RUNGS};
+pub use super::error::FitError;
+use super::ladder::{Ladder, REAL, RUNGS};
 use super::model::RationalModel;
-use super::sampled::Rung;
+use super::sampled::Target;
 use super::tree::{Tree, Visit};
-use super::wavenumber::{Fitted, Refusal, RefusalReason, Start, Target, fit_wavenumber};
+use super::wavenumber::{Fitted, Start, fit_wavenumber};
 use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
 use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, Truncation};
@@ -66,63 +66,6 @@ impl FitOptions {
             most_poles: 160,
             constant: false,
         }
-    }
-}
-
-/// A model that was refused.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum FitError {
-    /// One wavenumber did not reach the tolerance.
-    #[error(
-        "wavenumber {wavenumber}: a rational model with {order} poles reaches {error:.1e}, wanted {tolerance:.1e}: {reason}"
-    )]
-    Refused {
-        /// n.
-        wavenumber: usize,
-        /// Smallest error reached.
-        error: f64,
-        /// What was wanted.
-        tolerance: f64,
-        /// Poles in use, conjugates counted.
-        order: usize,
-        /// Why it ended.
-        reason: RefusalReason,
-    },
-    /// A material that answers before it is pushed: on a finite band a stable model can be made to follow it, but not a
-    /// passive tyre.
-    #[error(
-        "layer '{layer}': the law 'hysteretic' is not causal and has no time-domain model; use 'power-law', 'prony' or 'elastic'"
-    )]
-    NotCausal {
-        /// Name of the layer.
-        layer: String,
-    },
-    /// Options out of range.
-    #[error("{what} = {value} is out of range: {wanted}")]
-    Options {
-        /// Which one.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What would be right.
-        wanted: &'static str,
-    },
-    /// It was asked to end before it was done.
-    #[error("the fit was stopped")]
-    Stopped,
-}
-
-impl std::fmt::Display for RefusalReason {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(match self {
-            Self::Poles => "the largest number of poles is reached; allow more, or a larger tolerance",
-            Self::Resolution => {
-                "resonances are sharper than the sampling can follow; more damping or a lower top frequency is needed"
-            }
-            Self::Rounds => "neither more poles nor more samples helped; resonances too sharp and too many for this tolerance, or a law that is not causal",
-            Self::Passivity => "the fit would generate energy; a smaller tolerance may mend that",
-            Self::NotATransferFunction => "a sample is not finite",
-        })
     }
 }
 
@@ -223,7 +166,7 @@ const SCALE_BATCH: usize = 32;
 /// Largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the evaluations
 /// that it took.
 fn bottom_scale(sum: &InfluenceSum, ladder: &Ladder, driven: Field) -> (f64, u64) {
-    let rungs: Vec<Rung> = (0..=RUNGS).step_by(SCALE_STRIDE).map(Rung::Axis).collect();
+    let rungs: Vec<usize> = (0..=RUNGS).step_by(SCALE_STRIDE).collect();
     let batches: Vec<(f64, u64)> = rungs
         .par_chunks(SCALE_BATCH)
         .map(|rungs| {
@@ -309,8 +252,8 @@ impl Work<'_> {
     /// What a carcass's errors are relative to where it yields less than that: what the whole tyre yields at rest. Next
     /// to the springs of the bedding on it, short waves of the carcass are nothing.
     fn least_scale(&self, wavenumber: usize) -> f64 {
-        match (self.options.driven, self.ladder.real_at.first()) {
-            (Field::UnderTread, Some(at)) => self.sum.value(wavenumber, at, Field::Surface).value.norm(),
+        match self.options.driven {
+            Field::UnderTread => self.sum.value(wavenumber, &self.ladder.at[REAL.start], Field::Surface).value.norm(),
             _ => 0.0,
         }
     }
@@ -318,13 +261,12 @@ impl Work<'_> {
     fn fitted(&self, rank: usize, start: Start) -> Result<Fitted, FitError> {
         let Visit { wavenumber, stride } = self.tree.visit(rank);
         let one = |start: &Start, target: &Target| {
-            let mut sample = |rungs: &[Rung], values: &mut Vec<FaceValues>| {
+            let mut sample = |rungs: &[usize], values: &mut Vec<FaceValues>| {
                 let begin = Instant::now();
                 sample(&self.sum, &self.ladder, self.options.driven, wavenumber, rungs, values);
                 FitClock::add(&self.clock.sums, begin);
             };
             fit_wavenumber(&self.ladder, target, start, &mut sample)
-                .map_err(|refusal| refused(wavenumber, self.options, &refusal))
         };
         // Far from its start a fit is worth tidying; close to it, its start was tidy.
         let (removals, removal_below) = match stride {
@@ -333,6 +275,7 @@ impl Work<'_> {
             _ => (6, 0.7),
         };
         let target = Target {
+            wavenumber,
             least_scale: self.least_scale(wavenumber),
             tolerance: self.options.tolerance,
             most_poles: self.options.most_poles,
@@ -365,21 +308,7 @@ fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
     (0..most).map(|i| grid[i * (grid.len() - 1) / (most - 1)]).collect()
 }
 
-fn refused(n: usize, options: &FitOptions, refusal: &Refusal) -> FitError {
-    FitError::Refused {
-        wavenumber: n,
-        error: refusal.error,
-        tolerance: options.tolerance,
-        order: refusal.order,
-        reason: refusal.reason,
-    }
-}
-
 /// Exact values of both faces on rungs.
-fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[Rung], values: &mut Vec<FaceValues>) {
-    let at = rungs.iter().map(|rung| match *rung {
-        Rung::Axis(rung) => &ladder.axis_at[rung],
-        Rung::Real(rung) => &ladder.real_at[rung],
-    });
-    sum.faces(n, at, driven, values);
+fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[usize], values: &mut Vec<FaceValues>) {
+    sum.faces(n, rungs.iter().map(|&rung| &ladder.at[rung]), driven, values);
 }

@@ -1,20 +1,23 @@
 //! Rational models of the influence functions: one compact object that serves every speed, time step and road.
 //!
-//! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
-//! - [`ladder`]: the points at which the exact functions may be sampled;
+//! In the order of the data's way:
+//!
+//! - `ladder`: the points at which the exact functions may be sampled;
+//! - `tree`: which wavenumber starts from which;
 //! - `sampled`: the exact functions of one wavenumber on the ladder, and a model's errors there;
 //! - `passivity`: whether a model generates energy, and its mending;
-//! - [`wavenumber`]: the adaptive fit of one wavenumber;
-//! - [`tree`]: which wavenumber starts from which;
+//! - `wavenumber`: the adaptive fit of one wavenumber; [`error`]: why it was refused;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
-//! - [`cache`]: models on disk;
+//! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
+//! - [`cache`]: models on disk, `codec`: as bytes;
+//! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
 //! - [`scaling`]: what a fit costs.
 //!
 //! What the tolerance means. The error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
 //! where that is more: the contact feels G0, H_n far from its resonances, where it is small. A model within the
 //! tolerance t is then within t of the largest |H_n| everywhere, and three hundred times better where H_n is smallest.
-//! The carcass under a bedding has springs in series: its errors are relative to the whole tyre's H_n at rest where that
-//! is more.
+//! The carcass under a bedding has springs in series: its errors are relative to the whole tyre's H_n at rest where
+//! that is more.
 //!
 //! H_n and its model are analytic and bounded for Re s >= 0 (all poles are stable) and vanish or become constant at
 //! infinity, so by the maximum principle the error anywhere in the right half plane is at most the largest on the
@@ -25,17 +28,19 @@
 pub mod cache;
 mod codec;
 pub mod expected_fit;
+pub mod error;
 pub mod fit;
-pub mod ladder;
+mod ladder;
 pub mod model;
 mod passivity;
 mod sampled;
 pub mod scaling;
 mod tangential;
-pub mod tree;
-pub mod wavenumber;
+mod tree;
+mod wavenumber;
 
 pub use cache::Cache;
-pub use fit::{FitError, FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
+pub use error::FitError;
+pub use fit::{FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};
 pub use tangential::{TangentialModel, tangential_model};

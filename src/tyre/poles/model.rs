@@ -121,19 +121,9 @@ impl RationalModel {
         (0..=self.largest_wavenumber()).map(|n| Some(self.evaluate(n, Complex64::ZERO, field)?.re)).collect()
     }
 
-    /// Stored poles (a pair counts once) of all wavenumbers: what a time step pays for.
-    pub fn stored_poles(&self) -> usize {
-        self.poles.len()
-    }
-
     /// Poles of all wavenumbers, conjugates counted.
     pub fn order(&self) -> usize {
         self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
-    }
-
-    /// Largest number of stored poles of one wavenumber.
-    pub fn most_stored_poles(&self) -> usize {
-        self.offsets.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0)
     }
 
     /// What the wavenumbers took and reached, n = 0..=N/2.

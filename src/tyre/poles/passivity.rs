@@ -2,10 +2,8 @@
 
 use num_complex::Complex64;
 
-use super::sampled::{Errors, Sampled};
-use super::wavenumber::Target;
+use super::sampled::{Candidate, Sampled};
 use crate::numeric::rational::PartialFractions;
-use crate::numeric::rational::vector_fitting::residues;
 
 /// Rounds of mending.
 const MENDING_ROUNDS: usize = 8;
@@ -13,15 +11,11 @@ const MENDING_ROUNDS: usize = 8;
 /// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where
 /// the model is asked for its own real part and no energy. Most offences lie beyond the band, where nothing else
 /// determines it. Only what stays within the tolerance is taken.
-pub fn passive(
-    sampled: &Sampled<'_>,
-    target: &Target,
-    poles: &[Complex64],
-    mut models: Vec<PartialFractions>,
-    mut errors: Errors,
-) -> (Vec<PartialFractions>, Errors) {
+pub fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candidate {
+    let tolerance = sampled.target.tolerance;
     let mut samples = sampled.samples(true);
     for _ in 0..MENDING_ROUNDS {
+        let models = &candidate.models;
         let (least, s) = least_power(sampled, &models[0]);
         if least >= 0.0 {
             break;
@@ -29,20 +23,18 @@ pub fn passive(
         for s in [s * 0.93, s, s * 1.07] {
             samples.points.push(s);
             samples.point_weights.push(sampled.point_weight(models[0].evaluate(s)));
-            for (face, (response, model)) in samples.responses.iter_mut().zip(&models).enumerate() {
+            for (face, (response, model)) in samples.responses.iter_mut().zip(models).enumerate() {
                 let value = model.evaluate(s);
-                let margin = -0.5 * target.tolerance * sampled.local_scale(value);
+                let margin = -0.5 * tolerance * sampled.local_scale(value);
                 response.push(if face == 0 { Complex64::new(value.re, margin) } else { value });
             }
         }
-        let Ok(mended) = residues(&samples, poles, target.constant) else { break };
-        let new = sampled.errors(&mended);
-        if new.largest() > target.tolerance {
-            break;
+        match sampled.candidate(&samples, candidate.poles.clone()) {
+            Ok(mended) if mended.errors.largest() <= tolerance => candidate = mended,
+            _ => break,
         }
-        (models, errors) = (mended, new);
     }
-    (models, errors)
+    candidate
 }
 
 /// Smallest Re(s H)/|s|, relative to the local scale of the errors, on every eighth rung and beyond the band, and

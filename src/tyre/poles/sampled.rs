@@ -9,10 +9,10 @@
 
 use num_complex::Complex64;
 
-use super::ladder::{Ladder, REAL_RUNGS, RUNGS};
+use super::ladder::{Ladder, REAL, RUNGS};
 use crate::numeric::rational::partial_fractions::is_pair;
-use crate::numeric::rational::vector_fitting::Samples;
-use crate::numeric::rational::{PartialFractions, Parts};
+use crate::numeric::rational::vector_fitting::{Samples, residues};
+use crate::numeric::rational::{PartialFractions, Parts, RationalError};
 use crate::tyre::influence::FaceValues;
 
 /// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at
@@ -24,37 +24,53 @@ const LEAST_SCALE: f64 = 3e-3;
 /// Rungs that join the grid in one round.
 const MOST_JOINING: usize = 12;
 
-/// A rung of one of the ladders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rung {
-    /// On the imaginary axis.
-    Axis(usize),
-    /// On the positive real axis.
-    Real(usize),
+/// What the fit of a wavenumber has to reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// n.
+    pub wavenumber: usize,
+    /// Largest error relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
+    pub tolerance: f64,
+    /// Most poles, conjugates counted.
+    pub most_poles: usize,
+    /// Whether a constant is fitted.
+    pub constant: bool,
+    /// Largest |D_n| of all wavenumbers: what the error of the belt is relative to. 0: of this wavenumber.
+    pub bottom_scale: f64,
+    /// Least local scale of the driven face's errors.
+    pub least_scale: f64,
+    /// How many times poles may be taken away.
+    pub removals: usize,
+    /// Poles are only taken away where the error is below this fraction of the tolerance.
+    pub removal_below: f64,
 }
 
-/// Evaluates the exact functions on a list of rungs, in their order.
-pub type Sample<'s> = dyn FnMut(&[Rung], &mut Vec<FaceValues>) + 's;
+/// Evaluates the exact functions on a list of rungs of the [`Ladder`], in their order.
+pub type Sample<'s> = dyn FnMut(&[usize], &mut Vec<FaceValues>) + 's;
 
 /// What is known of one wavenumber.
 pub struct Sampled<'a> {
     pub ladder: &'a Ladder,
-    /// Samples by rung of the axis: driven and innermost face.
-    axis: Vec<Option<[Complex64; 2]>>,
-    real: Vec<[Complex64; 2]>,
-    /// Rungs that fits may use, rising.
+    pub target: &'a Target,
+    /// Samples by rung: driven and innermost face.
+    values: Vec<Option<[Complex64; 2]>>,
+    /// Rungs of the axis that fits may use, rising.
     pub grid: Vec<usize>,
-    /// Rungs that only check, rising.
+    /// Rungs of the axis that only check, rising.
     pub fresh: Vec<usize>,
     /// Further fresh rungs, where a model has a peak that is narrower than the samples are apart.
     probes: Vec<usize>,
     /// Largest |H_n| and |D_n| so far.
     pub scales: [f64; 2],
-    /// The second scale, where it is given.
-    bottom_scale: f64,
-    /// Least local scale of the driven face.
-    least_scale: f64,
     pub evaluations: u64,
+}
+
+/// A model of one wavenumber: poles, the fractions of both faces over them, and their errors.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    pub poles: Vec<Complex64>,
+    pub models: Vec<PartialFractions>,
+    pub errors: Errors,
 }
 
 /// Errors of a model, each relative to its scale (see the module).
@@ -82,100 +98,92 @@ impl Errors {
     }
 }
 
+/// Rungs of the real axis that fits may use.
+fn fitted_real() -> impl Iterator<Item = usize> {
+    REAL.skip(1).step_by(2)
+}
+
 impl<'a> Sampled<'a> {
-    /// Nothing sampled yet. `bottom_scale` 0: the largest |D_n| of this wavenumber.
-    pub fn new(ladder: &'a Ladder, grid: Vec<usize>, bottom_scale: f64, least_scale: f64) -> Self {
-        Self {
+    /// What a grid of rungs and the real axis tell.
+    pub fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
+        let mut sampled = Self {
             ladder,
-            axis: vec![None; RUNGS + 1],
-            real: Vec::new(),
+            target,
+            values: vec![None; REAL.end],
             grid,
             fresh: Vec::new(),
             probes: Vec::new(),
             scales: [0.0; 2],
-            bottom_scale,
-            least_scale,
             evaluations: 0,
-        }
+        };
+        sampled.refresh(sample);
+        sampled
+    }
+
+    /// Samples of the imaginary axis.
+    fn on_axis(&self) -> impl Iterator<Item = &[Complex64; 2]> {
+        self.values[..REAL.start].iter().flatten()
     }
 
     /// Whether the belt moves more than a share of its scale anywhere.
     pub fn bottom_exceeds(&self, share: f64) -> bool {
-        self.axis.iter().flatten().any(|value| value[1].norm_sqr() > (share * self.scales[1]).powi(2))
+        self.on_axis().any(|value| value[1].norm_sqr() > (share * self.scales[1]).powi(2))
     }
 
     /// Brings `fresh` up to date with the grid and evaluates what is missing.
-    pub fn refresh(&mut self, sample: &mut Sample<'_>) {
+    fn refresh(&mut self, sample: &mut Sample<'_>) {
         self.fresh =
             self.grid.windows(2).filter(|pair| pair[1] - pair[0] > 1).map(|pair| (pair[0] + pair[1]) / 2).collect();
         let probes = self.probes.iter().filter(|probe| self.grid.binary_search(probe).is_err());
         self.fresh.extend(probes);
         self.fresh.sort_unstable();
         self.fresh.dedup();
-        let mut wanted: Vec<Rung> = self
-            .grid
-            .iter()
-            .chain(&self.fresh)
-            .filter(|&&rung| self.axis[rung].is_none())
-            .map(|&rung| Rung::Axis(rung))
-            .collect();
-        if self.real.is_empty() {
-            self.real = vec![[Complex64::ZERO; 2]; REAL_RUNGS];
-            wanted.extend((0..REAL_RUNGS).map(Rung::Real));
-        }
+        let rungs = self.grid.iter().chain(&self.fresh).copied().chain(REAL);
+        let mut wanted: Vec<usize> = rungs.filter(|&rung| self.values[rung].is_none()).collect();
         // Neighbouring rungs side by side.
         wanted.sort_unstable();
         let mut values = Vec::with_capacity(wanted.len());
         sample(&wanted, &mut values);
         for (rung, faces) in wanted.into_iter().zip(values) {
             self.evaluations += faces.evaluations;
-            let value = [faces.driven, faces.bottom];
-            match rung {
-                Rung::Axis(rung) => self.axis[rung] = Some(value),
-                Rung::Real(rung) => self.real[rung] = value,
-            }
+            self.values[rung] = Some([faces.driven, faces.bottom]);
         }
-        let mut scales = [0.0_f64; 2];
-        for value in self.axis.iter().flatten() {
-            scales[0] = scales[0].max(value[0].norm_sqr());
-            scales[1] = scales[1].max(value[1].norm_sqr());
-        }
-        scales = scales.map(f64::sqrt);
-        self.scales = [scales[0], if self.bottom_scale > 0.0 { self.bottom_scale } else { scales[1] }];
+        let largest =
+            |face: usize| self.on_axis().fold(0.0_f64, |scale, value| scale.max(value[face].norm_sqr())).sqrt();
+        let given = self.target.bottom_scale;
+        self.scales = [largest(0), if given > 0.0 { given } else { largest(1) }];
     }
 
     pub fn value(&self, rung: usize) -> [Complex64; 2] {
-        self.axis[rung].unwrap_or_default()
+        self.values[rung].unwrap_or_default()
     }
 
     /// The samples that fits may use. The belt only has a say in the poles where it is not negligible.
     pub fn samples(&self, with_bottom: bool) -> Samples {
-        let fitted_real = || (1..REAL_RUNGS).step_by(2);
-        let points: Vec<_> = self
-            .grid
-            .iter()
-            .map(|&rung| self.ladder.axis[rung])
-            .chain(fitted_real().map(|rung| self.ladder.real[rung]))
-            .collect();
-        let response = |face: usize| {
-            let axis = self.grid.iter().map(move |&rung| self.value(rung)[face]);
-            axis.chain(fitted_real().map(move |rung| self.real[rung][face])).collect()
-        };
+        let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
+        let response = |face: usize| rungs.iter().map(|&rung| self.value(rung)[face]).collect();
         let responses: Vec<Vec<Complex64>> = (0..if with_bottom { 2 } else { 1 }).map(response).collect();
         let scales = &self.scales[..responses.len()];
         Samples {
             weights: scales.iter().map(|scale| scale.max(f64::MIN_POSITIVE).recip()).collect(),
             point_weights: responses[0].iter().map(|&value| self.point_weight(value)).collect(),
-            points,
+            points: rungs.iter().map(|&rung| self.ladder.points[rung]).collect(),
             responses,
         }
+    }
+
+    /// The best model over given poles.
+    pub fn candidate(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Candidate, RationalError> {
+        let models = residues(samples, &poles, self.target.constant)?;
+        let errors = self.errors(&models);
+        Ok(Candidate { poles, models, errors })
     }
 
     /// What an error of the driven face is relative to where its value is `value`.
     pub fn local_scale(&self, value: Complex64) -> f64 {
         let largest = self.scales[0];
         let scale = value.norm_sqr().sqrt().max(LEAST_SCALE * largest).min(largest);
-        scale.max(self.least_scale).max(f64::MIN_POSITIVE)
+        scale.max(self.target.least_scale).max(f64::MIN_POSITIVE)
     }
 
     /// How much more an error counts where the driven face's value is `value` than where it is largest.
@@ -184,14 +192,11 @@ impl<'a> Sampled<'a> {
     }
 
     /// Errors of both faces at rungs, in their order.
-    fn errors_at(&self, models: &[PartialFractions], rungs: &[Rung]) -> Vec<[f64; 2]> {
-        let points = Parts::new(rungs.iter().map(|&rung| self.point(rung)), 1.0);
+    fn errors_at(&self, models: &[PartialFractions], rungs: &[usize]) -> Vec<[f64; 2]> {
+        let points = Parts::new(rungs.iter().map(|&rung| self.ladder.points[rung]), 1.0);
         let modelled: Vec<Parts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
-        let at = |(k, &rung): (usize, &Rung)| {
-            let values = match rung {
-                Rung::Axis(rung) => self.value(rung),
-                Rung::Real(rung) => self.real[rung],
-            };
+        let at = |(k, &rung): (usize, &usize)| {
+            let values = self.value(rung);
             let scales = [self.local_scale(values[0]), self.scales[1].max(f64::MIN_POSITIVE)];
             std::array::from_fn(|face| {
                 let error = (modelled[face].get(k) - values[face]).norm_sqr().sqrt() / scales[face];
@@ -202,25 +207,17 @@ impl<'a> Sampled<'a> {
         rungs.iter().enumerate().map(at).collect()
     }
 
-    fn point(&self, rung: Rung) -> Complex64 {
-        match rung {
-            Rung::Axis(rung) => self.ladder.axis[rung],
-            Rung::Real(rung) => self.ladder.real[rung],
-        }
-    }
-
     pub fn errors(&self, models: &[PartialFractions]) -> Errors {
-        let worst = self.ladder.axis[0];
+        let worst = self.ladder.points[0];
         let mut errors = Errors { fitted: 0.0, fresh: 0.0, between: 0.0, axis: 0.0, real: 0.0, bottom: 0.0, worst };
-        let axis = self.grid.iter().chain(&self.fresh).map(|&rung| Rung::Axis(rung));
-        let rungs: Vec<Rung> = axis.chain((0..REAL_RUNGS).map(Rung::Real)).collect();
+        let rungs: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().chain(REAL).collect();
         let all = self.errors_at(models, &rungs);
         let (on_grid, others) = all.split_at(self.grid.len());
         let (between, real) = others.split_at(self.fresh.len());
         for (&rung, [driven, bottom]) in self.grid.iter().zip(on_grid) {
             let error = driven.max(*bottom);
             if error > errors.fitted {
-                (errors.fitted, errors.worst) = (error, self.ladder.axis[rung]);
+                (errors.fitted, errors.worst) = (error, self.ladder.points[rung]);
             }
         }
         for both in between {
@@ -229,24 +226,23 @@ impl<'a> Sampled<'a> {
             errors.between = errors.between.max(both[0]).max(both[1]);
         }
         errors.fresh = errors.between;
-        for (rung, both) in real.iter().enumerate() {
+        for (rung, both) in REAL.zip(real) {
             errors.real = errors.real.max(both[0]);
             errors.bottom = errors.bottom.max(both[1]);
             let error = both[0].max(both[1]);
             if error > errors.fitted.max(errors.fresh) {
-                errors.worst = self.ladder.real[rung];
+                errors.worst = self.ladder.points[rung];
             }
-            let kind = if rung % 2 == 1 { &mut errors.fitted } else { &mut errors.fresh };
+            let kind = if (rung - REAL.start) % 2 == 1 { &mut errors.fitted } else { &mut errors.fresh };
             *kind = kind.max(error);
         }
         errors
     }
 
     /// Moves fresh rungs with a large error into the grid. `false` if there is nothing left to halve.
-    pub fn refine(&mut self, models: &[PartialFractions], tolerance: f64, sample: &mut Sample<'_>) -> bool {
-        let limit = 0.5 * tolerance;
-        let rungs: Vec<Rung> = self.fresh.iter().map(|&rung| Rung::Axis(rung)).collect();
-        let errors = self.errors_at(models, &rungs).into_iter().map(|[driven, bottom]| driven.max(bottom));
+    pub fn refine(&mut self, models: &[PartialFractions], sample: &mut Sample<'_>) -> bool {
+        let limit = 0.5 * self.target.tolerance;
+        let errors = self.errors_at(models, &self.fresh).into_iter().map(|[driven, bottom]| driven.max(bottom));
         let mut joining: Vec<(f64, usize)> =
             errors.zip(self.fresh.iter().copied()).filter(|&(error, _)| error > limit).collect();
         joining.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -263,26 +259,20 @@ impl<'a> Sampled<'a> {
 
     /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would
     /// notice if it were not real. Returns whether there was one.
-    pub fn probe(
-        &mut self,
-        poles: &[Complex64],
-        models: &[PartialFractions],
-        tolerance: f64,
-        sample: &mut Sample<'_>,
-    ) -> bool {
+    pub fn probe(&mut self, Candidate { poles, models, .. }: &Candidate, sample: &mut Sample<'_>) -> bool {
         let mut sampled: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().collect();
         sampled.sort_unstable();
         let before = self.probes.len();
         for (pole, residue) in poles.iter().zip(&models[0].residues).filter(|(pole, _)| is_pair(**pole)) {
             let scale = self.local_scale(models[0].evaluate(Complex64::new(0.0, pole.im)));
             let height = residue.norm() / (pole.re.abs() * scale);
-            let rung = self.ladder.axis.partition_point(|s| s.im < pole.im).min(RUNGS);
+            let rung = self.ladder.points[..REAL.start].partition_point(|s| s.im < pole.im).min(RUNGS);
             let next = sampled.partition_point(|&other| other < rung);
-            let at = |index: usize| sampled.get(index).map_or(0.0, |&other| self.ladder.axis[other].im);
+            let at = |index: usize| sampled.get(index).map_or(0.0, |&other| self.ladder.points[other].im);
             let apart = at(next) - at(next.saturating_sub(1));
             let narrow = apart > 0.0 && pole.re.abs() < apart;
             let known = sampled.get(next) == Some(&rung) || self.probes.contains(&rung);
-            if narrow && !known && height > 0.3 * tolerance {
+            if narrow && !known && height > 0.3 * self.target.tolerance {
                 self.probes.push(rung);
             }
         }

@@ -4,9 +4,9 @@
 //! T_n(s) = (1/L) sum_p sinc^2(kx_p dx/2) sum_(m odd) (2/B) a_m^2 C_xz(kx_p, ky_m, s),   kx_p that of n + p N
 //! ```
 //!
-//! in the same mean over the element and the contact width as H_n ([`crate::tyre::influence`]). It is odd in n and i times a
-//! transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only residues
-//! are fitted, over the model's poles that the band can feel, and a constant for the rest.
+//! in the same mean over the element and the contact width as H_n ([`crate::tyre::influence`]). It is odd in n and i
+//! times a transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only
+//! residues are fitted, over the model's poles that the band can feel, and a constant for the rest.
 //!
 //! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly
 //! nothing for rubber. What is left out is bounded by that times the weight that is left.

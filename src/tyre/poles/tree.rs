@@ -60,11 +60,6 @@ impl Tree {
         self.visits.len()
     }
 
-    /// Whether there is none; there always is n = 0.
-    pub fn is_empty(&self) -> bool {
-        self.visits.is_empty()
-    }
-
     /// Ranks of those that start from nothing.
     pub fn roots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&rank| self.visits[rank].stride == 0)
@@ -85,11 +80,6 @@ impl Tree {
     pub fn followers(&self, rank: usize) -> &[usize] {
         &self.followers[rank]
     }
-
-    /// Rank of a wavenumber.
-    pub fn rank(&self, wavenumber: usize) -> usize {
-        self.ranks[wavenumber]
-    }
 }
 
 #[cfg(test)]
@@ -107,7 +97,7 @@ mod tests {
             while let Some(rank) = open.pop() {
                 assert!(!reached[rank], "{last}: rank {rank} twice");
                 reached[rank] = true;
-                assert_eq!(tree.rank(tree.visit(rank).wavenumber), rank);
+                assert_eq!(tree.ranks[tree.visit(rank).wavenumber], rank);
                 for &follower in tree.followers(rank) {
                     assert_eq!(tree.start(follower), Some(rank));
                     assert!(follower > rank);
@@ -129,6 +119,6 @@ mod tests {
             depth
         };
         assert_eq!((0..tree.len()).map(depth).max(), Some(8));
-        assert_eq!(tree.visit(tree.start(tree.rank(512)).unwrap_or(0)).wavenumber, 256);
+        assert_eq!(tree.visit(tree.start(tree.ranks[512]).unwrap_or(0)).wavenumber, 256);
     }
 }

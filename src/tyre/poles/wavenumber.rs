@@ -14,13 +14,14 @@
 
 use num_complex::Complex64;
 
-use super::ladder::{Ladder, REAL_RUNGS, RUNGS};
+use super::error::{FitError, RefusalReason};
+use super::ladder::{Ladder, REAL, RUNGS};
 use super::model::{Entry, FitStatistics};
 use super::passivity::{least_power, passive};
-use super::sampled::{Errors, Sample, Sampled};
+use super::sampled::{Candidate, Sample, Sampled, Target};
 use crate::numeric::rational::partial_fractions::{fold_conjugates, order, sort, stabilise};
-use crate::numeric::rational::vector_fitting::{Elimination, relocate, residues};
-use crate::numeric::rational::{PartialFractions, RationalError, aaa};
+use crate::numeric::rational::vector_fitting::{Elimination, relocate};
+use crate::numeric::rational::{RationalError, aaa};
 
 /// Intervals of the first grid.
 const FIRST_INTERVALS: usize = 64;
@@ -43,25 +44,6 @@ const PRODUCTS_FROM: f64 = 1e-6;
 /// The belt has a say in the poles from this many tolerances on.
 const BELT_FROM: f64 = 1e4;
 
-/// What a fit has to reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Target {
-    /// Largest error relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
-    pub tolerance: f64,
-    /// Most poles, conjugates counted.
-    pub most_poles: usize,
-    /// Whether a constant is fitted.
-    pub constant: bool,
-    /// Largest |D_n| of all wavenumbers: what the error of the belt is relative to. 0: of this wavenumber.
-    pub bottom_scale: f64,
-    /// Least local scale of the driven face's errors.
-    pub least_scale: f64,
-    /// How many times poles may be taken away.
-    pub removals: usize,
-    /// Poles are only taken away where the error is below this fraction of the tolerance.
-    pub removal_below: f64,
-}
-
 /// Where a fit starts: poles of a neighbour and the rungs it ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Start {
@@ -80,32 +62,6 @@ pub struct Fitted {
     pub grid: Vec<usize>,
 }
 
-/// Why a fit was refused.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Refusal {
-    /// Smallest error reached.
-    pub error: f64,
-    /// Poles in use then, conjugates counted.
-    pub order: usize,
-    /// What ended the attempt.
-    pub reason: RefusalReason,
-}
-
-/// What ended an attempt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RefusalReason {
-    /// The largest number of poles was reached.
-    Poles,
-    /// The finest rungs were reached: resonances sharper than the ladder.
-    Resolution,
-    /// Neither more poles nor more samples helped.
-    Rounds,
-    /// The fit generates energy at some frequency.
-    Passivity,
-    /// The function does not take real values on the real axis or is not finite: not a transfer function.
-    NotATransferFunction,
-}
-
 struct Attempt<'a> {
     target: &'a Target,
     sampled: Sampled<'a>,
@@ -115,24 +71,37 @@ struct Attempt<'a> {
 }
 
 /// Fits one wavenumber. `sample` evaluates the exact functions on a list of rungs, in their order.
+///
+/// # Errors
+/// [`FitError::Refused`].
 pub fn fit_wavenumber(
     ladder: &Ladder,
     target: &Target,
     start: &Start,
     sample: &mut Sample<'_>,
-) -> Result<Fitted, Refusal> {
+) -> Result<Fitted, FitError> {
     let grid = if start.grid.is_empty() {
         (0..=FIRST_INTERVALS).map(|i| i * (RUNGS / FIRST_INTERVALS)).collect()
     } else {
         start.grid.clone()
     };
-    let mut sampled = Sampled::new(ladder, grid, target.bottom_scale, target.least_scale);
-    sampled.refresh(sample);
+    let sampled = Sampled::new(ladder, target, grid, sample);
     let mut attempt = Attempt { target, sampled, relocations: 0, from_scratch: start.poles.is_empty() };
-    attempt.run(start, sample)
+    let accepted = attempt.run(start, sample)?;
+    let tidied = attempt.reduce(accepted);
+    Ok(attempt.finish(tidied))
 }
 
 impl Attempt<'_> {
+    fn refuse(&self, error: f64, order: usize, reason: RefusalReason) -> FitError {
+        let Target { wavenumber, tolerance, .. } = *self.target;
+        FitError::Refused { wavenumber, error, tolerance, order, reason }
+    }
+
+    fn broken(&self, _: RationalError) -> FitError {
+        self.refuse(f64::INFINITY, 0, RefusalReason::NotATransferFunction)
+    }
+
     /// How relocations eliminate residues unless they have to be exact: poles that are yet to be found come out fewer
     /// by reflections.
     fn elimination(&self) -> Elimination {
@@ -144,11 +113,7 @@ impl Attempt<'_> {
     }
 
     /// Relocates once and refits.
-    fn improve(
-        &mut self,
-        poles: &[Complex64],
-        elimination: Elimination,
-    ) -> Result<(Vec<Complex64>, Vec<PartialFractions>, Errors), RationalError> {
+    fn improve(&mut self, poles: &[Complex64], elimination: Elimination) -> Result<Candidate, RationalError> {
         // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs
         // no more.
         let with_bottom = self.sampled.bottom_exceeds((BELT_FROM * self.target.tolerance).min(0.05));
@@ -157,13 +122,11 @@ impl Attempt<'_> {
         let mut poles = relocate(pole_samples, poles, self.target.constant, elimination)?;
         self.bound(&mut poles);
         self.relocations += 1;
-        let models = residues(&samples, &poles, self.target.constant)?;
-        let errors = self.sampled.errors(&models);
-        Ok((poles, models, errors))
+        self.sampled.candidate(&samples, poles)
     }
 
     fn first_poles(&self) -> Result<Vec<Complex64>, RationalError> {
-        let points: Vec<_> = self.sampled.grid.iter().map(|&rung| self.sampled.ladder.axis[rung]).collect();
+        let points: Vec<_> = self.sampled.grid.iter().map(|&rung| self.sampled.ladder.points[rung]).collect();
         let values: Vec<_> = self.sampled.grid.iter().map(|&rung| self.sampled.value(rung)[0]).collect();
         let most = (self.target.most_poles / 2).min(points.len() / 3).max(2);
         let barycentric = aaa::approximate(&points, &values, 0.3 * self.target.tolerance, most)?;
@@ -177,7 +140,7 @@ impl Attempt<'_> {
     /// relocation drives them further with every round, until they overflow, and what they do between the band and
     /// there is nothing but a threat to passivity.
     fn bound(&self, poles: &mut Vec<Complex64>) {
-        let farthest = FARTHEST * self.sampled.ladder.real[REAL_RUNGS - 1].re;
+        let farthest = FARTHEST * self.sampled.ladder.top;
         let before = poles.len();
         poles.retain(|pole| pole.norm() < farthest);
         if poles.len() < before {
@@ -186,58 +149,56 @@ impl Attempt<'_> {
         }
     }
 
-    fn run(&mut self, start: &Start, sample: &mut Sample<'_>) -> Result<Fitted, Refusal> {
-        let refuse = |error: f64, poles: &[Complex64], reason| Refusal { error, order: order(poles), reason };
-        let broken =
-            |_: RationalError| Refusal { error: f64::INFINITY, order: 0, reason: RefusalReason::NotATransferFunction };
-        let mut poles = if start.poles.is_empty() { self.first_poles().map_err(broken)? } else { start.poles.clone() };
-        let mut best = f64::INFINITY;
-        let (mut accepted, mut reason) = (None, RefusalReason::Rounds);
+    /// A model within the tolerance that generates no energy.
+    fn run(&mut self, start: &Start, sample: &mut Sample<'_>) -> Result<Candidate, FitError> {
+        let Target { tolerance, most_poles, .. } = *self.target;
+        let mut poles = if start.poles.is_empty() {
+            self.first_poles().map_err(|error| self.broken(error))?
+        } else {
+            start.poles.clone()
+        };
+        let (mut best, mut reason) = (f64::INFINITY, RefusalReason::Rounds);
         // Error when samples or poles were last changed or relocation last paid, and relocations since.
         let (mut before, mut idle) = (f64::INFINITY, 0);
         // Whether a model that generates energy may try with fewer poles; not any more where more were needed.
         let mut may_thin = true;
         for _ in 0..ROUNDS {
             self.sampled.enough_samples(order(&poles), sample);
-            let (moved, models, errors) = self.improve(&poles, self.elimination()).map_err(broken)?;
-            poles = moved;
-            best = best.min(errors.largest());
-            let errors = if errors.largest() <= self.target.tolerance
-                && self.sampled.probe(&poles, &models, self.target.tolerance, sample)
-            {
-                self.sampled.errors(&models)
-            } else {
-                errors
-            };
-            if errors.largest() <= self.target.tolerance {
-                let (models, errors) = passive(&self.sampled, self.target, &poles, models, errors);
-                let (least, s) = least_power(&self.sampled, &models[0]);
-                if least >= -self.target.tolerance {
-                    accepted = Some((poles.clone(), models, errors));
-                    break;
+            let elimination = self.elimination();
+            let mut candidate = self.improve(&poles, elimination).map_err(|error| self.broken(error))?;
+            best = best.min(candidate.errors.largest());
+            if candidate.errors.largest() <= tolerance && self.sampled.probe(&candidate, sample) {
+                candidate.errors = self.sampled.errors(&candidate.models);
+            }
+            if candidate.errors.largest() <= tolerance {
+                let candidate = passive(&self.sampled, candidate);
+                let (least, s) = least_power(&self.sampled, &candidate.models[0]);
+                if least >= -tolerance {
+                    return Ok(candidate);
                 }
+                poles = candidate.poles.clone();
                 // Poles to spare are what energy comes from beyond the band, where nothing determines them.
                 if may_thin
-                    && errors.largest() < THINNED_BELOW * self.target.tolerance
-                    && let Some(least) = self.least(&poles, &models)
+                    && candidate.errors.largest() < THINNED_BELOW * tolerance
+                    && let Some(least) = self.least(&candidate)
                 {
                     poles.remove(least);
-                    reason = RefusalReason::Passivity;
-                    continue;
-                }
-                may_thin = false;
-                if order(&poles) < self.target.most_poles {
+                } else if order(&poles) < most_poles {
+                    may_thin = false;
                     // Freedom where the energy comes from.
                     poles.push(Complex64::new(-s.im, 0.0));
-                    reason = RefusalReason::Passivity;
-                    continue;
+                } else {
+                    return Err(self.refuse(best, order(&poles), RefusalReason::Passivity));
                 }
-                return Err(refuse(best, &poles, RefusalReason::Passivity));
+                reason = RefusalReason::Passivity;
+                continue;
             }
+            poles.clone_from(&candidate.poles);
+            let errors = candidate.errors;
             // So much better on the grid than it has to be: poles to spare, which swing between the samples.
             if may_thin
-                && errors.fitted < SPARE_BELOW * self.target.tolerance
-                && let Some(least) = self.least(&poles, &models)
+                && errors.fitted < SPARE_BELOW * tolerance
+                && let Some(least) = self.least(&candidate)
             {
                 poles.remove(least);
                 (before, idle) = (f64::INFINITY, 0);
@@ -250,13 +211,13 @@ impl Attempt<'_> {
             }
             (before, idle) = (f64::INFINITY, 0);
             let dense = self.sampled.grid.len() > MOST_SAMPLES * order(&poles) + FIRST_INTERVALS;
-            if errors.between > self.target.tolerance && errors.between > 2.0 * errors.fitted && !dense {
-                if self.sampled.refine(&models, self.target.tolerance, sample) {
+            if errors.between > tolerance && errors.between > 2.0 * errors.fitted && !dense {
+                if self.sampled.refine(&candidate.models, sample) {
                     continue;
                 }
                 reason = RefusalReason::Resolution;
             }
-            if order(&poles) + 2 > self.target.most_poles {
+            if order(&poles) + 2 > most_poles {
                 reason = RefusalReason::Poles;
                 break;
             }
@@ -264,16 +225,14 @@ impl Attempt<'_> {
                 break;
             }
             may_thin = false;
-            poles.push(new_pole(errors.worst, self.sampled.ladder.axis[1].im));
+            poles.push(new_pole(errors.worst, self.sampled.ladder.points[1].im));
             sort(&mut poles);
         }
-        let Some((poles, models, errors)) = accepted else { return Err(refuse(best, &poles, reason)) };
-        let (poles, models, errors) = self.reduce(poles, models, errors);
-        Ok(self.finish(poles, models, errors))
+        Err(self.refuse(best, order(&poles), reason))
     }
 
     /// The pole that contributes least, if it is not the only one.
-    fn least(&self, poles: &[Complex64], models: &[PartialFractions]) -> Option<usize> {
+    fn least(&self, Candidate { poles, models, .. }: &Candidate) -> Option<usize> {
         let share = |index: usize| {
             let size = |face: usize| models[face].residues[index].norm() / self.sampled.scales[face];
             size(0).max(size(1)) / poles[index].re.abs()
@@ -282,46 +241,40 @@ impl Attempt<'_> {
     }
 
     /// Takes poles away as long as the tolerance holds.
-    fn reduce(
-        &mut self,
-        mut poles: Vec<Complex64>,
-        mut models: Vec<PartialFractions>,
-        mut errors: Errors,
-    ) -> (Vec<Complex64>, Vec<PartialFractions>, Errors) {
+    fn reduce(&mut self, mut accepted: Candidate) -> Candidate {
         for _ in 0..self.target.removals {
-            let Some(least) = self.least(&poles, &models) else { break };
-            if errors.largest() > self.target.removal_below * self.target.tolerance {
+            if accepted.errors.largest() > self.target.removal_below * self.target.tolerance {
                 break;
             }
-            let mut fewer = poles.clone();
-            fewer.remove(least);
-            let mut found = false;
-            for elimination in [self.elimination(), Elimination::Reflections] {
-                let Ok((moved, refitted, new)) = self.improve(&fewer, elimination) else { break };
-                fewer = moved;
-                if new.largest() <= self.target.tolerance {
-                    let (refitted, new) = passive(&self.sampled, self.target, &fewer, refitted, new);
-                    if least_power(&self.sampled, &refitted[0]).0 < -self.target.tolerance {
-                        continue;
-                    }
-                    (poles, models, errors) = (fewer.clone(), refitted, new);
-                    found = true;
-                    break;
-                }
-            }
-            if !found {
-                break;
-            }
+            let Some(fewer) = self.with_one_less(&accepted) else { break };
+            accepted = fewer;
         }
-        (poles, models, errors)
+        accepted
     }
 
-    fn finish(&self, poles: Vec<Complex64>, models: Vec<PartialFractions>, errors: Errors) -> Fitted {
+    /// A model as good as has to be without the pole that contributes least.
+    fn with_one_less(&mut self, accepted: &Candidate) -> Option<Candidate> {
+        let mut fewer = accepted.poles.clone();
+        fewer.remove(self.least(accepted)?);
+        for elimination in [self.elimination(), Elimination::Reflections] {
+            let candidate = self.improve(&fewer, elimination).ok()?;
+            fewer.clone_from(&candidate.poles);
+            if candidate.errors.largest() <= self.target.tolerance {
+                let candidate = passive(&self.sampled, candidate);
+                if least_power(&self.sampled, &candidate.models[0]).0 >= -self.target.tolerance {
+                    return Some(candidate);
+                }
+            }
+        }
+        None
+    }
+
+    fn finish(&self, Candidate { poles, models, errors }: Candidate) -> Fitted {
         let passivity = least_power(&self.sampled, &models[0]).0;
         let statistics = FitStatistics {
             order: order(&poles),
-            samples: self.sampled.grid.len() + REAL_RUNGS / 2,
-            fresh_samples: self.sampled.fresh.len() + REAL_RUNGS / 2,
+            samples: self.sampled.grid.len() + REAL.len() / 2,
+            fresh_samples: self.sampled.fresh.len() + REAL.len() / 2,
             evaluations: self.sampled.evaluations,
             relocations: self.relocations,
             error: errors.axis,

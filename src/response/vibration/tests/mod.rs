@@ -180,7 +180,7 @@ fn points_all_round(layout: SegmentLayout, kind: TransferKind) {
     // More points than waves: no two waves look alike on them.
     let count = 2 * ELEMENTS;
     let positions: Vec<f64> = (0..count).map(|point| point as f64 * 1.95 / count as f64 - 0.9).collect();
-    table.add_points(&mut accumulator, &positions);
+    accumulator.add_points(&table, &positions);
     for row in noise(&layout, 4 * layout.hop(), 2.0, 8).chunks_exact(layout.width()) {
         accumulator.push(row, 0.0);
     }
@@ -308,7 +308,7 @@ fn stopped_anywhere(layout: SegmentLayout) {
     let table = VelocityTable::new(&layout, &response(), TransferKind::Exact, VibrationField::Belt).unwrap();
     let new = || {
         let mut accumulator = VibrationAccumulator::new(layout);
-        table.add_points(&mut accumulator, &[0.2]);
+        accumulator.add_points(&table, &[0.2]);
         let table = VelocityTable::new(&layout, &response(), TransferKind::Exact, VibrationField::Tread).unwrap();
         accumulator.set_elements(ElementVelocities::new(&layout, 3, vec![table], vec![9]));
         accumulator

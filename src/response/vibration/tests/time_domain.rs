@@ -155,7 +155,7 @@ fn compare(
     let positions = [layout.first_position, 0.0, 0.1, -0.7, 0.975];
     let mut accumulator = VibrationAccumulator::new(*layout);
     let table = VelocityTable::new(layout, response, kind, field).unwrap();
-    table.add_points(&mut accumulator, &positions);
+    accumulator.add_points(&table, &positions);
     let elements = vec![0, 6, 15, 7];
     accumulator.set_elements(ElementVelocities::new(layout, 0, vec![table], elements.clone()));
     for row in plain.chunks_exact(layout.width()) {

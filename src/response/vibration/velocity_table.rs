@@ -1,4 +1,5 @@
-//! Velocity at a point that stands beside the axle, for unit force at each place of the window.
+//! Velocities for unit force by wavenumber, and from them that at a point which stands beside the axle, for unit force
+//! at each place of the window.
 //!
 //! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half
 //! of either end: the interpolation between the elements that has no wave shorter than two of them. For every bin one
@@ -16,9 +17,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 
-use super::accumulator::VibrationAccumulator;
 use super::layout::SegmentLayout;
-use super::share::delay;
 use super::transfer::{TransferKind, Transfers, TyreResponse, VibrationField};
 
 /// s H_n(s) by wavenumber n = 0..=N/2, stage of a step and bin of the material frame.
@@ -53,7 +52,7 @@ impl VelocityTable {
     }
 
     /// Y_n of a stage's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
-    pub fn at(&self, stage: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
+    pub(super) fn at(&self, stage: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
         let row = self.bins_of(stage, wavenumber.unsigned_abs() as usize).start;
         let value = self.values[row + material_bin.unsigned_abs() as usize];
         let value = if material_bin < 0 { value.conj() } else { value };
@@ -99,34 +98,31 @@ impl VelocityTable {
         16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.stages() * layout.bins()) as f64
     }
 
-    /// Adds points at positions from the axle \[m\], in their order.
-    pub fn add_points(&self, accumulator: &mut VibrationAccumulator, positions: &[f64]) {
+    /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.
+    pub(super) fn at_position(&self, position: f64) -> impl FnMut(usize, &mut [Complex64]) + '_ {
         let layout = self.layout;
         let SegmentLayout { elements, substeps, columns, .. } = layout;
         let transform = FftPlanner::<f64>::new().plan_fft_forward(elements);
         let mut row = vec![Complex64::ZERO; elements];
         let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
         let element = layout.circumference / elements as f64;
-        for &position in positions {
-            accumulator.add_point(|bin, out| {
-                for (stage, phase) in
-                    (0..layout.stages()).flat_map(|stage| (0..substeps).map(move |phase| (stage, phase)))
-                {
-                    let distance = position - layout.first_position + element * phase as f64 / substeps as f64;
-                    row.fill(Complex64::ZERO);
-                    for index in 0..layout.wavenumbers() {
-                        let n = layout.wavenumber(index);
-                        let turn = Complex64::from_polar(1.0, 2.0 * PI * n as f64 * distance / layout.circumference);
-                        let velocity = self.at(stage, n, layout.material_bin(bin, n));
-                        row[n.rem_euclid(elements as i64) as usize] += layout.share(index) * turn * velocity;
-                    }
-                    transform.process_with_scratch(&mut row, &mut scratch);
-                    let delay = delay(&layout, bin, phase);
-                    for (column, value) in row[..columns].iter().enumerate() {
-                        out[(stage * columns + column) * substeps + phase] = delay * value;
-                    }
+        move |bin, out| {
+            for (stage, phase) in (0..layout.stages()).flat_map(|stage| (0..substeps).map(move |phase| (stage, phase)))
+            {
+                let distance = position - layout.first_position + element * phase as f64 / substeps as f64;
+                row.fill(Complex64::ZERO);
+                for index in 0..layout.wavenumbers() {
+                    let n = layout.wavenumber(index);
+                    let turn = Complex64::from_polar(1.0, 2.0 * PI * n as f64 * distance / layout.circumference);
+                    let velocity = self.at(stage, n, layout.material_bin(bin, n));
+                    row[n.rem_euclid(elements as i64) as usize] += layout.share(index) * turn * velocity;
                 }
-            });
+                transform.process_with_scratch(&mut row, &mut scratch);
+                let delay = layout.delay(bin, phase);
+                for (column, value) in row[..columns].iter().enumerate() {
+                    out[(stage * columns + column) * substeps + phase] = delay * value;
+                }
+            }
         }
     }
 }

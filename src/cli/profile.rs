@@ -23,8 +23,10 @@ const RECORDS: &str = "profiles/record";
 const ACCEPTED: &str = "profiles/accepted.toml";
 
 const EXAMPLES: &str = "\
-A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, compliance, influence), each with exact counters and a physical value that it \
-must find. Counters are compared exactly; times only between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval, of each workload and of all pooled; instructions of every stage where valgrind is installed.
+A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, compliance, \
+influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
+between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval, of \
+each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is installed.
 
 Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json

@@ -1,9 +1,10 @@
 //! Instructions counted by Valgrind's callgrind, where it is installed: repeatable to a few in a million, whatever else
 //! the machine does.
 //!
-//! The program's line tables say from which file of the sources every instruction comes, however much was inlined where:
-//! the file says the stage. What comes from a library's file (vectors, numbers) belongs to the stage that most of the
-//! rest of its function belongs to; a function that is a library's alone belongs to none, but for the transforms'.
+//! The program's line tables say from which file of the sources every instruction comes, however much was inlined
+//! where: the file says the stage. What comes from a library's file (vectors, numbers) belongs to the stage that most
+//! of the rest of its function belongs to; a function that is a library's alone belongs to none, but for the
+//! transforms'.
 
 use std::collections::BTreeMap;
 use std::process::{Command, Stdio};
@@ -144,9 +145,10 @@ mod tests {
     #[test]
     fn every_line_goes_to_the_stage_of_its_file_and_calls_to_none() {
         let text = "events: Ir\n\n\
-             fl=(1) /home/a/src/contact/march.rs\nfn=(1) march\n10 5\nfi=(2) /home/a/src/contact/history/far.rs\n+2 70\n\
-             fi=(3) /rustc/abc/library/core/src/iter.rs\n* 30\nfe=(1)\n-3 2\ncfi=(4) /home/r/registry/src/x/rustfft-6/a.rs\n\
-             cfn=(2) transform\ncalls=3 7\n11 1000\n12 1\n\n\
+             fl=(1) /home/a/src/contact/march.rs\nfn=(1) march\n10 5\n\
+             fi=(2) /home/a/src/contact/history/far.rs\n+2 70\n\
+             fi=(3) /rustc/abc/library/core/src/iter.rs\n* 30\nfe=(1)\n-3 2\n\
+             cfi=(4) /home/r/registry/src/x/rustfft-6/a.rs\ncfn=(2) transform\ncalls=3 7\n11 1000\n12 1\n\n\
              fl=(4)\nfn=(2)\n7 1000\n\n\
              fl=(5) /home/r/registry/src/x/pulp-1/src/road/a.rs\nfn=(3) other\n1 9\n\ntotals: 1117\n";
         let found = by_stage(text);

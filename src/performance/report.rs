@@ -47,7 +47,8 @@ impl Verdict {
         let worst = all.iter().copied().fold(0.0, f64::max);
         let median = super::ratio::median(&mut all);
         format!(
-            "Intervals hold the median ratio with a probability of {:.1} %; a stage is called changed if two batches in a row lie beyond {:.0} %.\n\
+            "Intervals hold the median ratio with a probability of {:.1} %; \
+             a stage is called changed if two batches in a row lie beyond {:.0} %.\n\
              Smallest change that shows here and now: {:.1} % for half of the stages, {:.1} % for the worst.\n",
             100.0 * (1.0 - DOUBT),
             100.0 * MARGIN,
@@ -75,7 +76,7 @@ impl Verdict {
         for words in self.pooled(Change::Slower).chain(self.pooled(Change::Faster)) {
             let _ = writeln!(text, "all: {words}");
         }
-        let (counted, evidence) = (self.workloads.len(), self.evidence);
+        let (counted, evidence) = (self.workloads.len(), &self.evidence);
         let failed = self.workloads.iter().filter(|workload| !workload.complaints().is_empty()).count();
         let _ = match (self.passes(), self.workloads.iter().all(|workload| workload.whole.is_some())) {
             (true, true) => {

@@ -124,7 +124,7 @@ pub struct Verdict {
     /// The second one's.
     pub second: PathBuf,
     /// What it rests on, in words.
-    pub evidence: &'static str,
+    pub evidence: String,
     /// Workloads that both know.
     pub workloads: Vec<WorkloadVerdict>,
     /// Stages that several workloads have, their times pooled, in the order of their shares.
@@ -156,7 +156,7 @@ pub fn judge(
     let mut verdict = Verdict {
         first: first.path().clone(),
         second: second.path().clone(),
-        evidence: "results and counters; times and instructions of stages are compared between two programs only",
+        evidence: "results and counters; times and instructions are compared between two programs only".to_owned(),
         workloads: Vec::new(),
         stages: Vec::new(),
     };
@@ -177,9 +177,7 @@ pub fn judge(
             }
             confirm(&mut verdict.stages, &pooled(&second));
         }
-        verdict.evidence = "results, counters and times of every stage; no instructions";
         if effort.instructions {
-            verdict.evidence = "results, counters, instructions (exact) and times of every stage";
             for (&workload, found) in workloads.iter().zip(&mut verdict.workloads) {
                 watch(workload);
                 if stop.load(Ordering::Relaxed) {
@@ -194,6 +192,11 @@ pub fn judge(
                 }
             }
         }
+        let counted = verdict.workloads.iter().filter(|found| found.instructions.is_some()).count();
+        verdict.evidence = format!(
+            "results, counters and times of every stage, and the instructions (exact) of {counted} of {} workloads",
+            workloads.len()
+        );
         return Ok(verdict);
     }
     for &workload in workloads {
@@ -206,7 +209,8 @@ pub fn judge(
     Ok(verdict)
 }
 
-/// What a side took for a workload, and with which instructions and compiler; `None` for a record that does not know it.
+/// What a side took for a workload, and with which instructions and compiler; `None` for a record that does not know
+/// it.
 fn taken(side: &Side, workload: Workload) -> Result<Option<(RecordedWorkload, String, String)>, PerformanceError> {
     Ok(match side {
         Side::Record(_, record) => record
@@ -237,7 +241,8 @@ fn by_counters(
     Ok(Some(WorkloadVerdict { instructions, ..WorkloadVerdict::new(workload, differences, b.found) }))
 }
 
-/// A workload by both programs, pair by pair: what they measured first, and the times of the stages that both have \[s\].
+/// A workload by both programs, pair by pair: what they measured first, and the times \[s\] of the stages that both
+/// have.
 struct Timed {
     workload: Workload,
     first: [Measurement; 2],

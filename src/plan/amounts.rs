@@ -1,9 +1,9 @@
 //! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene,
 //! before any of it is done.
 //!
-//! What a solver does for given sizes it says itself (`expected` beside its code); here are the sizes. What only the run
-//! can know is expected: the length of the patch from a static solution with a few hundred elements, the poles of a fit
-//! that is not in the cache from those of the default tyre.
+//! What a solver does for given sizes it says itself (`expected` beside its code); here are the sizes. What only the
+//! run can know is expected: the length of the patch from a static solution with a few hundred elements, the poles of a
+//! fit that is not in the cache from those of the default tyre.
 
 use serde::Serialize;
 

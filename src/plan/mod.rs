@@ -3,7 +3,8 @@
 //! 1. [`decisions`]: which effects are on, off or reduced, and why; every later stage asks them;
 //! 2. sizes: time step, steps, lags;
 //! 3. [`Amounts`]: work of each stage in units, memory by what holds it;
-//! 4. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that [`crate::study::calibration`] has measured.
+//! 4. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that [`crate::study::calibration`] has
+//!    measured.
 //!
 //! The plan is data: it is made without any of the work, can be printed as a table or as JSON, and [`crate::run::run()`]
 //! follows it.

@@ -6,8 +6,8 @@ use super::table::{Report, Table, aligned, grouped};
 use crate::counters::{Counter, Stage};
 
 /// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
-/// what a core of the machine can do. What no stage has is listed as the rest; what was at work in the background stands
-/// beside and is no part of it.
+/// what a core of the machine can do. What no stage has is listed as the rest; what was at work in the background
+/// stands beside and is no part of it.
 pub fn cost_table(cost: &Cost) -> Report {
     let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();

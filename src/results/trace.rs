@@ -24,7 +24,10 @@ pub fn chrome_trace(trace: &Trace, title: &str, path: &Path) -> Result<String, R
         Row::March => 1,
         Row::Behind => 2,
     };
-    let named = |row: Row, name: &str| json!({ "name": "thread_name", "ph": "M", "pid": 1, "tid": thread(row), "args": { "name": name } });
+    let named = |row: Row, name: &str| {
+        let tid = thread(row);
+        json!({ "name": "thread_name", "ph": "M", "pid": 1, "tid": tid, "args": { "name": name } })
+    };
     let mut events: Vec<Value> = vec![
         json!({ "name": "process_name", "ph": "M", "pid": 1, "args": { "name": format!("tyrewave: {title}") } }),
         named(Row::March, "run"),

@@ -16,8 +16,9 @@ mod pattern_index;
 mod search;
 mod sweeps;
 
-pub use active_set::{ActiveSet, Residuals, SearchCounts};
+pub use active_set::{ActiveSet, Residuals};
 pub use factors::{FactorCache, FactorCounts, largest_memory};
 pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
 pub use local_set::SlicesUnder;
 pub use search::{Search, SliceLaw};
+pub use sweeps::SearchCounts;

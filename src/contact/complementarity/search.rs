@@ -1,8 +1,8 @@
 //! The ways to find the forces of a step.
 
-use super::active_set::{ActiveSet, Residuals, SearchCounts};
+use super::active_set::{ActiveSet, Residuals};
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
-use super::sweeps::move_on;
+use super::sweeps::{SearchCounts, move_on};
 use crate::contact::ContactError;
 use crate::counters::{Clocks, Spent};
 use crate::numeric::{StateError, StateReader, StateWriter};

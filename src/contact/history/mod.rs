@@ -3,7 +3,6 @@
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
-//! - [`scaled`]: another history with its influence functions scaled;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 //!
@@ -28,13 +27,11 @@ mod behind;
 mod direct;
 mod far;
 mod modes;
-mod scaled;
 pub(super) mod transfer;
 mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};
 pub use modes::{INSTANTS, ModalHistory};
-pub use scaled::ScaledHistory;
 
 use std::ops::AddAssign;
 

@@ -48,12 +48,12 @@ impl ContactKernel {
     }
 
     /// Whether points feel each other within a step.
-    pub fn is_coupled(&self) -> bool {
+    pub(crate) fn is_coupled(&self) -> bool {
         self.law != Tread::Uncoupled
     }
 
     /// What a force does within its step to the element j further on, j = 0..N \[m/N\], springs included.
-    pub fn within_a_step(&self) -> Vec<f64> {
+    pub(crate) fn within_a_step(&self) -> Vec<f64> {
         let mut influence = self.instant.clone();
         influence[0] += self.spring;
         if !self.is_coupled() {
@@ -68,7 +68,7 @@ impl ContactKernel {
     ///
     /// # Errors
     /// As [`matched`].
-    pub fn uncoupled_spring(
+    pub(crate) fn uncoupled_spring(
         &self,
         static_row: &[f64],
         circumference: f64,
@@ -104,7 +104,7 @@ impl EqualBedding {
 ///
 /// # Errors
 /// As [`matched`].
-pub fn equal_bedding(
+pub(crate) fn equal_bedding(
     carcass: &[f64],
     surface: &[f64],
     circumference: f64,

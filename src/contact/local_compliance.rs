@@ -13,7 +13,7 @@
 
 /// Frequency at which the tread's modulus is taken \[Hz\]: a road's texture loads and unloads a point within some 10
 /// ms.
-pub const MODULUS_FREQUENCY: f64 = 100.0;
+pub(crate) const MODULUS_FREQUENCY: f64 = 100.0;
 
 /// kappa \[m/Pa\] from the tread's effective modulus E* \[Pa\] and the road's mean wavenumber `<k>` \[rad/m\], both
 /// positive.

@@ -72,7 +72,7 @@ pub struct StepTimes {
 
 impl MarchTotals {
     /// Residuals relative to the largest force, the largest displacement and their product.
-    pub fn relative_residuals(&self) -> Residuals {
+    pub(crate) fn relative_residuals(&self) -> Residuals {
         let relative = |value: f64, scale: f64| if value > 0.0 { value / scale } else { 0.0 };
         Residuals {
             tension: relative(self.residuals.tension, self.largest_force),
@@ -161,7 +161,7 @@ impl March {
 
     /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the
     /// springs' own.
-    pub fn instant_displacements(&self) -> &[f64] {
+    pub(crate) fn instant_displacements(&self) -> &[f64] {
         &self.displacements
     }
 
@@ -171,7 +171,7 @@ impl March {
     }
 
     /// Totals so far.
-    pub fn totals(&self) -> &MarchTotals {
+    pub(crate) fn totals(&self) -> &MarchTotals {
         &self.totals
     }
 

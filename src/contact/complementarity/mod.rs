@@ -17,8 +17,10 @@ mod search;
 mod sweeps;
 
 pub use active_set::{ActiveSet, Residuals};
-pub use factors::{FactorCache, FactorCounts, largest_memory};
+pub(crate) use factors::largest_memory;
+pub use factors::{FactorCache, FactorCounts};
 pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
-pub use local_set::SlicesUnder;
-pub use search::{Search, SliceLaw};
+pub(crate) use local_set::SlicesUnder;
+pub(crate) use search::Search;
+pub use search::SliceLaw;
 pub use sweeps::SearchCounts;

@@ -8,15 +8,15 @@ use crate::counters::Work;
 use crate::numeric::windows::{add_row, add_windows};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
-pub const PATIENCE: u32 = 10;
+pub(crate) const PATIENCE: u32 = 10;
 
 /// Sweeps of the guess: each costs about half a cached solve, or a quarter of one made anew; two settle which points
-/// enter and leave at the ends of the patch. Where slices yield by themselves (dense asphalt, N = 1024) an instant takes
-/// 2.00 solves without them, 1.09 with one (1.03 at N = 4096, 2.4 at N = 64), 1.00 with two.
-pub const SWEEPS: usize = 2;
+/// enter and leave at the ends of the patch. Where slices yield by themselves (dense asphalt, N = 1024) an instant
+/// takes 2.00 solves without them, 1.09 with one (1.03 at N = 4096, 2.4 at N = 64), 1.00 with two.
+pub(crate) const SWEEPS: usize = 2;
 
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
-pub const HISTOGRAM_BINS: usize = 12;
+pub(crate) const HISTOGRAM_BINS: usize = 12;
 
 /// What the search has done over all steps.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,7 +64,7 @@ impl Surface {
     }
 
     /// u = G0 F, the forces given as (point, force).
-    pub fn displace(&mut self, forces: impl ExactSizeIterator<Item = (usize, f64)> + Clone) {
+    pub(crate) fn displace(&mut self, forces: impl ExactSizeIterator<Item = (usize, f64)> + Clone) {
         self.count_windows(forces.len());
         self.displacement.fill(0.0);
         let last = self.displacement.len() - 1;
@@ -107,7 +107,7 @@ impl Surface {
 }
 
 /// Values of columns after the window has moved on by a number of elements: what was column i is column i - `by`.
-pub fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
+pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
     let columns = values.len();
     let by = by.min(columns);
     values.copy_within(by.., 0);

@@ -15,7 +15,8 @@ pub enum ContactError {
     },
     /// Newton's method and its fallback have ended without the forces.
     #[error(
-        "the search for the forces of {points} points in contact did not settle at step {step}: numerics.contact_tolerance is below what rounding allows here"
+        "the search for the forces of {points} points in contact did not settle at step {step}: \
+         numerics.contact_tolerance is below what rounding allows here"
     )]
     Unsettled {
         /// Points in contact.
@@ -25,7 +26,8 @@ pub enum ContactError {
     },
     /// The first weight G0 is not positive: the time rule does not suit this tyre and time step.
     #[error(
-        "the instantaneous influence function is not positive definite (smallest eigenvalue {smallest:.3e}, largest {largest:.3e} m/N): \
+        "the instantaneous influence function is not positive definite (smallest eigenvalue {smallest:.3e}, \
+         largest {largest:.3e} m/N): \
          this time rule and time step cannot be stepped; choose bdf1 or bdf2, or another time step"
     )]
     NotPositive {
@@ -47,8 +49,9 @@ pub enum ContactError {
     NoSuchField,
     /// The motion has left everything that a linear tyre can mean.
     #[error(
-        "the tread would have to move by {displacement:.3} m at step {step} (t = {time:.6} s), more than the tyre's radius of {radius:.3} m: the \
-         motion grows without bound, as rolling contact can do above the speed of the waves in the belt; choose a lower speed or more damping"
+        "the tread would have to move by {displacement:.3} m at step {step} (t = {time:.6} s), more than the \
+         tyre's radius of {radius:.3} m: the motion grows without bound, as rolling contact can do above the speed of \
+         the waves in the belt; choose a lower speed or more damping"
     )]
     Unbounded {
         /// Time step.
@@ -62,7 +65,8 @@ pub enum ContactError {
     },
     /// No scaling makes the static contact as stiff as the elastic tread's.
     #[error(
-        "no scaling gives the tread law the static stiffness of the elastic tread: {force:.1} N are wanted, from {lowest:.1} to {highest:.1} N can be had"
+        "no scaling gives the tread law the static stiffness of the elastic tread: {force:.1} N \
+         are wanted, from {lowest:.1} to {highest:.1} N can be had"
     )]
     NoEqualStiffness {
         /// Static force of the elastic tread \[N\].

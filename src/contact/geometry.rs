@@ -65,7 +65,7 @@ impl Geometry {
     }
 
     /// x of element e in the patch at a time in steps \[m\].
-    pub fn position_between(&self, e: i64, steps: f64) -> f64 {
+    pub(crate) fn position_between(&self, e: i64, steps: f64) -> f64 {
         e as f64 * self.element - (self.start + steps * self.element / self.substeps as f64)
     }
 
@@ -82,7 +82,7 @@ impl Geometry {
 
     /// [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return with
     /// every element rolled: (substep x nodes + node) x columns + column.
-    pub fn rises(&self, nodes: &[f64]) -> Vec<f64> {
+    pub(crate) fn rises(&self, nodes: &[f64]) -> Vec<f64> {
         let instants = (0..self.substeps as i64).flat_map(|substep| nodes.iter().map(move |node| (substep, node)));
         let of_instant = |(substep, node): (i64, &f64)| {
             let steps = (substep - self.origin.1 - 1) as f64 + node;
@@ -93,7 +93,7 @@ impl Geometry {
     }
 
     /// Half the chord that a rigid tyre cuts from a plane at a depth \[m\].
-    pub fn half_chord(radius: f64, depth: f64) -> f64 {
+    pub(crate) fn half_chord(radius: f64, depth: f64) -> f64 {
         let depth = depth.clamp(0.0, radius);
         (depth * (2.0 * radius - depth)).sqrt()
     }

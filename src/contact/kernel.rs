@@ -23,29 +23,37 @@ pub struct ContactKernel {
     pub instant: Vec<f64>,
     /// Spring compliance per element \[m/N\]; 0 without springs.
     pub spring: f64,
+    /// Factor of the influence functions, of G0 and of the history alike.
+    pub(super) scale: f64,
 }
 
 impl ContactKernel {
-    /// From the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements.
+    /// From the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales them.
     ///
     /// # Errors
     /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive.
-    pub fn new(law: Tread, first_weights: &[f64], elements: usize, spring: f64) -> Result<Self, ContactError> {
-        let eigenvalues = first_weights.iter().map(|weight| elements as f64 * weight + spring);
+    pub fn new(
+        law: Tread,
+        first_weights: &[f64],
+        elements: usize,
+        EqualBedding { scale, spring }: EqualBedding,
+    ) -> Result<Self, ContactError> {
+        let eigenvalues = first_weights.iter().map(|weight| elements as f64 * (scale * weight) + spring);
         let (smallest, largest) = eigenvalues.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
         if !(smallest > 0.0 && largest.is_finite()) {
             return Err(ContactError::NotPositive { smallest, largest });
         }
-        Ok(Self { law, instant: Ring::new(elements).elements_of(|n| first_weights[n]).to_vec(), spring })
+        let instant = Ring::new(elements).elements_of(|n| scale * first_weights[n]).to_vec();
+        Ok(Self { law, instant, spring, scale })
     }
 
     /// Whether points feel each other within a step.
-    pub fn is_coupled(&self) -> bool {
+    pub(crate) fn is_coupled(&self) -> bool {
         self.law != Tread::Uncoupled
     }
 
     /// What a force does within its step to the element j further on, j = 0..N \[m/N\], springs included.
-    pub fn within_a_step(&self) -> Vec<f64> {
+    pub(crate) fn within_a_step(&self) -> Vec<f64> {
         let mut influence = self.instant.clone();
         influence[0] += self.spring;
         if !self.is_coupled() {
@@ -60,7 +68,7 @@ impl ContactKernel {
     ///
     /// # Errors
     /// As [`matched`].
-    pub fn uncoupled_spring(
+    pub(crate) fn uncoupled_spring(
         &self,
         static_row: &[f64],
         circumference: f64,
@@ -76,7 +84,7 @@ impl ContactKernel {
     }
 }
 
-/// A bedding as stiff as the elastic tread.
+/// What a bedding makes of the influence functions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EqualBedding {
     /// Factor of the carcass's influence functions.
@@ -85,13 +93,18 @@ pub struct EqualBedding {
     pub spring: f64,
 }
 
+impl EqualBedding {
+    /// Nothing: no bedding.
+    pub const NONE: Self = Self { scale: 1.0, spring: 0.0 };
+}
+
 /// The bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone, scale
 /// carcass_0 + spring = surface_0, and that of the smooth contact, the force `wanted` at its indentation. `carcass` and
 /// `surface` are static influence rows.
 ///
 /// # Errors
 /// As [`matched`].
-pub fn equal_bedding(
+pub(crate) fn equal_bedding(
     carcass: &[f64],
     surface: &[f64],
     circumference: f64,

@@ -51,7 +51,7 @@ pub struct MarchTotals {
 
 impl MarchTotals {
     /// Residuals relative to the largest force, the largest displacement and their product.
-    pub fn relative_residuals(&self) -> Residuals {
+    pub(crate) fn relative_residuals(&self) -> Residuals {
         let relative = |value: f64, scale: f64| if value > 0.0 { value / scale } else { 0.0 };
         Residuals {
             tension: relative(self.residuals.tension, self.largest_force),
@@ -69,16 +69,15 @@ pub struct March {
     kernel: ContactKernel,
     history: Box<dyn PastForces>,
     search: Search,
-    old: Vec<f64>,
-    required: Vec<f64>,
+    /// Forces and displacements at the step's instants, one after the other.
     forces: Vec<f64>,
+    displacements: Vec<f64>,
+    /// Their mean force.
+    mean: Vec<f64>,
+    required: Vec<f64>,
     step: u64,
     nodes: &'static [f64],
     weights: [f64; 3],
-    /// Mean forces of the step; empty for a rule of one stage.
-    mean: Vec<f64>,
-    /// Forces and displacements at the step's instants, one after the other.
-    instants: [Vec<f64>; 2],
     time_step: f64,
     totals: MarchTotals,
 }
@@ -100,14 +99,13 @@ impl March {
         Self {
             history,
             search: Search::new(within_a_step, kernel.is_coupled(), slices, numerics),
-            old: vec![0.0; columns],
+            forces: vec![0.0; columns * nodes.len()],
+            displacements: vec![0.0; columns * nodes.len()],
+            mean: vec![0.0; columns],
             required: vec![0.0; columns],
-            forces: vec![0.0; columns],
             step: 0,
             nodes,
             weights: numerics.time_rule.weights(),
-            mean: vec![0.0; if nodes.len() > 1 { columns } else { 0 }],
-            instants: [(); 2].map(|()| vec![0.0; columns * nodes.len()]),
             time_step,
             totals: MarchTotals::default(),
             rises: geometry.rises(nodes),
@@ -128,18 +126,18 @@ impl March {
 
     /// Forces of the last step by column of the window \[N\]: for a Runge-Kutta rule their mean over the step.
     pub fn forces(&self) -> &[f64] {
-        if self.mean.is_empty() { &self.forces } else { &self.mean }
+        &self.mean
     }
 
     /// Forces at the last step's instants, stage after stage, by column of the window \[N\].
     pub fn instant_forces(&self) -> &[f64] {
-        &self.instants[0]
+        &self.forces
     }
 
     /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the
     /// springs' own.
-    pub fn instant_displacements(&self) -> &[f64] {
-        &self.instants[1]
+    pub(crate) fn instant_displacements(&self) -> &[f64] {
+        &self.displacements
     }
 
     /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
@@ -148,7 +146,7 @@ impl March {
     }
 
     /// Totals so far.
-    pub fn totals(&self) -> &MarchTotals {
+    pub(crate) fn totals(&self) -> &MarchTotals {
         &self.totals
     }
 
@@ -178,19 +176,13 @@ impl March {
         }
         let mut total_force = 0.0;
         self.mean.fill(0.0);
-        let columns = self.geometry.columns;
         for (stage, (&node, weight)) in self.nodes.iter().zip(self.weights).enumerate() {
             // Multistep rules solve at the step's end: exactly at l dt.
             let indentation = axle.between((self.step as f64 - 1.0) + node);
             total_force += weight * self.stage(first_element, stage, indentation, slices, meter)?;
-            for (mean, force) in self.mean.iter_mut().zip(&self.forces) {
+            for (mean, force) in self.mean.iter_mut().zip(&self.forces[stage * self.geometry.columns..]) {
                 *mean += weight * force;
             }
-            let [forces, displacements] = &mut self.instants;
-            let now = stage * columns..(stage + 1) * columns;
-            forces[now.clone()].copy_from_slice(&self.forces);
-            displacements[now.clone()].copy_from_slice(&self.old);
-            self.search.add_displacement(&self.forces, &mut displacements[now]);
         }
         self.step += 1;
         let forces = self.forces();
@@ -213,16 +205,18 @@ impl March {
         slices: &SliceQueue,
         meter: &mut Meter,
     ) -> Result<f64, ContactError> {
-        let step = self.step;
+        let (step, columns) = (self.step, self.geometry.columns);
+        let now = stage * columns..(stage + 1) * columns;
+        let (forces, old) = (&mut self.forces[now.clone()], &mut self.displacements[now]);
         let mut laps = meter.laps();
-        self.history.displacement(first_element, &mut self.old, meter);
+        self.history.displacement(first_element, old, meter);
+        old.iter_mut().for_each(|displacement| *displacement *= self.kernel.scale);
         meter.lap(&mut laps, Stage::History);
         let takes_penetrations = self.search.takes_penetrations();
         let row = self.geometry.substep(step) * self.nodes.len() + stage;
-        let rises = &self.rises[row * self.required.len()..];
-        for ((element, required), (&old, &rise)) in
-            (first_element..).zip(&mut self.required).zip(self.old.iter().zip(rises))
-        {
+        let rises = &self.rises[row * columns..];
+        let past = old.iter().zip(rises);
+        for ((element, required), (&old, &rise)) in (first_element..).zip(&mut self.required).zip(past) {
             *required = match slices.get(element) {
                 Some(curve) => {
                     let penetration = indentation - rise + curve.peak - old;
@@ -231,14 +225,15 @@ impl March {
                 None => f64::NEG_INFINITY,
             };
         }
-        let columns = self.required.len() as u64;
+        let columns = columns as u64;
         // Rise, penetration and a piece of the curve: about 8 numbers and as many operations.
         meter.add_work(Stage::Penetration, Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns });
         meter.lap(&mut laps, Stage::Penetration);
         let under = SlicesUnder { slices, first_element };
-        let residuals = self.search.forces(&mut self.required, under, &mut self.forces, step, meter)?;
+        let residuals = self.search.forces(&mut self.required, under, forces, step, meter)?;
         meter.lap(&mut laps, Stage::ActiveSet);
-        let total_force: f64 = self.forces.iter().sum();
+        self.search.add_displacement(forces, old);
+        let total_force: f64 = forces.iter().sum();
         let time = step as f64 * self.time_step;
         if !total_force.is_finite() || self.required.iter().any(|required| required.is_nan()) {
             return Err(ContactError::NotFinite { step, time });
@@ -247,19 +242,14 @@ impl March {
         if displacement > radius {
             return Err(ContactError::Unbounded { step, time, displacement, radius });
         }
-        self.history.push(first_element, &self.forces);
-        self.record(residuals);
-        Ok(total_force)
-    }
-
-    fn record(&mut self, residuals: Residuals) {
+        self.history.push(first_element, forces);
         let totals = &mut self.totals;
         totals.residuals = totals.residuals.worst(residuals);
-        totals.largest_force = self.forces.iter().fold(totals.largest_force, |a, &b| a.max(b));
-        totals.largest_displacement = self.required.iter().fold(totals.largest_displacement, |a, &b| a.max(b));
-        let columns = self.forces.len();
-        let edge = self.forces[0] > 0.0 || self.forces[columns - 1] > 0.0;
-        totals.edge_contacts += u64::from(edge && columns < self.geometry.elements);
+        totals.largest_force = forces.iter().fold(totals.largest_force, |a, &b| a.max(b));
+        totals.largest_displacement = totals.largest_displacement.max(displacement);
+        let edge = forces.first().zip(forces.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0);
+        totals.edge_contacts += u64::from(edge && forces.len() < self.geometry.elements);
+        Ok(total_force)
     }
 }
 
@@ -271,7 +261,7 @@ impl March {
         state.counts(&[self.step, totals.edge_contacts]);
         let Residuals { tension, penetration, complementarity } = totals.residuals;
         state.numbers(&[tension, penetration, complementarity, totals.largest_force, totals.largest_displacement]);
-        state.numbers(&self.forces);
+        state.numbers(&self.mean);
         self.search.save(state);
         self.history.save(state);
     }
@@ -293,7 +283,7 @@ impl March {
             largest_displacement,
             edge_contacts,
         };
-        state.numbers_into(&mut self.forces)?;
+        state.numbers_into(&mut self.mean)?;
         self.search.restore(state)?;
         self.history.restore(state)
     }

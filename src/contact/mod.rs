@@ -5,7 +5,8 @@
 //! - [`history`]: displacement left over from past forces;
 //! - [`complementarity`]: which points touch, and their forces;
 //! - [`local_compliance`]: how much the tread yields to the texture, by formula and by pressing patches of a road;
-//! - [`static_contact`]: contact at rest on a smooth road; [`axle`]: the axle's height, fixed, held to a load or moving;
+//! - [`static_contact`]: contact at rest on a smooth road;
+//! - [`axle`]: the axle's height, fixed, held to a load or moving;
 //! - [`march`]: one time step after the other;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 

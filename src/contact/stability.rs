@@ -24,10 +24,10 @@ use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
 /// A force that grows by more than a tenth a step is refused: 1/1.1.
-pub const UNSTABLE: f64 = 0.909;
+pub(crate) const UNSTABLE: f64 = 0.909;
 /// A force that grows by less than one in a thousand a step is below what the fitted poles can tell; between the two
 /// lies the trapezoidal rule, whose symbol reads the model far beyond its band.
-pub const MARGINAL: f64 = 0.999;
+pub(crate) const MARGINAL: f64 = 0.999;
 /// Largest turn of w between two points of the circle \[rad\].
 const TURN: f64 = 0.8;
 /// |w(-1)|^(1/stages) relative to the first weight below which a rule rings at half the sampling frequency.

@@ -43,7 +43,7 @@ pub fn deepest(axle: &Axle, at_rest: f64) -> f64 {
 
 /// Half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\] above its
 /// plane.
-pub fn window_reach(axle: &Axle, at_rest: f64, highest: f64, radius: f64, element: f64) -> f64 {
+pub(crate) fn window_reach(axle: &Axle, at_rest: f64, highest: f64, radius: f64, element: f64) -> f64 {
     1.05 * Geometry::half_chord(radius, deepest(axle, at_rest) + highest) + 2.0 * element
 }
 
@@ -90,7 +90,7 @@ impl StaticTyre<'_> {
     }
 
     /// The indentation that carries a load \[N\], to 1e-9 of it: bisection on a force that grows with the indentation.
-    pub fn under_load(&self, load: f64) -> Result<StaticContact, ContactError> {
+    pub(crate) fn under_load(&self, load: f64) -> Result<StaticContact, ContactError> {
         let mut deep = 1e-3;
         let deepest = 0.5 * self.circumference / (2.0 * PI);
         loop {

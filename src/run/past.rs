@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
-use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces, ScaledHistory};
+use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::Stability;
 use crate::counters::{Counter, Meter, Stage, Work};
@@ -156,7 +156,7 @@ impl Past<'_> {
             let first: Vec<f64> = (0..=numerics.elements / 2).map(|n| weights.of(n)[0]).collect();
             let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
             let history = DirectHistory::new(lags, self.columns, numerics.substeps);
-            Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale), None))
+            Ok((self.kernel(&first)?, Box::new(history) as Box<dyn PastForces>, None))
         })
     }
 
@@ -174,7 +174,7 @@ impl Past<'_> {
         let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
             .zip(ModalHistory::new(&model, self.field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;
-        Ok((self.kernel(&first)?, ScaledHistory::of(Box::new(history), self.bedding.scale), Some(model)))
+        Ok((self.kernel(&first)?, Box::new(history), Some(model)))
     }
 
     /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
@@ -203,9 +203,7 @@ impl Past<'_> {
     }
 
     fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {
-        let scene = &self.loaded.scene;
-        let EqualBedding { scale, spring } = self.bedding;
-        let first_weights: Vec<f64> = first_weights.iter().map(|weight| scale * weight).collect();
-        ContactKernel::new(self.plan.decisions.tread, &first_weights, scene.numerics.elements, spring)
+        let elements = self.loaded.scene.numerics.elements;
+        ContactKernel::new(self.plan.decisions.tread, first_weights, elements, self.bedding)
     }
 }

@@ -200,7 +200,7 @@ fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(St
     let elastic = StaticTyre { influence: &row, circumference };
     let on = |tyre: &StaticTyre<'_>| tyre.under(&scene.rolling.axle);
     if field != Field::UnderTread {
-        return Ok((on(&elastic)?, EqualBedding { scale: 1.0, spring: 0.0 }));
+        return Ok((on(&elastic)?, EqualBedding::NONE));
     }
     let mut carcass = sum.static_row(field);
     let bedding = match scene.contact.bedding_stiffness {

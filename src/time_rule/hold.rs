@@ -1,5 +1,5 @@
-//! The first-order hold: exact modes under a force that is linear between the steps. Its inverse is unstable for a tyre,
-//! and every run refuses it: it is what a rule that is exact for the modes comes to.
+//! The first-order hold: exact modes under a force that is linear between the steps. Its inverse is unstable for a
+//! tyre, and every run refuses it: it shows what a rule that is exact for the modes comes to.
 
 use num_complex::Complex64;
 

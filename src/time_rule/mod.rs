@@ -9,13 +9,13 @@
 //! Everything that differs from rule to rule stands here; whoever uses one asks it.
 //!
 //! - this file: the rules, their times, weights, symbols and errors;
-//! - [`runge_kutta`]: the tableaux;
-//! - [`hold`]: the step of the first-order hold;
-//! - [`recursion`]: one pole under a rule, step by step.
+//! - `runge_kutta`: the tableaux;
+//! - `hold`: the step of the first-order hold;
+//! - `recursion`: one pole under a rule, step by step.
 
-pub mod hold;
-pub mod recursion;
-pub mod runge_kutta;
+pub(crate) mod hold;
+pub(crate) mod recursion;
+mod runge_kutta;
 
 use std::f64::consts::PI;
 
@@ -111,7 +111,7 @@ impl TimeRule {
     }
 
     /// How long before a step's end its force acts, in steps: the mean force of a Runge-Kutta step acts in its middle.
-    pub const fn force_lead(self) -> f64 {
+    pub(crate) const fn force_lead(self) -> f64 {
         if self.runge_kutta().is_some() { 0.5 } else { 0.0 }
     }
 
@@ -131,18 +131,18 @@ impl TimeRule {
     }
 
     /// Whether weights exist that one real sum over past steps can use: multistep quadratures.
-    pub const fn is_multistep(self) -> bool {
+    pub(crate) const fn is_multistep(self) -> bool {
         matches!(self, Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal)
     }
 
     /// Whether the rule is a convolution quadrature. The first-order hold is none: its modes are exact, and its inverse
     /// is unstable for a tyre.
-    pub const fn is_quadrature(self) -> bool {
+    pub(crate) const fn is_quadrature(self) -> bool {
         !matches!(self, Self::FirstOrderHold)
     }
 
     /// Whether the force rings at half the sampling frequency without decay, whatever the tyre.
-    pub const fn is_marginal(self) -> bool {
+    pub(crate) const fn is_marginal(self) -> bool {
         matches!(self, Self::Trapezoidal)
     }
 
@@ -159,8 +159,8 @@ impl TimeRule {
         }
     }
 
-    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the [`Self::rates`], of the first-order hold the
-    /// exact one.
+    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the [`Self::rates`], of the first-order hold
+    /// the exact one.
     pub fn symbol(self, zeta: Complex64) -> Complex64 {
         self.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
     }
@@ -168,7 +168,7 @@ impl TimeRule {
     /// Largest |delta| that the rule should be resolved for: the value at the sampling frequency for the backward
     /// differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on the unit
     /// circle for the Runge-Kutta rules.
-    pub const fn resolved_symbol(self) -> f64 {
+    pub(crate) const fn resolved_symbol(self) -> f64 {
         match self {
             Self::Bdf1 => 2.0,
             Self::Bdf2 => 4.0,
@@ -179,16 +179,16 @@ impl TimeRule {
 
     /// The s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's own instant; `None`
     /// for the first-order hold.
-    pub fn first_rate(self, time_step: f64) -> Option<f64> {
+    pub(crate) fn first_rate(self, time_step: f64) -> Option<f64> {
         match self.runge_kutta() {
             Some(rule) => Some(1.0 / (rule.gamma * time_step)),
             None => self.rates(Complex64::ZERO).map(|rates| rates.all()[0].re / time_step),
         }
     }
 
-    /// Work \[J\] of a force \[N\] in a step of a rule of one stage, by the rule's own rate: its values now and a step ago,
-    /// and the displacements \[m\] now and one and two steps ago.
-    pub fn work_of_step(self, [force, old_force]: [f64; 2], [now, one, two]: [f64; 3]) -> f64 {
+    /// Work \[J\] of a force \[N\] in a step of a rule of one stage, by the rule's own rate: its values now and a step
+    /// ago, and the displacements \[m\] now and one and two steps ago.
+    pub(crate) fn work_of_step(self, [force, old_force]: [f64; 2], [now, one, two]: [f64; 3]) -> f64 {
         match self {
             Self::Bdf1 => force * (now - one),
             Self::Bdf2 => force * (1.5 * now - 2.0 * one + 0.5 * two),

@@ -259,7 +259,7 @@ pub trait WithRecursion {
 
 impl TimeRule {
     /// g and w of a pole; w carries the factor 2 of a pair if the residue does.
-    pub fn coefficients(self, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
+    pub(crate) fn coefficients(self, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
         let z = pole * time_step;
         let implicit = |delta: f64| {
             let inverse = (delta - z).inv();
@@ -288,7 +288,7 @@ impl TimeRule {
     }
 
     /// Does the work with the rule's recursion.
-    pub fn with_recursion<W: WithRecursion>(self, work: W) -> W::Output {
+    pub(crate) fn with_recursion<W: WithRecursion>(self, work: W) -> W::Output {
         match (self, self.runge_kutta()) {
             (Self::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
             (_, Some(method)) => work.with(Stages::<2>(method.bases())),
@@ -299,12 +299,12 @@ impl TimeRule {
     }
 
     /// Whether the rule needs b of two steps.
-    pub const fn looks_back(self) -> bool {
+    pub(crate) const fn looks_back(self) -> bool {
         matches!(self, Self::Bdf2)
     }
 
     /// Products that passing over so many steps takes, of two states: step by step, or by squares of R.
-    pub fn products_of_skip(self, steps: usize) -> usize {
+    pub(crate) fn products_of_skip(self, steps: usize) -> usize {
         match self {
             Self::Bdf2 | Self::Trapezoidal => 2 * steps,
             _ => steps.checked_ilog2().map_or(0, |squares| squares as usize + 2 * steps.count_ones() as usize),
@@ -313,7 +313,7 @@ impl TimeRule {
 
     /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
     /// stage of a step: the table's rules, instant by instant.
-    pub fn impulse_response(self, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
+    pub(crate) fn impulse_response(self, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
         let stages = self.stages();
         let bases = self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
         // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.

@@ -50,7 +50,7 @@ impl RungeKutta {
     }
 
     /// (1 - z A)^-1: what becomes of the stages of a' = lambda a, z = lambda dt. It is lower triangular as A is.
-    pub fn resolvent(&self, z: Complex64) -> [[Complex64; 3]; 3] {
+    pub(crate) fn resolvent(&self, z: Complex64) -> [[Complex64; 3]; 3] {
         let diagonal = (1.0 - self.gamma * z).inv();
         let mut inverse = [[Complex64::ZERO; 3]; 3];
         for (row, a) in self.matrix().iter().enumerate().take(self.nodes.len()) {
@@ -67,7 +67,7 @@ impl RungeKutta {
 
     /// Base values of the stages as sums of the values at the step's beginning and of the earlier stages: row i gives
     /// base_i = p_0 b_0 + p_1 b_1 + p_2 b_2, with k_j = (b_j - base_j)/(gamma dt).
-    pub fn bases(&self) -> [[f64; 3]; 3] {
+    pub(crate) fn bases(&self) -> [[f64; 3]; 3] {
         let [a21, a31, a32] = self.below.map(|a| a / self.gamma);
         [[1.0, 0.0, 0.0], [1.0 - a21, a21, 0.0], [1.0 - a31 - a32 * (1.0 - a21), a31 - a32 * a21, a32]]
     }
@@ -75,17 +75,12 @@ impl RungeKutta {
     /// Coefficients of (1 - gamma mu)^s - zeta P(mu), constant first: the stability function is P(mu)/(1 - gamma mu)^s.
     fn characteristic(&self, zeta: Complex64) -> ([Complex64; 4], usize) {
         let g = self.gamma;
-        let real = |x: f64| Complex64::new(x, 0.0);
-        if self.nodes.len() == 2 {
-            let p = [1.0, 1.0 - 2.0 * g];
-            let d = [1.0, -2.0 * g, g * g];
-            ([real(d[0]) - zeta * p[0], real(d[1]) - zeta * p[1], real(d[2]), Complex64::ZERO], 2)
+        let (p, d) = if self.nodes.len() == 2 {
+            ([1.0, 1.0 - 2.0 * g, 0.0, 0.0], [1.0, -2.0 * g, g * g, 0.0])
         } else {
-            let p = [1.0, 1.0 - 3.0 * g, 0.5 - 3.0 * g + 3.0 * g * g];
-            let d = [1.0, -3.0 * g, 3.0 * g * g, -g * g * g];
-            let entry = |k: usize| real(d[k]) - zeta * p[k];
-            ([entry(0), entry(1), entry(2), real(d[3])], 3)
-        }
+            ([1.0, 1.0 - 3.0 * g, 0.5 - 3.0 * g + 3.0 * g * g, 0.0], [1.0, -3.0 * g, 3.0 * g * g, -g * g * g])
+        };
+        (std::array::from_fn(|k| Complex64::new(d[k], 0.0) - zeta * p[k]), self.nodes.len())
     }
 
     /// mu of zeta R(mu) = 1: Durand-Kerner iteration.

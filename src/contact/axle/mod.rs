@@ -8,7 +8,8 @@ mod load_control;
 mod moving;
 
 pub use load_control::LoadControl;
-pub use moving::{LARGEST_RATE, MovingAxle, SprungMass};
+pub(crate) use moving::LARGEST_RATE;
+pub use moving::{MovingAxle, SprungMass};
 
 use crate::numeric::{StateError, StateReader, StateWriter};
 

@@ -14,7 +14,8 @@
 //! velocities on both sides,
 //!
 //! ```text
-//! (v_(l+1/2) - v_(l-1/2))/dt = (load - F_l - k (z_l - z_rest) - c (v_(l+1/2) + v_(l-1/2))/2)/m,    z_(l+1) = z_l + dt v_(l+1/2):
+//! (v_(l+1/2) - v_(l-1/2))/dt = (load - F_l - k (z_l - z_rest) - c (v_(l+1/2) + v_(l-1/2))/2)/m,
+//! z_(l+1) = z_l + dt v_(l+1/2):
 //! ```
 //!
 //! second order, no damping of its own, one force a step, which is that of the step: z_l stands at the time at which it
@@ -30,7 +31,7 @@ use super::load_control::LoadControl;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
-pub const LARGEST_RATE: f64 = 0.5;
+pub(crate) const LARGEST_RATE: f64 = 0.5;
 
 /// What moves, and what holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,13 +54,13 @@ impl SprungMass {
     }
 
     /// The least mass \[kg\] with a rate of at most [`LARGEST_RATE`].
-    pub fn least_mass(&self, contact_stiffness: f64, time_step: f64) -> f64 {
+    pub(crate) fn least_mass(&self, contact_stiffness: f64, time_step: f64) -> f64 {
         let step = time_step / LARGEST_RATE;
         ((contact_stiffness + self.stiffness) * step * step).max(self.damping * step)
     }
 
     /// Force for a change of the spring's rest, with a tyre of that stiffness: K k/(K + k) \[N/m\].
-    pub fn rest_stiffness(&self, tyre_stiffness: f64) -> f64 {
+    pub(crate) fn rest_stiffness(&self, tyre_stiffness: f64) -> f64 {
         tyre_stiffness * self.stiffness / (tyre_stiffness + self.stiffness)
     }
 }

@@ -14,41 +14,11 @@
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
-use pulp::Arch;
-
-use super::factors::{FactorCache, FactorCounts};
+use super::factors::FactorCache;
 use super::ldlt::Singular;
-use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
+use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
 use crate::counters::{Meter, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
-
-/// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
-pub(super) const PATIENCE: u32 = 10;
-
-/// Sweeps of the guess: each costs about half a cached solve, or a quarter of one made anew; two settle which points
-/// enter and leave at the ends of the patch. Where slices yield by themselves (dense asphalt, N = 1024) an instant takes
-/// 2.00 solves without them, 1.09 with one (1.03 at N = 4096, 2.4 at N = 64), 1.00 with two.
-pub(super) const SWEEPS: usize = 2;
-
-/// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
-pub const HISTOGRAM_BINS: usize = 12;
-
-/// What the search has done over all steps.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SearchCounts {
-    /// Linear solves.
-    pub solves: u64,
-    /// Steps in which the least-index fallback took over.
-    pub fallbacks: u64,
-    /// Steps by number of solves.
-    pub histogram: [u64; HISTOGRAM_BINS],
-    /// The factor cache.
-    pub factors: FactorCounts,
-    /// Arithmetic of guesses, factorisations and solutions.
-    pub work: Work,
-    /// The part of it that factorised sets.
-    pub factorisation: Work,
-}
 
 /// What a search for the forces is expected to take, for each time at which they are sought.
 #[derive(Clone, Copy, Debug)]
@@ -100,21 +70,13 @@ impl Residuals {
 
 /// The search with its scratch.
 pub struct ActiveSet {
-    /// G0 by distance.
-    influence: Vec<f64>,
-    /// The same from distance 1 - columns to columns - 1.
-    row: Vec<f64>,
-    arch: Arch,
+    surface: Surface,
     tolerance: f64,
     patience: u32,
     factors: FactorCache,
     active: Vec<bool>,
     points: Vec<usize>,
     values: Vec<f64>,
-    displacement: Vec<f64>,
-    /// Forces of the last step, moved with the road: where the guess starts from.
-    estimate: Vec<f64>,
-    counts: SearchCounts,
 }
 
 impl ActiveSet {
@@ -122,18 +84,13 @@ impl ActiveSet {
     /// `tolerance` is how far d may exceed G0 F off the set, relative to the largest d.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
         Self {
-            row: mirrored(&influence, columns),
-            arch: Arch::new(),
-            influence,
+            surface: Surface::new(influence, columns),
             tolerance,
             patience: PATIENCE,
             factors: FactorCache::new(cached_factors, columns),
             active: vec![false; columns],
             points: Vec::with_capacity(columns),
             values: Vec::with_capacity(columns),
-            displacement: vec![0.0; columns],
-            estimate: vec![0.0; columns],
-            counts: SearchCounts::default(),
         }
     }
 
@@ -146,21 +103,15 @@ impl ActiveSet {
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        move_on(&mut self.estimate, by);
-        self.factors.advance(by.min(self.estimate.len()));
+        move_on(&mut self.surface.estimate, by);
+        self.factors.advance(by.min(self.active.len()));
     }
 
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.
     fn guess(&mut self, d: &[f64]) {
-        let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
-        let started = forces.clone().count();
-        displace(self.arch, &mut self.displacement, &self.row, forces);
-        let own = self.influence[0].recip();
-        let Self { estimate, displacement, row, .. } = self;
-        let law = Prescribed { own, d };
-        let changes = self.arch.dispatch(Sweeps { sweeps: SWEEPS, law, estimate, displacement, row });
-        self.add_windows_work(started + changes);
-        for (active, &force) in self.active.iter_mut().zip(&self.estimate) {
+        let own = self.surface.influence[0].recip();
+        self.surface.sweep(Prescribed { own, d }, SWEEPS);
+        for (active, &force) in self.active.iter_mut().zip(&self.surface.estimate) {
             *active = force > 0.0;
         }
     }
@@ -173,9 +124,7 @@ impl ActiveSet {
         forces.fill(0.0);
         if largest <= 0.0 {
             self.active.fill(false);
-            self.estimate.fill(0.0);
-            self.displacement.fill(0.0);
-            self.counts.histogram[0] += 1;
+            self.surface.rest();
             return Ok(Residuals::default());
         }
         self.guess(d);
@@ -211,11 +160,8 @@ impl ActiveSet {
             }
             self.points = points;
         }
-        self.counts.solves += solves as u64;
-        self.counts.fallbacks += u64::from(fell_back);
-        self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
-        self.estimate.copy_from_slice(forces);
-        Ok(Residuals::of(d, forces, &self.displacement))
+        self.surface.found(forces, solves, fell_back);
+        Ok(Residuals::of(d, forces, &self.surface.displacement))
     }
 
     /// The set found by the last search, by column.
@@ -225,23 +171,23 @@ impl ActiveSet {
 
     /// u = G0 F of the last search, springs included \[m\].
     pub fn displacement(&self) -> &[f64] {
-        &self.displacement
+        &self.surface.displacement
     }
 
     /// What was done so far.
     pub fn counts(&self) -> SearchCounts {
         let (factors, factorisation) = (self.factors.counts(), self.factors.making());
-        let mut counts = SearchCounts { factors, factorisation, ..self.counts.clone() };
+        let mut counts = SearchCounts { factors, factorisation, ..self.surface.counts.clone() };
         counts.work += self.factors.work();
         counts
     }
 
     /// Takes the state down: what the next search starts from, what was done so far, which factors are held.
     pub fn save(&self, state: &mut StateWriter) {
-        state.numbers(&self.estimate);
-        let SearchCounts { solves, fallbacks, work: Work { multiply_adds, bytes }, .. } = self.counts;
+        state.numbers(&self.surface.estimate);
+        let SearchCounts { solves, fallbacks, work: Work { multiply_adds, bytes }, .. } = self.surface.counts;
         state.counts(&[solves, fallbacks, multiply_adds, bytes]);
-        state.counts(&self.counts.histogram);
+        state.counts(&self.surface.counts.histogram);
         self.factors.save(state);
     }
 
@@ -250,19 +196,23 @@ impl ActiveSet {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        state.numbers_into(&mut self.estimate)?;
+        state.numbers_into(&mut self.surface.estimate)?;
         let mut counts = [0; 4];
         state.counts_into(&mut counts)?;
-        let work = &mut self.counts.work;
-        [self.counts.solves, self.counts.fallbacks, work.multiply_adds, work.bytes] = counts;
-        state.counts_into(&mut self.counts.histogram)?;
-        self.factors.restore(&self.influence, state)
+        let SearchCounts { solves, fallbacks, work, histogram, .. } = &mut self.surface.counts;
+        [*solves, *fallbacks, work.multiply_adds, work.bytes] = counts;
+        state.counts_into(histogram)?;
+        self.factors.restore(&self.surface.influence, state)
     }
 
     /// Columns that break a condition: on the set F < 0, off it d - u > tolerance.
     fn broken<'a>(&'a self, d: &'a [f64], forces: &'a [f64], tolerance: f64) -> impl Iterator<Item = usize> + 'a {
         (0..d.len()).filter(move |&column| {
-            if self.active[column] { forces[column] < 0.0 } else { d[column] - self.displacement[column] > tolerance }
+            if self.active[column] {
+                forces[column] < 0.0
+            } else {
+                d[column] - self.surface.displacement[column] > tolerance
+            }
         })
     }
 
@@ -272,17 +222,9 @@ impl ActiveSet {
         self.points.extend(self.active.iter().enumerate().filter_map(|(column, &active)| active.then_some(column)));
         self.values.clear();
         self.values.extend(self.points.iter().map(|&point| d[point]));
-        self.factors.solve(&self.points, &self.influence, &mut self.values, meter)?;
-        let forces = self.points.iter().copied().zip(self.values.iter().copied());
-        displace(self.arch, &mut self.displacement, &self.row, forces);
-        self.add_windows_work(self.points.len());
+        self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)?;
+        self.surface.displace(self.points.iter().copied().zip(self.values.iter().copied()));
         Ok(())
-    }
-
-    /// Takes note of the sums of so many windows.
-    fn add_windows_work(&mut self, windows: usize) {
-        let multiply_adds = (windows * self.displacement.len()) as u64;
-        self.counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
     }
 }
 
@@ -342,7 +284,8 @@ mod tests {
             search.active.copy_from_slice(&guess);
             let mut forces = vec![0.0; 12];
             let residuals = search.search(&d, &mut forces, &mut Meter::default()).unwrap();
-            prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
+            prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12);
+            prop_assert!(residuals.complementarity < 1e-12);
             for (force, exact) in forces.iter().zip(projected_gauss_seidel(&influence, &d)) {
                 prop_assert!((force - exact).abs() < 1e-9, "{force} {exact}");
             }

@@ -63,7 +63,7 @@ impl Sizes {
 const SMALL: usize = MOST_DIFFERENT.next_multiple_of(LINE);
 
 /// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
-pub fn largest_memory(capacity: usize, points: usize) -> usize {
+pub(crate) fn largest_memory(capacity: usize, points: usize) -> usize {
     let Sizes { points, stride, slots } = Sizes::new(capacity, points);
     (8 * slots * points).saturating_mul(stride)
 }

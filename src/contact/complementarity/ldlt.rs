@@ -78,7 +78,7 @@ fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f6
 }
 
 /// A matrix given by its lower triangle, as entry(row, column).
-pub fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix: &mut [f64]) {
+pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix: &mut [f64]) {
     for (number, tiles) in matrix[..room(rows)].chunks_exact_mut(LINE * rows.max(1)).enumerate() {
         for (column, tile) in tiles.chunks_exact_mut(LINE).enumerate() {
             for (lane, value) in tile.iter_mut().enumerate() {
@@ -90,7 +90,7 @@ pub fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix
 }
 
 /// Adds to the diagonal of a matrix.
-pub fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
+pub(crate) fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
     let rows = values.len();
     for (row, value) in values.iter().enumerate() {
         matrix[LINE * (row / LINE * rows + row) + row % LINE] += value;

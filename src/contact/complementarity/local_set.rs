@@ -32,11 +32,10 @@
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
 //! (m^2) and m x columns.
 
-use pulp::Arch;
-
-use super::active_set::{ActiveSet, ExpectedSearch, HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
+use super::active_set::Residuals;
+use super::active_set::{ActiveSet, ExpectedSearch};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
-use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
+use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
 use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{StateError, StateReader, StateWriter};
@@ -101,13 +100,9 @@ impl From<Singular> for Unsolved {
 
 /// The search with its scratch.
 pub struct LocalSet {
-    /// G0 by distance.
-    influence: Vec<f64>,
+    surface: Surface,
     /// Compliance c of a slice.
     compliance: f64,
-    /// G0 from distance 1 - columns to columns - 1.
-    row: Vec<f64>,
-    arch: Arch,
     tolerance: f64,
     /// Rounds of plain exchange that may fail; `None`: sweeps go before every round but the first.
     patience: Option<u32>,
@@ -121,10 +116,6 @@ pub struct LocalSet {
     matrix: Aligned,
     right: Aligned,
     solver: Ldlt,
-    displacement: Vec<f64>,
-    /// Forces of the last step, moved with the road, then of the sweeps.
-    estimate: Vec<f64>,
-    counts: SearchCounts,
 }
 
 impl LocalSet {
@@ -132,9 +123,7 @@ impl LocalSet {
     /// of their own.
     pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         Self {
-            row: mirrored(&influence, columns),
-            arch: Arch::new(),
-            influence,
+            surface: Surface::new(influence, columns),
             compliance,
             tolerance,
             patience: Some(PATIENCE),
@@ -145,9 +134,6 @@ impl LocalSet {
             matrix: Aligned::new(room(columns)),
             right: Aligned::new(columns.next_multiple_of(LINE)),
             solver: Ldlt::new(columns),
-            displacement: vec![0.0; columns],
-            estimate: vec![0.0; columns],
-            counts: SearchCounts::default(),
         }
     }
 
@@ -167,7 +153,7 @@ impl LocalSet {
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        move_on(&mut self.estimate, by);
+        move_on(&mut self.surface.estimate, by);
         move_on(&mut self.near, by);
     }
 
@@ -189,9 +175,7 @@ impl LocalSet {
         let tolerance = self.tolerance * largest;
         if largest <= 0.0 {
             self.pieces.fill(0);
-            self.estimate.fill(0.0);
-            self.displacement.fill(0.0);
-            self.counts.histogram[0] += 1;
+            self.surface.rest();
         } else {
             self.settle(slices, required, tolerance, forces, meter)?;
         }
@@ -202,7 +186,7 @@ impl LocalSet {
                 *required += slices.displacement(column, v, self.near[column]) - v;
             }
         }
-        Ok(Residuals::of(required, forces, &self.displacement))
+        Ok(Residuals::of(required, forces, &self.surface.displacement))
     }
 
     fn settle(
@@ -234,31 +218,22 @@ impl LocalSet {
                 return Err(Unsolved::Unsettled);
             }
         }
-        self.counts.solves += solves as u64;
-        self.counts.fallbacks += u64::from(rounds > 0);
-        self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
-        self.estimate.copy_from_slice(forces);
+        self.surface.found(forces, solves, rounds > 0);
         Ok(())
     }
 
     /// v = y - G0 F + c F.
     fn felt(&self, column: usize, y: f64, force: f64) -> f64 {
-        y - (self.displacement[column] - self.compliance * force)
+        y - (self.surface.displacement[column] - self.compliance * force)
     }
 
     /// Sweeps from the estimate, and the pieces that hold what they find.
     fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize) {
-        let forces = self.estimate.iter().copied().enumerate().filter(|(_, force)| *force != 0.0);
-        let started = forces.clone().count();
-        displace(self.arch, &mut self.displacement, &self.row, forces);
-        let own = self.influence[0];
+        let own = self.surface.influence[0];
         let slice = LocalSlice::new(own, self.compliance);
-        let Self { estimate, displacement, row, near, .. } = self;
-        let law = SliceAlone { own, slice, y, slices, near };
-        let changes = self.arch.dispatch(Sweeps { sweeps, law, estimate, displacement, row });
-        self.add_windows_work(started + changes);
+        self.surface.sweep(SliceAlone { own, slice, y, slices, near: &mut self.near }, sweeps);
         for (column, &y) in y.iter().enumerate() {
-            let v = self.felt(column, y, self.estimate[column]);
+            let v = self.felt(column, y, self.surface.estimate[column]);
             self.pieces[column] = slices.piece(column, v, &mut self.near[column]);
         }
     }
@@ -313,7 +288,7 @@ impl LocalSet {
         if rows > 0 {
             let mut laps = meter.laps();
             let matrix = self.matrix.part(0, room(rows));
-            assemble(&self.points, &self.influence, matrix);
+            assemble(&self.points, &self.surface.influence, matrix);
             add_to_diagonal(matrix, &self.own);
             self.solver.factorise(matrix, rows)?;
             meter.lap(&mut laps, Stage::Factorisation);
@@ -323,32 +298,25 @@ impl LocalSet {
                 forces[point] = force;
             }
         }
-        let pressed = self.points.iter().map(|&point| (point, forces[point]));
-        displace(self.arch, &mut self.displacement, &self.row, pressed);
-        self.add_windows_work(rows);
-        self.counts.factors.factorisations += u64::from(rows > 0);
+        self.surface.displace(self.points.iter().map(|&point| (point, forces[point])));
+        let counts = &mut self.surface.counts;
+        counts.factors.factorisations += u64::from(rows > 0);
         let entries = (rows * rows) as u64;
         let factorisation = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
-        self.counts.factorisation += factorisation;
-        self.counts.work += factorisation;
-        self.counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
+        counts.factorisation += factorisation;
+        counts.work += factorisation;
+        counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
         Ok(())
-    }
-
-    /// Takes note of the sums of so many windows.
-    fn add_windows_work(&mut self, windows: usize) {
-        let multiply_adds = (windows * self.displacement.len()) as u64;
-        self.counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
     }
 
     /// What was done so far.
     pub fn counts(&self) -> SearchCounts {
-        self.counts.clone()
+        self.surface.counts.clone()
     }
 
     /// u = G0 F of the last search, springs included \[m\].
     pub fn displacement(&self) -> &[f64] {
-        &self.displacement
+        &self.surface.displacement
     }
 
     /// Number of points of the last linear system.
@@ -358,11 +326,11 @@ impl LocalSet {
 
     /// Takes the state down: what the next search starts from, what was done so far.
     pub fn save(&self, state: &mut StateWriter) {
-        state.numbers(&self.estimate);
-        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &self.counts;
+        state.numbers(&self.surface.estimate);
+        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &self.surface.counts;
         state.counts(&[*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes]);
         state.counts(&[factorisation.multiply_adds, factorisation.bytes]);
-        state.counts(&self.counts.histogram);
+        state.counts(&self.surface.counts.histogram);
     }
 
     /// Goes on from the state of an equal search.
@@ -370,14 +338,14 @@ impl LocalSet {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        state.numbers_into(&mut self.estimate)?;
+        state.numbers_into(&mut self.surface.estimate)?;
         let (mut counts, mut parts) = ([0; 5], [0; 2]);
         state.counts_into(&mut counts)?;
         state.counts_into(&mut parts)?;
-        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &mut self.counts;
+        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &mut self.surface.counts;
         [*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes] = counts;
         [factorisation.multiply_adds, factorisation.bytes] = parts;
-        state.counts_into(&mut self.counts.histogram)
+        state.counts_into(&mut self.surface.counts.histogram)
     }
 }
 

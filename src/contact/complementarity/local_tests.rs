@@ -104,7 +104,7 @@ proptest! {
         let compliance = softer * influence[0];
         let mut search = LocalSet::new(influence.clone(), compliance, 12, 1e-13);
         search.patience = patience;
-        search.estimate.copy_from_slice(&start);
+        search.surface.estimate.copy_from_slice(&start);
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
         let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
@@ -243,7 +243,7 @@ fn the_fallback_alone_finds_the_solution_too() {
     for round in 0..40 {
         let y: Vec<f64> = (0..10).map(|i| if (i * 7 + round) % 3 == 0 { 1.0 } else { -0.2 + 0.1 * i as f64 }).collect();
         // Far from it: two sweeps do not find the pieces.
-        search.estimate.iter_mut().enumerate().for_each(|(i, force)| *force = ((i + round) % 2) as f64 * 50.0);
+        search.surface.estimate.iter_mut().enumerate().for_each(|(i, force)| *force = ((i + round) % 2) as f64 * 50.0);
         let (mut required, mut forces) = (y.clone(), vec![0.0; 10]);
         search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         assert!(violation(&influence, compliance, &curves, &y, &forces) < 1e-12);

@@ -16,8 +16,10 @@ mod pattern_index;
 mod search;
 mod sweeps;
 
-pub use active_set::{ActiveSet, Residuals, SearchCounts};
-pub use factors::{FactorCache, FactorCounts, largest_memory};
+pub use active_set::{ActiveSet, Residuals};
+pub(crate) use factors::largest_memory;
+pub use factors::{FactorCache, FactorCounts};
 pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
 pub use local_set::{LocalSet, SlicesUnder};
 pub use search::{Search, SliceLaw};
+pub use sweeps::SearchCounts;

@@ -21,7 +21,7 @@ use super::ldlt::assemble_entries;
 use crate::numeric::{StateError, StateReader, StateWriter};
 
 /// Most points by which a set may differ.
-pub const MOST_DIFFERENT: usize = 16;
+pub(crate) const MOST_DIFFERENT: usize = 16;
 /// Points of a set for each one that may differ: from there on a factorisation is not dearer. Measured, bench
 /// `linear_solvers`.
 const POINTS_TO_A_DIFFERENCE: usize = 8;
@@ -94,7 +94,7 @@ impl NeighbourSet {
     }
 
     /// Where the kept factor is.
-    pub fn slot(&self) -> Option<usize> {
+    pub(crate) fn slot(&self) -> Option<usize> {
         self.slot
     }
 
@@ -120,17 +120,24 @@ impl NeighbourSet {
     }
 
     /// Number of points of S0.
-    pub fn kept_points(&self) -> usize {
+    pub(crate) fn kept_points(&self) -> usize {
         self.kept.len()
     }
 
     /// Number of points that differ.
-    pub fn different(&self) -> usize {
+    pub(crate) fn different(&self) -> usize {
         self.come.len() + self.gone.len()
     }
 
     /// [d_0, E_R, G_0A] column by column, each of `stride` numbers.
-    pub fn right_sides(&self, points: &[usize], influence: &[f64], d: &[f64], stride: usize, columns: &mut [f64]) {
+    pub(crate) fn right_sides(
+        &self,
+        points: &[usize],
+        influence: &[f64],
+        d: &[f64],
+        stride: usize,
+        columns: &mut [f64],
+    ) {
         columns.fill(0.0);
         let (first, rest) = columns.split_at_mut(stride);
         let (gone, come) = rest.split_at_mut(stride * self.gone.len());
@@ -145,8 +152,8 @@ impl NeighbourSet {
         }
     }
 
-    /// The system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in `right`, from
-    /// Z.
+    /// The system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in `right`,
+    /// from Z.
     pub fn system(
         &self,
         points: &[usize],

@@ -1,8 +1,8 @@
 //! The ways to find the forces of a step.
 
-use super::active_set::{ActiveSet, Residuals, SearchCounts};
+use super::active_set::{ActiveSet, Residuals};
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
-use super::sweeps::move_on;
+use super::sweeps::{SearchCounts, move_on};
 use crate::contact::ContactError;
 use crate::counters::Meter;
 use crate::numeric::{StateError, StateReader, StateWriter};
@@ -37,8 +37,9 @@ pub enum Search {
 }
 
 impl Search {
-    /// The search that tread and slice law ask for, over as many points as there is `influence` of a force within its step,
-    /// by distance \[m/N\]. Points that are not `coupled` have no neighbours: the paper's two couplings are one for them.
+    /// The search that tread and slice law ask for; `influence` is what a force does within its step by distance
+    /// \[m/N\], over all points. Points that are not `coupled` have no neighbours: the paper's two couplings are one
+    /// for them.
     pub fn new(influence: Vec<f64>, coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
         let (own, tolerance) = (influence[0], numerics.contact_tolerance);
@@ -57,7 +58,7 @@ impl Search {
     }
 
     /// Whether [`Self::forces`] wants penetrations y; otherwise required displacements d = S(y).
-    pub fn takes_penetrations(&self) -> bool {
+    pub(crate) fn takes_penetrations(&self) -> bool {
         !matches!(self, Self::Explicit(_))
     }
 
@@ -105,7 +106,7 @@ impl Search {
     }
 
     /// Adds to `out` what the forces of the last search displace by themselves, springs included \[m\].
-    pub fn add_displacement(&self, forces: &[f64], out: &mut [f64]) {
+    pub(crate) fn add_displacement(&self, forces: &[f64], out: &mut [f64]) {
         let (factor, displaced) = match self {
             Self::Explicit(search) => (1.0, search.displacement()),
             Self::Local(search) => (1.0, search.displacement()),

@@ -117,7 +117,7 @@ impl<T: Task> Behind<T> {
     }
 
     /// Gives it back as it was taken.
-    pub fn give_back(&self, work: Box<T>) {
+    pub(crate) fn give_back(&self, work: Box<T>) {
         self.shared.set(Place::Done(work));
     }
 }

@@ -5,16 +5,19 @@
 //! ```
 //!
 //! with e in today's window, e' in the window of p steps ago, and w_p(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p)
-//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force. This is the reference for every faster way.
+//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force. This is the reference
+//! for every faster way.
 //!
 //! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
 //! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 use rayon::prelude::*;
 
 use super::PastForces;
+
 use crate::counters::{Meter, Stage, Work};
+use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::tyre::influence::convolution_quadrature::Weights;
 
@@ -110,21 +113,26 @@ impl PastForces for DirectHistory {
         let lags = (self.steps as usize).min(kernel.lags() - 1);
         let chunk = (kernel.lags() - 1).div_ceil(CHUNKS).max(1);
         let used = lags.div_ceil(chunk);
-        let past = Past {
-            columns: self.columns,
-            substeps: self.substeps,
-            forces: &self.forces,
-            marks: &self.marks,
-            steps: self.steps,
+        let Self { columns, substeps, arch, steps, .. } = *self;
+        let (forces, marks) = (&self.forces, &self.marks);
+        let add_lag = |p: usize, sum: &mut [f64]| {
+            let row = ((steps - p as u64) % marks.len() as u64) as usize;
+            let Mark { first_element: then, from, to } = marks[row];
+            // Elements that the window has moved on, less the floor(p/q) that the kernel's row starts from: 0 or 1.
+            let shift = (first_element - then) as usize - p / substeps;
+            let points = from as usize..to as usize;
+            let forces = &forces[row * columns..(row + 1) * columns];
+            let windows = points.clone().map(|point| (shift + columns - 1 - point, forces[point]));
+            add_windows(arch, sum, kernel.lag(p), windows);
+            (points.len() * columns) as u64
         };
-        let arch = self.arch;
         let multiply_adds: u64 = self.partial[..used * width]
             .par_chunks_mut(width)
             .enumerate()
             .map(|(index, sum)| {
                 let from = 1 + index * chunk;
-                let to = (from + chunk).min(lags + 1);
-                arch.dispatch(LagSum { past, kernel, first_element, from, to, sum })
+                sum.fill(0.0);
+                (from..(from + chunk).min(lags + 1)).map(|p| add_lag(p, sum)).sum::<u64>()
             })
             .sum();
         out.fill(0.0);
@@ -166,73 +174,5 @@ impl PastForces for DirectHistory {
             }
         }
         Ok(())
-    }
-}
-
-/// The ring, borrowed.
-#[derive(Clone, Copy)]
-struct Past<'a> {
-    columns: usize,
-    substeps: usize,
-    forces: &'a [f64],
-    marks: &'a [Mark],
-    steps: u64,
-}
-
-/// The sum over the lags `from..to`.
-struct LagSum<'a> {
-    past: Past<'a>,
-    kernel: &'a LagKernel,
-    first_element: i64,
-    from: usize,
-    to: usize,
-    sum: &'a mut [f64],
-}
-
-impl WithSimd for LagSum<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> u64 {
-        let Self { past, kernel, first_element, from, to, sum } = self;
-        sum.fill(0.0);
-        let width = sum.len();
-        let mut points = 0;
-        for p in from..to {
-            let row = ((past.steps - p as u64) % past.marks.len() as u64) as usize;
-            let mark = past.marks[row];
-            let forces = &past.forces[row * past.columns..(row + 1) * past.columns];
-            // Elements that the window has moved on, less the floor(p/q) that the kernel's row starts from: 0 or 1.
-            let shift = (first_element - mark.first_element) as usize - p / past.substeps;
-            let kernel = &kernel.lag(p)[shift..];
-            let (mut j, end) = (mark.from as usize, mark.to as usize);
-            points += end - j;
-            let window = |j: usize| {
-                let start = past.columns - 1 - j;
-                S::as_simd_f64s(&kernel[start..start + width]).0
-            };
-            let (total, _) = S::as_mut_simd_f64s(sum);
-            while j + 4 <= end {
-                let factors = [0, 1, 2, 3].map(|i| simd.splat_f64s(forces[j + i]));
-                let rows = [window(j), window(j + 1), window(j + 2), window(j + 3)];
-                for ((((total, &a), &b), &c), &d) in
-                    total.iter_mut().zip(rows[0]).zip(rows[1]).zip(rows[2]).zip(rows[3])
-                {
-                    let first = simd.mul_add_e_f64s(factors[0], a, *total);
-                    let second = simd.mul_add_e_f64s(factors[1], b, first);
-                    let third = simd.mul_add_e_f64s(factors[2], c, second);
-                    *total = simd.mul_add_e_f64s(factors[3], d, third);
-                }
-                j += 4;
-            }
-            while j < end {
-                let factor = simd.splat_f64s(forces[j]);
-                for (total, &a) in total.iter_mut().zip(window(j)) {
-                    *total = simd.mul_add_e_f64s(factor, a, *total);
-                }
-                j += 1;
-            }
-        }
-        (points * past.columns) as u64
     }
 }

@@ -72,12 +72,12 @@ impl Far {
     }
 
     /// All that evolves but [`Self::rings`].
-    pub fn states(&self) -> impl Iterator<Item = &[f64]> {
+    pub(crate) fn states(&self) -> impl Iterator<Item = &[f64]> {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }
 
     /// As [`Self::states`], to be changed.
-    pub fn states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+    pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 

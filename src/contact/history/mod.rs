@@ -3,38 +3,25 @@
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
-//! - [`scaled`]: another history with its influence functions scaled;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 //!
 //! A third way, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), has been weighed and is
-//! not built, because it wins nowhere. In wavenumber space, with two partitions each of B = 16, 32, ... instants, it
-//! takes sum over B of (20 log2(2B) + 32) flops and 256 bytes for each wavenumber and instant, and what [`modes`] does
-//! within its blocks besides. For N = 1024 and the default tyre at 80 km/h, per step, transforms over the elements left
-//! out on both sides:
-//!
-//! | way | memory | flops | bytes | left out of H_n |
-//! |---|---|---|---|---|
-//! | partitions, counted | 1024 lags | 0.44 M | 0.66 MB | more than 1e-2 |
-//! | partitions, counted | 4096 lags | 0.69 M | 0.92 MB | 1.2e-2 |
-//! | partitions, counted | 16384 lags | 0.98 M | 1.2 MB | 4e-6 |
-//! | poles, from a run | all | 0.55 M | 0.72 MB | 1e-5, the fit's tolerance |
-//! | direct, from a run | 8192 lags | 150 M | | |
-//!
-//! Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
+//! not built, because it wins nowhere. For N = 1024 and the default tyre at 80 km/h, transforms over the elements left
+//! out, a step takes 0.44 M flops with 1024 lags, which leave out more than 1e-2 of H_n, and 0.98 M with 16384, which
+//! leave out 4e-6; poles take 0.55 M and leave out the fit's tolerance, 1e-5; the direct sum takes 150 M with 8192
+//! lags. Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
 //! wavenumbers that the fit avoids.
 
 mod behind;
 mod direct;
 mod far;
 mod modes;
-mod scaled;
 pub(super) mod transfer;
 mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};
 pub use modes::{INSTANTS, ModalHistory};
-pub use scaled::ScaledHistory;
 
 use crate::counters::Meter;
 use crate::numeric::{StateError, StateReader, StateWriter};

@@ -1,10 +1,10 @@
 //! The past carried by poles: convolution quadrature as a recursion, block by block.
 //!
 //! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
-//! a + F for every pole (MODEL: section 4; the rules stand in [`crate::time_rule::recursion`]). States and coefficients of all
-//! poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits for
-//! them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a block
-//! another thread, if there is one, does so for the next:
+//! a + F for every pole (MODEL: section 4; the rules stand in `time_rule::recursion`). States and coefficients
+//! of all poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits
+//! for them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a
+//! block another thread, if there is one, does so for the next:
 //! 1. the forces of the block before, transformed to wavenumbers, are taken in one after the other;
 //! 2. u_old of the block to come is foretold as if no forces came after them, and transformed back to the elements
 //!    (`far`);

@@ -50,7 +50,7 @@ impl<'a> Transfer<'a> {
 
 /// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or
 /// within a stage.
-pub fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
+pub(crate) fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     match rule.first_rate(time_step) {
         Some(rate) => modes.evaluate(Complex64::new(rate, 0.0)).re,
         None => Transfer::new(*modes, rule, time_step).at(Complex64::ZERO).re,

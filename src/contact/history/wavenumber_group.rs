@@ -11,7 +11,7 @@ use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
 /// Wavenumbers of a group.
-pub const GROUP: usize = 8;
+pub(crate) const GROUP: usize = 8;
 
 /// Poles that a pass foretells together: u_old is read and written that much less often.
 const TOGETHER: usize = 2;
@@ -141,17 +141,17 @@ impl WavenumberGroup {
     }
 
     /// All that evolves.
-    pub fn states(&self) -> [&[f64]; 2] {
+    pub(crate) fn states(&self) -> [&[f64]; 2] {
         [&self.pairs.states, &self.reals.states]
     }
 
     /// As [`Self::states`], to be changed.
-    pub fn states_mut(&mut self) -> [&mut [f64]; 2] {
+    pub(crate) fn states_mut(&mut self) -> [&mut [f64]; 2] {
         [&mut self.pairs.states, &mut self.reals.states]
     }
 
     /// Takes the group's part of the forces of an instant, given by wavenumber.
-    pub fn take_forces(&mut self, instant: usize, spectrum: &[Complex64]) {
+    pub(crate) fn take_forces(&mut self, instant: usize, spectrum: &[Complex64]) {
         let (re, im) = self.forces[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at_mut(GROUP);
         for ((re, im), value) in re.iter_mut().zip(im).zip(&spectrum[self.first..self.first + self.count]) {
             (*re, *im) = (value.re, value.im);
@@ -159,7 +159,7 @@ impl WavenumberGroup {
     }
 
     /// Gives the group's part of u_old at an instant, by wavenumber.
-    pub fn give_displacement(&self, instant: usize, spectrum: &mut [Complex64]) {
+    pub(crate) fn give_displacement(&self, instant: usize, spectrum: &mut [Complex64]) {
         let (re, im) = self.displacement[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at(GROUP);
         for ((re, im), value) in re.iter().zip(im).zip(&mut spectrum[self.first..self.first + self.count]) {
             *value = Complex64::new(*re, *im);

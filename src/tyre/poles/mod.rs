@@ -27,8 +27,8 @@
 
 pub mod cache;
 mod codec;
-pub mod expected_fit;
 pub mod error;
+pub mod expected_fit;
 pub mod fit;
 mod ladder;
 pub mod model;

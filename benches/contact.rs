@@ -18,7 +18,8 @@ use tyrewave::contact::history::modes::INSTANTS;
 use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
 use tyrewave::run::past::fetch;
-use tyrewave::scene::{DEFAULT, Scene, TimeRule};
+use tyrewave::scene::TimeRule;
+use tyrewave::test_models::{default_scene, default_tyre};
 use tyrewave::tyre::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 use tyrewave::tyre::rational::{FitOptions, RationalModel};
@@ -110,7 +111,7 @@ fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].
     const MEMORY: f64 = 0.7;
-    let tyre = Scene::from_str(DEFAULT, "default").expect("the default scene").scene.tyre;
+    let tyre = default_tyre();
     let wanted = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok());
     for elements in wanted.map_or_else(|| vec![128_usize, 256, 512, 1024], |elements| vec![elements]) {
         let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
@@ -187,7 +188,7 @@ fn modal(criterion: &mut Criterion) {
 
 /// G0 of the default tyre, BDF2, by distance.
 fn instant_influence() -> Vec<f64> {
-    let scene = Scene::from_str(DEFAULT, "default").expect("the default scene").scene;
+    let scene = default_scene();
     let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
     let sum = InfluenceSum::new(&scene.tyre, &scene.numerics, 4.0 / time_step);
     let at = sum.at(Complex64::new(1.5 / time_step, 0.0));

@@ -95,7 +95,8 @@ fn checked(map: &HeightMap, contact: &Indentation) {
 
 fn table(sizes: &str) {
     println!(
-        "| cells | surface | given | area | iterations | convolutions | residual | 1 thread, CPU s | 1 thread, s | 2 threads, s |"
+        "| cells | surface | given | area | iterations | convolutions | residual | 1 thread, CPU s | 1 thread, s | 2 \
+         threads, s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");

@@ -71,7 +71,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 fn tables() {
     println!(
-        "| points | curve by growing factor, us | {LEVELS} searches, us | time ratio | multiply-adds ratio |\n|---|---|---|---|---|"
+        "| points | curve by growing factor, us | {LEVELS} searches, us | time ratio | multiply-adds ratio |\n\
+         |---|---|---|---|---|"
     );
     for points in [20, 40, 80, 160, 320] {
         let line = LineInfluence::love(points, LENGTH, WIDTH / points as f64);
@@ -116,7 +117,8 @@ fn tables() {
         println!("| {points} | {followed:.1} | {searched:.0} | {:.0} | {ratio:.1} |", searched / followed);
     }
     println!(
-        "\n| law | slices | points | 1 thread, CPU s | ns a height | 1 thread, s | 2 threads, s | parallel efficiency | largest error, um |\n|---|---|---|---|---|---|---|---|---|"
+        "\n| law | slices | points | 1 thread, CPU s | ns a height | 1 thread, s | 2 threads, s | parallel efficiency \
+         | largest error, um |\n|---|---|---|---|---|---|---|---|---|"
     );
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
     let (one, two) = (pool(1), pool(2));

@@ -4,7 +4,7 @@
 //! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`profile`]. [`numeric`] and
 //! [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
 //! half-space, knows no tyre and serves the road's slices. The command line is the program's own and uses what everybody
-//! can.
+//! can; `test_models` is for tests alone.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.
@@ -22,4 +22,6 @@ pub mod road;
 pub mod run;
 pub mod scene;
 pub mod study;
+#[doc(hidden)]
+pub mod test_models;
 pub mod tyre;

@@ -17,9 +17,9 @@ mod tests {
 
     use super::super::compliance::{Stack, climb};
     use super::super::layer::{LayerAt, Way};
-    use super::super::samples::tyre;
     use super::*;
     use crate::numeric::{ComplexField, Matrix2};
+    use crate::test_models::tyre;
 
     thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
 

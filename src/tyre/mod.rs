@@ -21,7 +21,5 @@ pub mod material;
 pub mod mobility;
 pub mod moments;
 pub mod rational;
-#[cfg(test)]
-mod samples;
 pub mod surface_asymptote;
 pub mod tangential;

@@ -181,8 +181,8 @@ impl TangentialSum {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_models::tyre;
     use crate::tyre::rational::{FitOptions, fit as fit_model};
-    use crate::tyre::samples::tyre;
 
     #[test]
     fn the_normal_modes_poles_carry_the_tangential_motion() {

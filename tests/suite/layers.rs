@@ -113,7 +113,8 @@ fn no_module_uses_one_that_comes_later() {
 
 #[test]
 fn uses_are_found_in_all_their_forms() {
-    let text = "use crate::road::{self, x};\nuse crate::{scene::{Scene, tyre}, tyre::y};\n// crate::cli\nlet a = crate::counters::Stage::A;";
+    let text = "use crate::road::{self, x};\nuse crate::{scene::{Scene, tyre}, tyre::y};\n// crate::cli\n\
+        let a = crate::counters::Stage::A;";
     let expected = ["meter", "road", "scene", "tyre"].map(String::from);
     assert_eq!(known(text), BTreeSet::from(expected));
 }

@@ -12,8 +12,9 @@ use tyrewave::counters::{Stage, Timing};
 use tyrewave::plan::Plan;
 use tyrewave::run::Run;
 use tyrewave::scene::{DEFAULT, Road, Scene};
+use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{read_summary, scene_text};
+use crate::common::read_summary;
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.6\naxle = { load = 3400 }";
 
@@ -178,7 +179,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn overhead() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (elements, rounds) in [(512, 40), (1024, 20)] {
-        let text = DEFAULT.replace("elements = 512", &format!("elements = {elements}"));
+        let text = edit(DEFAULT, &[("numerics.elements", &elements.to_string())]);
         let mut loaded = Scene::from_str(&text, "default").unwrap();
         loaded.scene.road = Road::Smooth;
         let plan = Plan::new(&loaded.scene);

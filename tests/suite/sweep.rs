@@ -7,9 +7,12 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{read_summary, scene_text};
+use tyrewave::test_models::{edit, scene_text};
 
-const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\nlevels = [46.0, 46.0, 46.0, 46.0, 46.0]";
+use crate::common::read_summary;
+
+const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
+    levels = [46.0, 46.0, 46.0, 46.0, 46.0]";
 
 fn scene(duration: f64) -> String {
     let rolling = format!("speed_kmh = 80.0\nwarm_up = 0.2\nduration = {duration:?}\naxle = {{ load = 3000.0 }}");
@@ -51,7 +54,7 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     let place = folder.path();
     fs::write(place.join("scene.toml"), scene(0.8)).unwrap();
     fs::write(place.join("smooth.toml"), "kind = \"smooth\"").unwrap();
-    fs::write(place.join("rough.toml"), ROAD.replace("46.0", "50.0")).unwrap();
+    fs::write(place.join("rough.toml"), edit(ROAD, &[("levels", "[50.0, 50.0, 50.0, 50.0, 50.0]")])).unwrap();
     let arguments = [
         "scene.toml",
         "--speed",
@@ -98,7 +101,10 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     assert_eq!(fs::read(place.join("s/sweep.csv")).unwrap(), csv);
     fs::remove_dir_all(place.join("s/rough-2500N-40kmh")).unwrap();
     let summary = place.join("s/rough-3000N-40kmh/summary.json");
-    fs::write(&summary, fs::read_to_string(&summary).unwrap().replace("\"version\": \"", "\"version\": \"0")).unwrap();
+    let written = fs::read_to_string(&summary).unwrap();
+    let by_another = written.replace("\"version\": \"", "\"version\": \"0");
+    assert_ne!(by_another, written);
+    fs::write(&summary, by_another).unwrap();
     let more = output(place, &arguments.map(|argument| if argument == "40..80:40" { "40..80:20" } else { argument }));
     assert!(text(&more.stdout).contains("6 variants, 2 of them found finished"), "{}", text(&more.stdout));
     let (now, _) = table(&place.join("s/sweep.csv"));

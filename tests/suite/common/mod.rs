@@ -11,40 +11,8 @@ use tempfile::TempDir;
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::run::RunReport;
 use tyrewave::run::{self, RunError, RunOptions, Unwatched};
-use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Tyre};
-
-/// The default tyre's circumference \[m\].
-pub const CIRCUMFERENCE: f64 = 1.95;
-/// Its contact width \[m\].
-pub const CONTACT_WIDTH: f64 = 0.12;
-
-/// The default tyre.
-pub fn default_tyre() -> Tyre {
-    scene(DEFAULT).scene.tyre
-}
-
-/// The tables `[tyre]` and `[[tyre.layers]]` of the default scene.
-pub fn tyre_tables() -> String {
-    let begin = DEFAULT.find("[tyre]").unwrap();
-    let end = DEFAULT.find("[road]").unwrap();
-    let lines: Vec<&str> = DEFAULT[begin..end].lines().filter(|line| !line.starts_with('#')).collect();
-    lines.join("\n")
-}
-
-/// A scene of the default tyre: tables of road and rolling, and further tables. The sums are short: 4 lateral terms, 2
-/// aliases.
-pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
-    format!(
-        "{}\n[road]\n{road}\n[rolling]\n{rolling}\n[numerics]\nelements = {elements}\nlateral_terms = 4\n\
-         wavenumber_aliases = 2\n{numerics}\n{more}\n",
-        tyre_tables()
-    )
-}
-
-/// The text as a scene.
-pub fn scene(text: &str) -> LoadedScene {
-    Scene::from_str(text, "scene.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
-}
+use tyrewave::scene::LoadedScene;
+use tyrewave::test_models::scene;
 
 /// Results of a run, gone when dropped.
 pub struct Results {
@@ -134,16 +102,6 @@ pub fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
         writer.push(row).unwrap();
     }
     writer.finish().unwrap();
-}
-
-/// `[road]` keys of a grid at the run's own lattice: used as it is.
-pub fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
-    format!(
-        "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}",
-        path.display(),
-        CIRCUMFERENCE / elements as f64,
-        CONTACT_WIDTH / columns as f64
-    )
 }
 
 /// A file of the shared measured roads, or `None` with a printed line.

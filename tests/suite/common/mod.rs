@@ -1,5 +1,4 @@
 //! What several tests need: small scenes, runs in a temporary folder, and reading results back.
-#![allow(dead_code)]
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "test code; clippy sees a module of helpers only")]
 
 use std::fs::{self, File};

@@ -1,10 +1,12 @@
 //! `tyrewave`: the sound of a tyre rolling on a rough road.
 //!
-//! The data's way is also the order of the modules; each knows only what lies before it: [`scene`] -> [`tyre`] and
-//! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`profile`]. [`numeric`] and
-//! [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
-//! half-space, knows no tyre and serves the road's slices. The command line is the program's own and uses what everybody
-//! can; `test_models` is for tests alone.
+//! The data's way is also the order of the modules; each knows only what lies before it:
+//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`local_compliance`] ->
+//! [`plan`] -> [`run`] -> [`study`] -> [`profile`].
+//!
+//! [`numeric`] and [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on
+//! an elastic half-space, knows no tyre and serves the road's slices. The command line is the program's own and uses
+//! what everybody can; `test_models` is for tests alone.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.

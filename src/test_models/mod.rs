@@ -1,7 +1,7 @@
 //! What unit tests, integration tests and benchmarks calculate with: tyres, roads and scenes.
 //!
 //! A scene to test with is the default one or one of the default tyre, as text, with some keys changed. A change that
-//! finds nothing to change panics: what the test is about would otherwise be gone unseen when the default scene changes.
+//! finds nothing to change panics: else a test would lose what it is about, unseen, when the default scene changes.
 
 use std::path::Path;
 

@@ -18,8 +18,9 @@ mod tests {
     use super::super::compliance::{Stack, climb};
     use super::super::layer::{LayerAt, Way};
     use super::*;
-    use crate::numeric::{ComplexField, Matrix2};
+    use crate::numeric::ComplexField;
     use crate::test_models::tyre;
+    use crate::tyre::matrix2::Matrix2;
 
     thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
 

@@ -8,8 +8,9 @@ use pulp::Simd;
 
 use super::compliance::{NormalCompliance, StackAt, climb};
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
+use super::matrix2::Matrix2;
 use crate::numeric::lanes::{load, store};
-use crate::numeric::{ComplexField, Lanes, MOST_LANES, Matrix2};
+use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 
 /// A stack at several values of s.
 #[derive(Clone, Debug)]

@@ -16,8 +16,9 @@ use rayon::prelude::*;
 use super::half_space_bands::{self, BAND_TERMS};
 use super::influence::Projection;
 use super::surface_asymptote::TERMS;
+use super::tail_sum;
+use crate::numeric::MOST_LANES;
 use crate::numeric::lanes::load;
-use crate::numeric::{MOST_LANES, tail_sum};
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
 #[derive(Clone, Debug, PartialEq)]

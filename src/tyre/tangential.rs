@@ -19,8 +19,8 @@ use rayon::prelude::*;
 use super::compliance::Stack;
 use super::influence::{Projection, aliases_below};
 use super::rational::RationalModel;
-use crate::numeric::rational::RationalError;
-use crate::numeric::rational::vector_fitting::{Samples, regularised_residues};
+use crate::numeric::rational::vector_fitting::regularised_residues;
+use crate::numeric::rational::{RationalError, Samples};
 use crate::scene::Tyre;
 
 /// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the

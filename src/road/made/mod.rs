@@ -8,6 +8,7 @@
 //! [`translation`] finds the Gaussian spectrum that this makes the wanted one of.
 
 pub mod levels;
+mod nnls;
 mod noise;
 pub mod rings;
 mod rows;

@@ -11,8 +11,7 @@ use num_complex::Complex64;
 
 use super::ladder::{Ladder, REAL_RUNGS, RUNGS};
 use crate::numeric::rational::partial_fractions::is_pair;
-use crate::numeric::rational::vector_fitting::Samples;
-use crate::numeric::rational::{PartialFractions, Parts};
+use crate::numeric::rational::{PartialFractions, Parts, Samples};
 use crate::tyre::influence_batch::FaceValues;
 
 /// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at

@@ -124,6 +124,18 @@ pub fn with_road(text: &str, keys: &str) -> String {
     changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
 }
 
+/// Any text with passages exchanged, also where it is then no scene.
+///
+/// # Panics
+///
+/// If a passage is not there.
+pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "no {from:?} in\n{text}");
+        text.replace(from, to)
+    })
+}
+
 /// The text after a change to the table in which the path's last key stands; the change says whether it was one.
 fn changed(text: &str, path: &str, change: impl FnOnce(&mut Table, &str) -> bool) -> String {
     let mut scene = Value::Table(table(text));
@@ -179,6 +191,7 @@ mod tests {
             || without(DEFAULT, &["outputs"]),
             || add(DEFAULT, "rolling", "duration = 1.0"),
             || add(DEFAULT, "effects", "texture = \"off\""),
+            || replaced(DEFAULT, &[("speed = 80", "speed = 90")]),
         ] {
             assert!(catch_unwind(change).is_err());
         }

@@ -17,6 +17,7 @@ use tyrewave::contact::factors::{FactorCache, FactorCounts};
 use tyrewave::contact::history::modes::INSTANTS;
 use tyrewave::contact::history::{DirectHistory, ModalHistory, PastForces};
 use tyrewave::contact::tread::LagKernel;
+use tyrewave::numeric::Ring;
 use tyrewave::run::past::fetch;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{default_scene, default_tyre};
@@ -192,13 +193,7 @@ fn instant_influence() -> Vec<f64> {
     let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
     let sum = InfluenceSum::new(&scene.tyre, &scene.numerics, 4.0 / time_step);
     let at = sum.at(Complex64::new(1.5 / time_step, 0.0));
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(ELEMENTS);
-    let (mut spectrum, mut row) = (inverse.make_input_vec(), inverse.make_output_vec());
-    for (n, entry) in spectrum.iter_mut().enumerate() {
-        *entry = sum.value(n, &at, Field::Surface).value.re.into();
-    }
-    inverse.process(&mut spectrum, &mut row).expect("planned lengths");
-    row
+    Ring::new(ELEMENTS).elements_of(|n| sum.value(n, &at, Field::Surface).value.re).to_vec()
 }
 
 /// Required displacements \[m\] of a rough patch at a step, as long as the window asks for.

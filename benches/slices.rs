@@ -13,6 +13,9 @@ use rand_chacha::ChaCha8Rng;
 use tyrewave::half_space::{GrowingContact, LineInfluence, active_set};
 use tyrewave::road::slices::SliceBuilder;
 
+mod common;
+use common::{median, thread_seconds};
+
 /// Levels at which the search is asked for the same curve.
 const LEVELS: u32 = 64;
 const WIDTH: f64 = 0.16;
@@ -57,16 +60,6 @@ fn checked(growing: &GrowingContact, line: &LineInfluence, forces: &[f64], deepe
         let error = (followed - force).abs() / (y * line.flat_stiffness());
         assert!(error < 1e-11, "error {error:e} at {y}");
     }
-}
-
-fn thread_seconds() -> f64 {
-    let read = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    read.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::NAN, |ns| ns * 1e-9)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 fn tables() {

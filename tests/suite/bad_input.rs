@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{edit, scene_text, with_all_terms, without};
 
-use crate::common::{read_array, read_summary, shared_road};
+use crate::common::{command, names, read_array, read_summary, shared_road, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -32,18 +32,6 @@ fn folder_with(scene: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
-}
-
-fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tyrewave")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-/// Names of all that is in a folder, sorted.
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
@@ -14,7 +14,7 @@ use tyrewave::run::Run;
 use tyrewave::scene::{DEFAULT, Road, Scene};
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::read_summary;
+use crate::common::{command, read_summary};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.6\naxle = { load = 3400 }";
 
@@ -24,12 +24,7 @@ fn text() -> String {
 }
 
 fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tyrewave"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("TYREWAVE_CACHE_DIR", folder.join("cache"))
-        .output()
-        .unwrap()
+    command(folder, arguments).env("TYREWAVE_CACHE_DIR", folder.join("cache")).output().unwrap()
 }
 
 /// An event's row, begin and end \[us\].

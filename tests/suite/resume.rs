@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Output};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{add, edit, scene_text};
 
-use crate::common::{read_summary, write_grid};
+use crate::common::{command, names, read_summary, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -46,26 +46,8 @@ fn road(at_end: &str) -> String {
     format!("kind = \"grid\"\nfile = \"road.npy\"\ndx = 0.03\ndy = 0.024\nat_end = \"{at_end}\"")
 }
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
-    command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().unwrap()
-}
-
 fn message(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Names of all that is in a folder, sorted.
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// Waits until a condition holds or the process has ended.

@@ -9,8 +9,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::response::BandLevel;
-use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;
 use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene_text, with_road};
 
@@ -100,10 +98,6 @@ fn flat_slices_are_the_same_bytes_by_both_couplings_and_rough_ones_carry_more_by
     assert!(implicit > 1.001 * explicit, "what the neighbours do is no penetration: {explicit} {implicit}");
 }
 
-fn levels(results: &Results) -> Vec<BandLevel> {
-    read_force_levels(&fs::read_to_string(results.path("spectra.csv")).unwrap()).unwrap()
-}
-
 #[test]
 #[ignore = "eight runs of seconds rolled: a minute or two"]
 fn both_couplings_at_equal_load_with_their_cost() {
@@ -153,7 +147,7 @@ fn both_couplings_at_equal_load_with_their_cost() {
                 assert!((outcome.mean_force.unwrap() / 3400.0 - 1.0).abs() < 0.03);
             }
             println!("   band [Hz]   explicit   implicit   difference [dB]");
-            let [explicit, implicit] = both.each_ref().map(levels);
+            let [explicit, implicit] = both.each_ref().map(Results::force_levels);
             for (a, b) in explicit.iter().zip(&implicit) {
                 let difference = b.level - a.level;
                 println!("   {:>9}   {:8.1}   {:8.1}           {difference:+5.1}", a.band.label(), a.level, b.level);

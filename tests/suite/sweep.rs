@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::thread::sleep;
 use std::time::Duration;
 
 use tyrewave::test_models::{edit, replaced, scene_text};
 
-use crate::common::read_summary;
+use crate::common::{command, read_summary};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";
@@ -19,14 +19,14 @@ fn scene(duration: f64) -> String {
     scene_text(64, ROAD, &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.002")
 }
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
-    command.arg("sweep").args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
+fn sweep(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = command(folder, &["sweep"]);
+    command.args(arguments);
     command
 }
 
 fn output(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().unwrap()
+    sweep(folder, arguments).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -119,7 +119,7 @@ fn a_killed_sweep_goes_on_from_its_checkpoints() {
     let whole = output(place, &arguments("whole"));
     assert!(whole.status.success(), "{}", text(&whole.stderr));
     for signal in ["-KILL", "-INT"] {
-        let mut run = command(place, &arguments("cut")).spawn().unwrap();
+        let mut run = sweep(place, &arguments("cut")).spawn().unwrap();
         let checkpoints = || {
             let entries = fs::read_dir(place.join("cut")).into_iter().flatten();
             entries.filter(|entry| entry.as_ref().unwrap().path().join("checkpoint").exists()).count()

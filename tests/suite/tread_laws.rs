@@ -8,7 +8,6 @@ use std::fs;
 
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::ThirdOctavePlot;
-use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;
 use tyrewave::test_models::{add, edit, scene_text, without};
 
@@ -26,10 +25,6 @@ const LAWS: [(&str, &str); 3] = [
 fn of_law(text: &str, law: &str, contact: &str) -> String {
     let text = add(&without(text, &["contact.tread"]), "contact", contact);
     if law.ends_with("bedding") { add(&text, "numerics", "pole_tolerance = 1e-3") } else { text }
-}
-
-fn levels(results: &Results) -> Vec<BandLevel> {
-    read_force_levels(&fs::read_to_string(results.path("spectra.csv")).unwrap()).unwrap()
 }
 
 /// Differences of levels from the first law's \[dB\], by band.
@@ -66,7 +61,7 @@ fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
         let text = edit(DEFAULT, &[("numerics.elements", "256"), ("rolling.duration", "2.0")]);
         let results = run(&of_law(&text, law, contact));
         results.assert_sound(contact);
-        levels(&results)
+        results.force_levels()
     };
     let levels: Vec<_> = LAWS.iter().map(|(law, contact)| of(law, contact)).collect();
     // Below, the tyre moves as a whole and the bedding is as stiff as the elastic tread; above, only the tread between
@@ -119,7 +114,7 @@ fn tread_laws_at_equal_contact_stiffness() {
                 results.report.summary.warnings
             );
         }
-        let levels: Vec<_> = all.iter().map(levels).collect();
+        let levels: Vec<_> = all.iter().map(Results::force_levels).collect();
         println!("   band [Hz]   elastic [dB]   less elastic: bedding   uncoupled   unmatched bedding [dB]");
         let found: Vec<Vec<f64>> = (1..laws.len()).map(|law| differences(&levels, law)).collect();
         for (index, level) in levels[0].iter().enumerate() {

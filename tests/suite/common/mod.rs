@@ -1,13 +1,16 @@
-//! What several tests need: small scenes, runs in a temporary folder, and reading results back.
+//! What several tests need: runs in a temporary folder, in memory or by the program, and reading results back.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "test code; clippy sees a module of helpers only")]
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
+use tyrewave::response::BandLevel;
 use tyrewave::results::npy::{NpyWriter, Row};
+use tyrewave::results::spectra::read_force_levels;
 use tyrewave::run::RunReport;
 use tyrewave::run::{self, RunError, RunOptions, Unwatched};
 use tyrewave::scene::LoadedScene;
@@ -43,6 +46,11 @@ impl Results {
     /// A one-dimensional array.
     pub fn array(&self, name: &str) -> Vec<f64> {
         read_array::<f64>(&self.path(name)).1
+    }
+
+    /// The third-octave levels of the total force.
+    pub fn force_levels(&self) -> Vec<BandLevel> {
+        read_force_levels(&fs::read_to_string(self.path("spectra.csv")).unwrap()).unwrap()
     }
 
     /// `patch_force.npy`: rows, columns and values row by row.
@@ -92,6 +100,26 @@ pub fn read_array<T: npyz::Deserialize>(path: &Path) -> (Vec<usize>, Vec<T>) {
 /// A folder's `summary.json`.
 pub fn read_summary(folder: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap()
+}
+
+/// The program with its arguments in a folder; what it says is kept.
+pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
+    command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// The same, run to its end.
+pub fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+/// Names of all that is in a folder, sorted.
+pub fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
 }
 
 /// Writes a height map, row by row.

@@ -30,5 +30,6 @@ pub mod slice_queue;
 pub mod stability;
 mod sweeps;
 pub mod tread;
+mod windows;
 
 pub use error::ContactError;

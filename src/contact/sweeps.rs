@@ -3,7 +3,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::numeric::windows::{add_row, add_windows};
+use super::windows::{add_row, add_windows};
 
 /// G0 by distance, from 1 - columns to columns - 1, from `influence` by distance from 0.
 pub fn mirrored(influence: &[f64], columns: usize) -> Vec<f64> {

@@ -10,7 +10,6 @@ pub mod state;
 pub mod straight_line;
 pub mod transform_length;
 pub mod windowed_sinc;
-pub mod windows;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{edit, scene_text, with_all_terms, without};
 
-use crate::common::{command, names, read_array, read_summary, shared_road, tyrewave};
+use crate::common::{names, read_array, read_summary, shared_road, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;

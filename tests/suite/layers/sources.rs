@@ -184,7 +184,7 @@ impl<'a> Uses<'a> {
     /// Paths that a face hands on, with their names.
     fn handed_on(&self, source: &Source) -> Vec<(Names, String)> {
         let handed_on = statements(source).0;
-        handed_on.into_iter().filter_map(|(path, name)| Some((self.from_root(source, &path)?, name))).collect()
+        handed_on.into_iter().filter_map(|(path, name)| Some((self.absolute(source, &path)?, name))).collect()
     }
 
     /// Paths that the code uses, but for those that it only hands on.
@@ -201,7 +201,7 @@ impl<'a> Uses<'a> {
                 used.push([beginning].into_iter().chain(path.split("::")).map(str::to_owned).collect());
             }
         }
-        used.iter().filter_map(|path| self.from_root(source, path)).collect()
+        used.iter().filter_map(|path| self.absolute(source, path)).collect()
     }
 
     /// The files that a file needs, by place.
@@ -211,7 +211,7 @@ impl<'a> Uses<'a> {
     }
 
     /// A path as it is from the root, if it is one of this project.
-    fn from_root(&self, source: &Source, path: &[String]) -> Option<Names> {
+    fn absolute(&self, source: &Source, path: &[String]) -> Option<Names> {
         let ups = path.iter().take_while(|name| *name == "super").count();
         let first = path.first()?;
         let (base, rest) = match first.as_str() {

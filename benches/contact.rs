@@ -15,8 +15,10 @@ use realfft::RealFftPlanner;
 use tyrewave::contact::complementarity::{ActiveSet, FactorCache, FactorCounts};
 use tyrewave::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
 use tyrewave::counters::{Meter, Stage};
+use tyrewave::numeric::Ring;
 use tyrewave::run::past::fetch;
-use tyrewave::scene::{DEFAULT, Scene, TimeRule};
+use tyrewave::scene::TimeRule;
+use tyrewave::test_models::{default_scene, default_tyre};
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 use tyrewave::tyre::poles::{FitOptions, RationalModel};
@@ -108,7 +110,7 @@ fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].
     const MEMORY: f64 = 0.7;
-    let tyre = Scene::from_str(DEFAULT, "default").expect("the default scene").scene.tyre;
+    let tyre = default_tyre();
     let wanted = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok());
     for elements in wanted.map_or_else(|| vec![128_usize, 256, 512, 1024], |elements| vec![elements]) {
         let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
@@ -185,17 +187,11 @@ fn modal(criterion: &mut Criterion) {
 
 /// G0 of the default tyre, BDF2, by distance.
 fn instant_influence() -> Vec<f64> {
-    let scene = Scene::from_str(DEFAULT, "default").expect("the default scene").scene;
+    let scene = default_scene();
     let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
     let sum = InfluenceSum::new(&scene.tyre, &scene.numerics, 4.0 / time_step);
     let at = sum.at(Complex64::new(1.5 / time_step, 0.0));
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(ELEMENTS);
-    let (mut spectrum, mut row) = (inverse.make_input_vec(), inverse.make_output_vec());
-    for (n, entry) in spectrum.iter_mut().enumerate() {
-        *entry = sum.value(n, &at, Field::Surface).value.re.into();
-    }
-    inverse.process(&mut spectrum, &mut row).expect("planned lengths");
-    row
+    Ring::new(ELEMENTS).elements_of(|n| sum.value(n, &at, Field::Surface).value.re).to_vec()
 }
 
 /// Required displacements \[m\] of a rough patch at a step, as long as the window asks for.

@@ -10,19 +10,15 @@ use std::time::Instant;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::counters::peak::multiply_add_rate;
-use tyrewave::scene::{DEFAULT, Scene, TimeRule, Tyre};
+use tyrewave::scene::TimeRule;
+use tyrewave::test_models::wide_tyre;
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
 use tyrewave::tyre::layers::operations;
 use tyrewave::tyre::poles::{Cache, FitOptions, fit};
 
-/// The default tyre on a wider strip.
-fn tyre() -> Tyre {
-    Tyre { contact_width: 0.15, ..Scene::from_str(DEFAULT, "default").expect("the default scene").scene.tyre }
-}
-
 fn compliance(criterion: &mut Criterion) {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 512), Truncation::Tail, 1e-8, 2.0 * PI * 20e3);
     let all: Vec<_> = (0..64).map(|k| sum.at(Complex64::new(0.0, 1e3 * 1.05f64.powi(k)))).collect();
     for at in [8, 16, 32, 64].map(|points| &all[..points]) {
@@ -47,7 +43,8 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
     });
     let peak = multiply_add_rate();
     println!(
-        "{} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s of fused multiply-adds on this core",
+        "{} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s \
+         of fused multiply-adds on this core",
         at.len(),
         1e9 * best,
         1e-9 * operations / best,
@@ -90,7 +87,7 @@ fn models(criterion: &mut Criterion) {
 }
 
 fn model(criterion: &mut Criterion, elements: usize) {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let lags = LAGS_PER_ELEMENT * elements;
     let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
     // Just more exact than brute force is with its memory, relative to each H_n's largest value.
@@ -111,7 +108,8 @@ fn model(criterion: &mut Criterion, elements: usize) {
         first_error = first_error.max((first - brute.of(n)[0]).abs() / peak);
     }
     println!(
-        "N = {elements}: {} evaluations fitted, error {fit_error:.1e}; {} brute force, {lags} lags, error {memory_error:.1e}; ratio {:.0}; {} poles; first weights differ by {first_error:.1e}",
+        "N = {elements}: {} evaluations fitted, error {fit_error:.1e}; {} brute force, {lags} lags, error \
+         {memory_error:.1e}; ratio {:.0}; {} poles; first weights differ by {first_error:.1e}",
         fitted.evaluations(),
         brute.evaluations,
         brute.evaluations as f64 / fitted.evaluations() as f64,

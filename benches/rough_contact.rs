@@ -15,6 +15,9 @@ use rustfft::num_complex::Complex64;
 use tyrewave::half_space::love;
 use tyrewave::half_space::rough::{Control, Convolution, Extent, HeightMap, Indentation, Limits, indent};
 
+mod common;
+use common::{median, thread_seconds};
+
 const SIDE: f64 = 0.128;
 /// E = 1e7 Pa, nu = 0.45.
 const MODULUS: f64 = 1e7 / (1.0 - 0.45 * 0.45);
@@ -61,12 +64,6 @@ fn surface(n: usize, sphere: bool) -> HeightMap {
     HeightMap { heights, extent: Extent { nx: n, ny: n }, dx, dy: dx }
 }
 
-/// Time this thread has been on a CPU \[s\].
-fn thread_seconds() -> f64 {
-    let read = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    read.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::NAN, |ns| ns * 1e-9)
-}
-
 fn penetration(map: &HeightMap, sphere: bool) -> f64 {
     if sphere {
         return 0.003;
@@ -94,7 +91,8 @@ fn checked(map: &HeightMap, contact: &Indentation) {
 
 fn table(sizes: &str) {
     println!(
-        "| cells | surface | given | area | iterations | convolutions | residual | 1 thread, CPU s | 1 thread, s | 2 threads, s |"
+        "| cells | surface | given | area | iterations | convolutions | residual | 1 thread, CPU s | 1 thread, s | 2 \
+         threads, s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
@@ -121,10 +119,7 @@ fn table(sizes: &str) {
                     assert_eq!(same, contact, "the number of threads changed the result");
                 }
                 checked(&map, &contact);
-                let [cpu, wall, both] = times.map(|mut times| {
-                    times.sort_by(f64::total_cmp);
-                    times[times.len() / 2]
-                });
+                let [cpu, wall, both] = times.map(median);
                 println!(
                     "| {n} x {n} | {} | {name} | {:.3} | {} | {} | {:.1e} | {cpu:.3} | {wall:.3} | {both:.3} |",
                     if sphere { "rough sphere" } else { "rough plane" },

@@ -13,8 +13,10 @@ use rand_chacha::ChaCha8Rng;
 use tyrewave::half_space::{GrowingContact, LineInfluence};
 use tyrewave::road::slices::SliceBuilder;
 
+mod common;
 #[path = "../tests/suite/line_contact/line_search.rs"]
 mod line_search;
+use common::{median, thread_seconds};
 
 /// Levels at which the search is asked for the same curve.
 const LEVELS: u32 = 64;
@@ -62,19 +64,10 @@ fn checked(growing: &GrowingContact, line: &LineInfluence, forces: &[f64], deepe
     }
 }
 
-fn thread_seconds() -> f64 {
-    let read = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    read.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::NAN, |ns| ns * 1e-9)
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 fn tables() {
     println!(
-        "| points | curve by growing factor, us | {LEVELS} searches, us | time ratio | multiply-adds ratio |\n|---|---|---|---|---|"
+        "| points | curve by growing factor, us | {LEVELS} searches, us | time ratio | multiply-adds ratio |\n\
+         |---|---|---|---|---|"
     );
     for points in [20, 40, 80, 160, 320] {
         let line = LineInfluence::love(points, LENGTH, WIDTH / points as f64);
@@ -119,7 +112,8 @@ fn tables() {
         println!("| {points} | {followed:.1} | {searched:.0} | {:.0} | {ratio:.1} |", searched / followed);
     }
     println!(
-        "\n| law | slices | points | 1 thread, CPU s | ns a height | 1 thread, s | 2 threads, s | parallel efficiency | largest error, um |\n|---|---|---|---|---|---|---|---|---|"
+        "\n| law | slices | points | 1 thread, CPU s | ns a height | 1 thread, s | 2 threads, s | parallel efficiency \
+         | largest error, um |\n|---|---|---|---|---|---|---|---|---|"
     );
     let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
     let (one, two) = (pool(1), pool(2));

@@ -29,12 +29,12 @@ use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::run::past::{fetch, fit_options};
 use tyrewave::run::prepare::{Prepared, prepare};
-use tyrewave::scene::{DEFAULT, LoadedScene, Scene, TimeRule};
+use tyrewave::scene::{DEFAULT, LoadedScene, TimeRule};
+use tyrewave::test_models::{self, CIRCUMFERENCE, add, edit};
 use tyrewave::tyre::influence::Field;
 
 /// Elements round the tyre.
 const SIZES: [usize; 4] = [128, 256, 512, 1024];
-const CIRCUMFERENCE: f64 = 1.95;
 const SPEED: f64 = 80.0 / 3.6;
 
 /// Whether this is a test, without `--bench`, in which the dearest is left out.
@@ -77,14 +77,18 @@ fn transforms(criterion: &mut Criterion) {
 }
 
 /// The default scene with so many elements, the past carried in a way; it never ends.
-fn scene(elements: usize, history: &str) -> LoadedScene {
-    let text = DEFAULT
-        .replace("elements = 512", &format!("elements = {elements}"))
-        .replace("history = \"modal\"", history)
-        // A rule that direct sums have as well.
-        .replace("time_rule = \"sdirk2\"", "time_rule = \"bdf2\"")
-        .replace("duration = 18.0", "duration = 1e5");
-    Scene::from_str(&text, "default").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
+fn scene(elements: usize, history: &str, more: &str) -> LoadedScene {
+    let text = edit(
+        DEFAULT,
+        &[
+            ("numerics.elements", &elements.to_string()),
+            ("numerics.history", &format!("\"{history}\"")),
+            // A rule that direct sums have as well.
+            ("numerics.time_rule", "\"bdf2\""),
+            ("rolling.duration", "1e5"),
+        ],
+    );
+    test_models::scene(&add(&text, "numerics", more))
 }
 
 /// A rolling contact on the default road.
@@ -94,8 +98,8 @@ struct Rolling {
 }
 
 impl Rolling {
-    fn new(elements: usize, history: &str) -> Self {
-        let loaded = scene(elements, history);
+    fn new(elements: usize, history: &str, more: &str) -> Self {
+        let loaded = scene(elements, history, more);
         let mut meter = Meter::new(Watch::default());
         let plan = Plan::new(&loaded.scene);
         let prepared = prepare(&loaded, &plan, &AtomicBool::new(false), &mut meter).expect("a contact");
@@ -129,8 +133,8 @@ fn march(criterion: &mut Criterion) {
     group.sample_size(10).throughput(Throughput::Elements(STEPS));
     for elements in SIZES {
         let mut ways = [
-            ("poles", Rolling::new(elements, "history = \"modal\"")),
-            ("direct sums", Rolling::new(elements, &format!("history = \"direct\"\nmemory = {memory}"))),
+            ("poles", Rolling::new(elements, "modal", "")),
+            ("direct sums", Rolling::new(elements, "direct", &format!("memory = {memory}"))),
         ];
         let (mut peak, mut error) = (0.0_f64, 0.0_f64);
         for _ in 0..(memory * SPEED * elements as f64 / CIRCUMFERENCE) as u64 {
@@ -261,7 +265,7 @@ fn vibration(criterion: &mut Criterion) {
 fn velocities(criterion: &mut Criterion) {
     const ELEMENTS: usize = 128;
     const N: usize = 10;
-    let scene = scene(ELEMENTS, "history = \"modal\"").scene;
+    let scene = scene(ELEMENTS, "modal", "").scene;
     let options = fit_options(&scene, Field::Surface);
     let model = fetch(&scene.tyre, &options, &AtomicBool::new(false)).expect("the default tyre").model;
     let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };

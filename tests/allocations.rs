@@ -3,13 +3,9 @@
 //! One test only in this file: whatever else ran beside it would be counted, too.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
-#[path = "suite/common/mod.rs"]
-mod common;
-
 use std::alloc::System;
 use std::sync::atomic::AtomicBool;
 
-use common::{scene, scene_text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -19,6 +15,7 @@ use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::run::prepare::prepare;
 use tyrewave::run::vibration::VibrationRecorder;
+use tyrewave::test_models::{scene, scene_text};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -100,7 +97,8 @@ fn no_step_allocates_whether_its_factor_is_found_or_made() {
         {
             let (allocations, made, found) = pool.install(|| count(history, tread, rule, elements, cached, outputs));
             println!(
-                "{history}, {tread}, {rule}, N = {elements}, {cached} factors, {threads} threads: {allocations} allocations, {made} factors made, {found} found"
+                "{history}, {tread}, {rule}, N = {elements}, {cached} factors, {threads} threads: {allocations} \
+                 allocations, {made} factors made, {found} found"
             );
             assert_eq!(allocations, 0, "{history}, {tread}, {rule}, {threads} threads");
             assert!(tread == "uncoupled" || made > 10, "{made} factors made");

@@ -3,18 +3,15 @@
 //! One test only in this file: whatever else ran beside it would be counted, too.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 
-#[path = "suite/common/mod.rs"]
-mod common;
-
 use std::alloc::System;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use common::{scene, scene_text};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Allocations, Meter, Phase, Spent, Stage, Watch};
 use tyrewave::plan::Plan;
 use tyrewave::run::Run;
+use tyrewave::test_models::{scene, scene_text};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

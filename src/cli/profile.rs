@@ -12,8 +12,7 @@ use tyrewave::performance::record::RecordedWorkload;
 use tyrewave::performance::verdict::{Effort, Side, judge};
 use tyrewave::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 
-use super::context::Context;
-use super::context::print;
+use super::context::{Context, print};
 use super::error::CliError;
 use super::scaling::ScalingArguments;
 

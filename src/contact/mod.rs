@@ -21,5 +21,6 @@ pub mod march;
 pub mod slice_queue;
 pub mod stability;
 pub mod static_contact;
+mod windows;
 
 pub use error::ContactError;

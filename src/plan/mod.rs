@@ -213,11 +213,11 @@ mod tests {
     use super::*;
     use crate::counters::Stage;
     use crate::scene::DEFAULT;
+    use crate::test_models::{edit, with_road};
 
     #[test]
     fn the_estimate_knows_how_the_past_is_carried() {
-        let text =
-            DEFAULT.replace("elements = 512", "elements = 4096").replace("speed_kmh = 80.0", "speed_kmh = 250.0");
+        let text = edit(DEFAULT, &[("numerics.elements", "4096"), ("rolling.speed_kmh", "250.0")]);
         let mut loaded = Scene::from_str(&text, "estimate").unwrap();
         loaded.scene.rolling.duration = 1.0;
         let core_seconds = |plan: &Plan| plan.forecast(&UnitCosts::default(), 1, 0.0).core_seconds();
@@ -246,7 +246,7 @@ mod tests {
         assert!(behind(&rough, true) > 0.0 && behind(&rough, false) > 0.0);
         assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
         assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
-        let text = DEFAULT.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
+        let text = with_road(DEFAULT, "kind = \"smooth\"");
         let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
         let road = behind(&smooth, true);
         assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");

@@ -4,10 +4,11 @@
 //! use std::sync::atomic::AtomicBool;
 //! use tyrewave::plan::Plan;
 //! use tyrewave::run::Run;
-//! use tyrewave::scene::Scene;
+//! use tyrewave::scene::{DEFAULT, Scene};
 //!
-//! let text = tyrewave::scene::DEFAULT.replace("elements = 512", "elements = 64").replace("duration = 18.0", "duration = 0.2");
-//! let scene = Scene::from_str(&text, "small")?;
+//! let mut scene = Scene::from_str(DEFAULT, "small")?;
+//! scene.scene.numerics.elements = 64;
+//! scene.scene.rolling.duration = 0.2;
 //! let plan = Plan::of(&scene);
 //! plan.check(&scene)?;
 //! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;

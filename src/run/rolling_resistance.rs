@@ -76,20 +76,12 @@ mod tests {
 
     use super::*;
     use crate::run::Run;
-    use crate::scene::{LoadedScene, Scene};
+    use crate::scene::{DEFAULT, LoadedScene};
+    use crate::test_models::{self, edit};
 
     fn scene(changes: &[(&str, &str)]) -> LoadedScene {
-        let small = [
-            ("elements = 512", "elements = 128"),
-            ("substeps = 1 ", "substeps = 4 "),
-            ("duration = 18.0", "duration = 0.3"),
-        ];
-        let mut text = crate::scene::DEFAULT.to_owned();
-        for (from, to) in small.iter().chain(changes) {
-            assert!(text.contains(from), "{from}");
-            text = text.replace(from, to);
-        }
-        Scene::from_str(&text, "small").unwrap()
+        let small = [("numerics.elements", "128"), ("numerics.substeps", "4"), ("rolling.duration", "0.3")];
+        test_models::scene(&edit(&edit(DEFAULT, &small), changes))
     }
 
     #[test]
@@ -107,8 +99,8 @@ mod tests {
     /// Rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\], and the
     /// speed; forces belong to a time `lag` steps before the end.
     fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
-        let rule = format!("time_rule = \"{rule}\"");
-        let loaded = scene(&[("kind = \"made\"\nseed = 1", "kind = \"smooth\""), ("time_rule = \"sdirk2\"", &rule)]);
+        let rule = format!("\"{rule}\"");
+        let loaded = scene(&[("road", "{ kind = \"smooth\" }"), ("numerics.time_rule", &rule)]);
         let plan = Plan::of(&loaded);
         let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         let radius = loaded.scene.tyre.circumference / (2.0 * PI);
@@ -132,7 +124,7 @@ mod tests {
 
     #[test]
     fn uncoupled_points_have_none() {
-        let loaded = scene(&[("tread = \"elastic\" ", "tread = \"uncoupled\" ")]);
+        let loaded = scene(&[("contact.tread", "\"uncoupled\"")]);
         assert!(PowerRecorder::new(&Plan::of(&loaded), TimeRule::Bdf2, 4).is_none());
     }
 }

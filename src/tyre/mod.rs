@@ -11,6 +11,4 @@
 pub mod influence;
 pub mod layers;
 pub mod poles;
-#[cfg(test)]
-mod samples;
 pub mod views;

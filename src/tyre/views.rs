@@ -191,9 +191,9 @@ pub fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::scene::Law;
+    use crate::test_models::tyre;
     use crate::tyre::influence::{Projection, Truncation};
     use crate::tyre::poles::{FitOptions, fit};
-    use crate::tyre::samples::tyre;
 
     #[test]
     fn causal_laws_answer_after_the_force_and_the_textbook_law_before_it() {

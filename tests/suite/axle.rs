@@ -1,6 +1,8 @@
 //! The axle: held by a load or by a height; and the tread laws on the same axle.
 
-use crate::common::{mean_and_deviation, run, scene_text};
+use tyrewave::test_models::{edit, scene_text};
+
+use crate::common::{mean_and_deviation, run};
 
 #[test]
 fn a_load_is_carried_on_smooth_and_rough_roads() {
@@ -39,7 +41,8 @@ fn a_load_that_is_missed_is_said() {
 #[test]
 fn the_indentation_rises_along_its_ramp() {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.0\nduration = 0.6\naxle = { indentation = 0.01, ramp = 0.3 }";
-    let results = run(&scene_text(96, "kind = \"smooth\"", rolling, "memory = 0.6", ""));
+    let text = scene_text(96, "kind = \"smooth\"", rolling, "memory = 0.6", "");
+    let results = run(&text);
     results.assert_sound("ramp");
     let (time, force) = (results.array("time.npy"), results.array("total_force.npy"));
     assert!(force[0].abs() < 1e-12 && force.last().unwrap() > &500.0, "at rest before t = 0");
@@ -49,7 +52,7 @@ fn the_indentation_rises_along_its_ramp() {
     let end = *force.last().unwrap();
     assert!((at(0.59) / end - 1.0).abs() < 0.01, "it stands when the indentation does: {} {end}", at(0.59));
     // The same height without a ramp ends at the same force: the law has no memory beyond the run's.
-    let sudden = run(&scene_text(96, "kind = \"smooth\"", &rolling.replace("0.3 }", "0.05 }"), "memory = 0.6", ""));
+    let sudden = run(&edit(&text, &[("rolling.axle.ramp", "0.05")]));
     let other = *sudden.array("total_force.npy").last().unwrap();
     assert!((other / end - 1.0).abs() < 1e-2, "{other} {end}");
 }

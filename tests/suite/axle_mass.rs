@@ -14,10 +14,9 @@ use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::run::RunError;
 use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::LoadedScene;
+use tyrewave::test_models::{CIRCUMFERENCE, grid_road, scene, scene_text};
 
-use crate::common::{
-    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
-};
+use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 
@@ -110,7 +109,8 @@ fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
             2.0 * (crossings.last().unwrap() - crossings[0]) as f64 * time_step / (crossings.len() - 1) as f64
         };
         println!(
-            "{rule}, c = {damping} N s/m, k = {stiffness} N/m: {:.2} and {:.2} Hz, largest difference {worst:.1e} of the peak of {:.3} mm; stiffness {:.2e} N/m at once, {:.2e} at the end",
+            "{rule}, c = {damping} N s/m, k = {stiffness} N/m: {:.2} and {:.2} Hz, largest difference {worst:.1e} of \
+             the peak of {:.3} mm; stiffness {:.2e} N/m at once, {:.2e} at the end",
             1.0 / period(found),
             1.0 / period(&z),
             1e3 * peak,
@@ -208,7 +208,8 @@ fn a_wheel_on_cobbles_leaves_the_road_and_lands() {
         let (low, high) = height.iter().fold((f64::MAX, f64::MIN), |(a, b), &z| (a.min(z), b.max(z)));
         let found = results.report.summary.outcome.load.unwrap();
         println!(
-            "{numerics}: {air} of {} steps in the air, {landings} landings, axle from {:.1} to {:.1} mm, peak force {:.0} N, mean {:+.1} % off the load",
+            "{numerics}: {air} of {} steps in the air, {landings} landings, axle from {:.1} to {:.1} mm, peak force \
+             {:.0} N, mean {:+.1} % off the load",
             force.len() - begin,
             1e3 * low,
             1e3 * high,

@@ -8,7 +8,9 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use crate::common::{read_array, read_summary, scene_text, shared_road};
+use tyrewave::test_models::{edit, scene_text, with_all_terms, without};
+
+use crate::common::{names, read_array, read_summary, shared_road, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -32,24 +34,11 @@ fn folder_with(scene: &str) -> TempDir {
     folder
 }
 
-fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tyrewave")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-/// Names of all that is in a folder, sorted.
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
 #[test]
 fn a_missed_load_keeps_its_results_and_is_no_success() {
     let missed = |tolerance: &str| {
-        let rolling = ROLLING
-            .replace("{ indentation = 0.012, ramp = 0.05 }", &format!("{{ load = 3400.0, tolerance = {tolerance} }}"));
-        let folder = folder_with(&scene_text(64, "kind = \"made\"", &rolling, "memory = 0.1", ""));
+        let axle = format!("{{ load = 3400.0, tolerance = {tolerance} }}");
+        let folder = folder_with(&edit(&with_road("kind = \"made\""), &[("rolling.axle", &axle)]));
         let output = tyrewave(folder.path(), &["run", "scene.toml"]);
         let complete = read_summary(&folder.path().join("results/scene"))["complete"] == true;
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), complete)
@@ -155,9 +144,7 @@ fn missing_files() {
     assert_refused(folder_with(&scene).path(), USAGE, &["road.file", "nowhere.dat", &line]);
     let empty = tempfile::tempdir().unwrap();
     assert_refused(empty.path(), USAGE, &["scene.toml"]);
-    let scene = good();
-    let tyre = &scene[scene.find("[tyre]").unwrap()..scene.find("[road]").unwrap()];
-    let scene = format!("tyre = \"nowhere.toml\"\n{}", scene.replace(tyre, ""));
+    let scene = format!("tyre = \"nowhere.toml\"\n{}", without(&good(), &["tyre"]));
     assert_refused(folder_with(&scene).path(), USAGE, &["scene.toml:1:", "tyre", "nowhere.toml"]);
 }
 
@@ -243,7 +230,7 @@ fn results_that_cannot_be_written() {
 #[test]
 fn an_unwritable_place_is_refused_before_the_long_work() {
     // 2048 elements without short sums: minutes of work that must not be begun.
-    let scene = good().replace("elements = 64\nlateral_terms = 4\nwavenumber_aliases = 2\n", "elements = 2048\n");
+    let scene = edit(&with_all_terms(&good()), &[("numerics.elements", "2048")]);
     let folder = folder_with(&scene);
     fs::write(folder.path().join("file"), "").unwrap();
     let begin = Instant::now();
@@ -278,7 +265,8 @@ fn a_full_disk() {
     let disk = folder.path().join("disk");
     fs::create_dir(&disk).unwrap();
     // A disk of 16 kB in a mount namespace of its own.
-    let line = "mount -t tmpfs -o size=16k none disk && { \"$1\" run scene.toml --out disk/full; code=$?; ls disk; exit $code; }";
+    let line = "mount -t tmpfs -o size=16k none disk && \
+        { \"$1\" run scene.toml --out disk/full; code=$?; ls disk; exit $code; }";
     let inside = format!("unshare --user --map-root-user --mount sh -c '{line}' sh \"$1\" || exit $?");
     let can = "mkdir probe && unshare --user --map-root-user --mount mount -t tmpfs -o size=16k none probe";
     if !shell(folder.path(), can).status.success() {
@@ -304,7 +292,7 @@ fn wait_for(what: &str, mut condition: impl FnMut() -> bool) {
 #[test]
 #[cfg(unix)]
 fn ctrl_c_keeps_what_there_is_as_partial() {
-    let scene = good().replace("duration = 0.1", "duration = 20000.0");
+    let scene = edit(&good(), &[("rolling.duration", "20000.0")]);
     let folder = folder_with(&scene);
     let mut run = Command::new(env!("CARGO_BIN_EXE_tyrewave"))
         .args(["run", "scene.toml", "--out", "long"])
@@ -353,7 +341,8 @@ fn a_second_run_replaces_the_results_and_a_foreign_folder_is_left_alone() {
     assert!(run().status.success());
     let out = folder.path().join("out");
     let first = read_array::<f64>(&out.join("total_force.npy")).1;
-    fs::write(folder.path().join("scene.toml"), good().replace("indentation = 0.012", "indentation = 0.011")).unwrap();
+    let second = edit(&good(), &[("rolling.axle.indentation", "0.011")]);
+    fs::write(folder.path().join("scene.toml"), second).unwrap();
     assert!(run().status.success());
     let second = read_array::<f64>(&out.join("total_force.npy")).1;
     assert!(first.len() == second.len() && first.last() > second.last(), "the results are not those of the second run");

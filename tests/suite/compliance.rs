@@ -3,9 +3,8 @@
 use num_complex::Complex64;
 use serde_json::Value;
 use tyrewave::scene::{Law, Layer, Material, Tyre};
+use tyrewave::test_models::default_tyre;
 use tyrewave::tyre::layers::{Stack, cases};
-
-use crate::common::default_tyre;
 
 const BOUND: f64 = 1e-10;
 
@@ -212,7 +211,14 @@ fn resonances_of_the_default_tyre_lie_where_they_were_found() {
 fn bad_case_files_are_refused() {
     assert!(cases::evaluate("{").is_err());
     assert!(cases::evaluate("{}").is_err());
-    let tyre = r#"{"name": "a", "layers": [{"thickness": 0.01, "material": {"law": "elastic", "modulus": 1e6, "poisson": 0.5, "density": 1000}}], "foundation": {"normal": 1e6, "tangential": 1e6}}"#;
+    let tyre = r#"{
+        "name": "a",
+        "layers": [{
+            "thickness": 0.01,
+            "material": {"law": "elastic", "modulus": 1e6, "poisson": 0.5, "density": 1000}
+        }],
+        "foundation": {"normal": 1e6, "tangential": 1e6}
+    }"#;
     let error = cases::evaluate(&format!(r#"{{"tyres": [{tyre}], "cases": []}}"#)).unwrap_err();
     assert!(error.to_string().contains("below 0.5"), "{error}");
     let error =

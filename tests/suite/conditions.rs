@@ -10,14 +10,13 @@ use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::Tyre;
+use tyrewave::test_models::{CIRCUMFERENCE, CONTACT_WIDTH, grid_road, scene, scene_text};
 use tyrewave::tyre::layers::Stack;
 
-use crate::common::{
-    CIRCUMFERENCE, CONTACT_WIDTH, Results, grid_road, run, scene, scene_text, shared_road, write_grid,
-};
+use crate::common::{Results, run, shared_road, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
-/// As in [`crate::common::scene_text`].
+/// As in [`scene_text`].
 const LATERAL_TERMS: usize = 4;
 const ALIASES: i64 = 2;
 
@@ -263,7 +262,8 @@ fn assert_measured(name: &str, road: &str, rolling: &str) {
     let contact = &results.report.summary.contact;
     let fallbacks = results.summary()["cost"]["counters"]["fallbacks"].clone();
     println!(
-        "{name}: {} steps, least-index fallbacks {fallbacks}, tension {:.1e}, penetration {:.1e}, complementarity {:.1e}",
+        "{name}: {} steps, least-index fallbacks {fallbacks}, tension {:.1e}, penetration {:.1e}, complementarity \
+         {:.1e}",
         results.report.summary.outcome.steps, contact.tension, contact.penetration, contact.complementarity
     );
 }

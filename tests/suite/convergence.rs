@@ -8,8 +8,9 @@ use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 use tyrewave::scene::TimeRule;
+use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
 
-use crate::common::{run, scene, shared_road, try_run, tyre_tables};
+use crate::common::{run, shared_road, try_run};
 
 const HIGHEST: f64 = 1000.0;
 
@@ -41,14 +42,16 @@ impl Setting {
 
     fn text(&self, elements: usize, substeps: usize, rule: TimeRule) -> String {
         let Self { road, speed, contact, axle, warm_up, duration, cells } = self;
-        format!(
-            "{}\n[road]\n{road}\n[rolling]\nspeed_kmh = {speed}\nwarm_up = {warm_up}\nduration = {duration}\naxle = {axle}\n\
-             [contact]\ncells_along = {}\nslice_tolerance = 1e-7\n{contact}\n[numerics]\nelements = {elements}\nsubsteps = {substeps}\n\
-             time_rule = \"{}\"\nhistory = \"modal\"\ntime_limit = 100.0\n[outputs]\nspectra = false\nplots = false\n",
-            tyre_tables(),
-            (cells * 256 / elements).max(1),
-            rule.name()
-        )
+        let rolling = format!("speed_kmh = {speed}\nwarm_up = {warm_up}\nduration = {duration}\naxle = {axle}");
+        let rule = rule.name();
+        let numerics =
+            format!("substeps = {substeps}\ntime_rule = \"{rule}\"\nhistory = \"modal\"\ntime_limit = 100.0");
+        let more = format!(
+            "[contact]\ncells_along = {}\nslice_tolerance = 1e-7\n{contact}\n\
+             [outputs]\nspectra = false\nplots = false",
+            (cells * 256 / elements).max(1)
+        );
+        with_all_terms(&scene_text(elements, road, &rolling, &numerics, &more))
     }
 
     fn force(&self, elements: usize, substeps: usize, rule: TimeRule) -> Force {
@@ -162,7 +165,7 @@ fn other_treads_and_axles_converge_too() {
 fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
     let setting = Setting::made();
     let text = setting.text(256, 1, TimeRule::Sdirk2);
-    let (plain, disturbed) = (run(&text), run(&text.replace("ramp = 0.05", "ramp = 0.050000001")));
+    let (plain, disturbed) = (run(&text), run(&edit(&text, &[("rolling.axle.ramp", "0.050000001")])));
     let (a, b) = (plain.array("total_force.npy"), disturbed.array("total_force.npy"));
     let largest = |range: std::ops::Range<usize>| {
         a[range.clone()].iter().zip(&b[range]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
@@ -208,7 +211,8 @@ fn tables_of_convergence() {
         .collect();
     std::fs::write(&step, rows).unwrap();
     let road = format!(
-        "kind = \"profile\"\nfile = '{}'\ndistance_unit = \"m\"\nheight_unit = \"m\"\nlateral = \"extruded\"\nat_end = \"mirror\"",
+        "kind = \"profile\"\nfile = '{}'\ndistance_unit = \"m\"\nheight_unit = \"m\"\nlateral = \"extruded\"\n\
+         at_end = \"mirror\"",
         step.display()
     );
     settings.push(("steps of 10 mm", Setting { road, ..Setting::made() }));

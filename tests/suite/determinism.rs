@@ -2,7 +2,9 @@
 
 use std::fs;
 
-use crate::common::{Results, run, scene_text};
+use tyrewave::test_models::scene_text;
+
+use crate::common::{Results, run};
 
 const ARRAYS: [&str; 5] = ["time.npy", "total_force.npy", "patch_force.npy", "patch_element.npy", "spectra.csv"];
 

@@ -8,11 +8,10 @@ use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
+use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, scene, scene_text};
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
-use crate::common::{
-    CIRCUMFERENCE, Results, grid_road, mean_and_deviation, run, scene, scene_text, try_run, write_grid,
-};
+use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
 const SMOOTH: &str = "kind = \"smooth\"";
@@ -97,8 +96,8 @@ fn points(results: &Results) -> Vec<usize> {
 fn hard_case_5_very_stiff_and_very_soft_tread() {
     // 1000 times stiffer and softer than rubber.
     for (modulus, name) in [("8.0e9", "stiff"), ("8.0e3", "soft")] {
-        let text = scene_text(96, "kind = \"made\"\nseed = 2", INDENTED, "memory = 0.2", "")
-            .replace("modulus = 8.0e6", &format!("modulus = {modulus}"));
+        let text = scene_text(96, "kind = \"made\"\nseed = 2", INDENTED, "memory = 0.2", "");
+        let text = edit(&text, &[("tyre.layers.1.material.modulus", modulus)]);
         let results = run(&text);
         results.assert_sound(name);
         let mean = results.report.summary.outcome.mean_force.unwrap();
@@ -121,8 +120,8 @@ fn hard_case_5_zero_overlap_gives_no_force() {
 
 #[test]
 fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
-    let touch = INDENTED.replace("0.012", "0.0001");
-    let results = run(&scene_text(64, SMOOTH, &touch, "memory = 0.1", ""));
+    let text = scene_text(64, SMOOTH, INDENTED, "memory = 0.1", "");
+    let results = run(&edit(&text, &[("rolling.axle.indentation", "0.0001")]));
     results.assert_sound("one element");
     let found = points(&results);
     assert!(found[found.len() / 2..].iter().all(|&points| points == 1), "{found:?}");
@@ -272,8 +271,8 @@ fn hard_case_6_time_steps_far_too_large_and_far_too_small() {
     assert!(means.iter().all(|mean| (1000.0..6000.0).contains(mean)), "{means:?}");
     assert!((means[3] / means[2] - 1.0).abs() < 0.05, "finer steps change little: {means:?}");
     // One step in the whole run.
-    let short = INDENTED.replace("warm_up = 0.05", "warm_up = 0.0").replace("duration = 0.15", "duration = 1e-6");
-    let results = run(&scene_text(64, SMOOTH, &short, "memory = 0.1", ""));
+    let text = scene_text(64, SMOOTH, INDENTED, "memory = 0.1", "");
+    let results = run(&edit(&text, &[("rolling.warm_up", "0.0"), ("rolling.duration", "1e-6")]));
     assert_eq!(results.array("time.npy").len(), 1);
 }
 

@@ -8,20 +8,18 @@ use std::sync::atomic::AtomicBool;
 use tyrewave::counters::Stage;
 use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};
+use tyrewave::test_models::{edit, scene, with_road};
 
 use crate::common::shared_road;
 
 /// A run of the default tyre on its road at a fixed height.
 fn rolled(change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {
-    let begin = DEFAULT.find("axle = ").unwrap();
-    let end = begin + DEFAULT[begin..].find('\n').unwrap();
-    let text = format!("{}axle = {{ indentation = 0.014, ramp = 0.03 }}{}", &DEFAULT[..begin], &DEFAULT[end..]);
-    rolled_scene(&text, change, folder)
+    rolled_scene(&edit(DEFAULT, &[("rolling.axle", "{ indentation = 0.014, ramp = 0.03 }")]), change, folder)
 }
 
 /// The same with the scene's text given.
 fn rolled_scene(text: &str, change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {
-    let mut loaded = Scene::from_str(text, "histories").unwrap();
+    let mut loaded = scene(text);
     loaded.scene.rolling.warm_up = 0.05;
     loaded.scene.rolling.duration = 0.25;
     // Nothing of the past is left out of the sum.
@@ -89,7 +87,8 @@ fn forces_by_poles_have_the_same_bits_on_one_thread_and_on_three() {
 fn accuracy_against_time_of_both_histories() {
     let folder = tempfile::tempdir().unwrap();
     println!(
-        "| N | history | tolerance | error of the force / peak | influence functions | history without transforms, per step |"
+        "| N | history | tolerance | error of the force / peak | influence functions | history without transforms, per \
+         step |"
     );
     println!("|---|---|---|---|---|---|");
     for elements in [512, 1024] {
@@ -124,13 +123,8 @@ fn accuracy_against_time_of_both_histories() {
 fn poles_give_the_forces_of_the_convolution_on_a_measured_road_at_full_length() {
     let Some(path) = shared_road("captif_aylesbury_station_10.dat") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let begin = DEFAULT.find("[road]").unwrap();
-    let end = DEFAULT.find("[rolling]").unwrap();
     let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"\nseed = 1", path.display());
-    let text = format!("{}[road]\n{road}\n\n{}", &DEFAULT[..begin], &DEFAULT[end..]);
-    let axle = text.find("axle = ").unwrap();
-    let rest = axle + text[axle..].find('\n').unwrap();
-    let text = format!("{}axle = {{ indentation = 0.012, ramp = 0.03 }}{}", &text[..axle], &text[rest..]);
+    let text = edit(&with_road(DEFAULT, &road), &[("rolling.axle", "{ indentation = 0.012, ramp = 0.03 }")]);
     let of = |history, tolerance: f64, duration: f64| {
         let change = |scene: &mut Scene| {
             scene.numerics.elements = 1024;

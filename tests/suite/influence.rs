@@ -7,20 +7,14 @@ use std::time::Duration;
 
 use num_complex::Complex64;
 use tyrewave::scene::{Law, Layer, Material, TimeRule, Tyre};
+use tyrewave::test_models::wide_tyre;
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::cache::{Cache, Unusable, key};
 use tyrewave::tyre::poles::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
 
-use crate::common::default_tyre;
-
 /// Nobody stops a test.
 static NEVER: AtomicBool = AtomicBool::new(false);
-
-/// The default tyre on a wider strip.
-fn tyre() -> Tyre {
-    Tyre { contact_width: 0.15, ..default_tyre() }
-}
 
 fn options(tyre: &Tyre, elements: usize, tolerance: f64, top_frequency: f64) -> FitOptions {
     FitOptions { top: 2.0 * PI * top_frequency, ..FitOptions::new(tyre, elements, 0.0).with_tolerance(tolerance) }
@@ -63,7 +57,7 @@ fn all_poles_are_stable(model: &RationalModel) -> bool {
 
 #[test]
 fn error_on_fresh_points_of_the_axis_the_real_axis_and_between_is_what_was_asked_for() {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let options = options(&tyre, 64, 1e-6, 20e3);
     let model = fit(&tyre, &options).unwrap();
     let sum = exact(&tyre, &options);
@@ -86,7 +80,7 @@ fn error_on_fresh_points_of_the_axis_the_real_axis_and_between_is_what_was_asked
 
 #[test]
 fn convolution_weights_of_the_model_equal_the_brute_force_ones() {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let (elements, speed, lags) = (64, 80.0 / 3.6, 256);
     let time_step = tyre.circumference / elements as f64 / speed;
     let options = options(&tyre, elements, 1e-6, 20e3);
@@ -117,7 +111,7 @@ fn convolution_weights_of_the_model_equal_the_brute_force_ones() {
 
 #[test]
 fn a_tighter_tolerance_takes_more_poles_and_reaches_it() {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let mut last = 0;
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
         let options = options(&tyre, 16, tolerance, 8e3);
@@ -135,7 +129,7 @@ fn a_tighter_tolerance_takes_more_poles_and_reaches_it() {
 fn a_tight_tolerance_is_reached_over_the_whole_band() {
     // Every sixteenth wavenumber of 1024 elements round the default tyre. Poles beyond the band are what a tight fit
     // hangs on: the top of the real axis is fitted, not only checked.
-    let tyre = Tyre { circumference: 1.95 / 16.0, ..tyre() };
+    let tyre = Tyre { circumference: 1.95 / 16.0, ..wide_tyre() };
     let options = options(&tyre, 64, 1e-7, 20e3);
     let model = fit(&tyre, &options).unwrap();
     let sum = exact(&tyre, &FitOptions { influence_tolerance: 1e-12, ..options });
@@ -151,7 +145,7 @@ fn a_tight_tolerance_is_reached_over_the_whole_band() {
 
 #[test]
 fn hard_tyres_reach_the_tolerance_or_are_refused_with_the_reason() {
-    let base = tyre();
+    let base = wide_tyre();
     let changed = |change: &dyn Fn(&mut Tyre)| {
         let mut tyre = base.clone();
         change(&mut tyre);
@@ -197,7 +191,7 @@ fn hard_tyres_reach_the_tolerance_or_are_refused_with_the_reason() {
 
 #[test]
 fn a_law_that_is_not_causal_is_refused_by_the_name_of_its_layer() {
-    let mut tyre = tyre();
+    let mut tyre = wide_tyre();
     tyre.layers[1].material.law = Law::Hysteretic;
     let refused = fit(&tyre, &options(&tyre, 8, 1e-6, 4e3));
     assert_eq!(refused, Err(FitError::NotCausal { layer: "tread".into() }));
@@ -205,7 +199,7 @@ fn a_law_that_is_not_causal_is_refused_by_the_name_of_its_layer() {
 
 #[test]
 fn options_out_of_range_are_named() {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     for (options, name) in [
         (FitOptions { elements: 7, ..options(&tyre, 8, 1e-3, 1e3) }, "elements"),
         (FitOptions { top: f64::NAN, ..options(&tyre, 8, 1e-3, 1e3) }, "top"),
@@ -217,7 +211,7 @@ fn options_out_of_range_are_named() {
 
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let options = options(&tyre, 32, 1e-4, 6e3);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -228,7 +222,7 @@ fn the_same_bits_for_any_number_of_threads() {
 
 #[test]
 fn a_fit_that_is_stopped_says_so_before_it_begins_and_on_its_way() {
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let stop = AtomicBool::new(true);
     assert_eq!(fit_unless_stopped(&tyre, &options(&tyre, 8, 1e-3, 2e3), &stop), Err(FitError::Stopped));
     let folder = tempfile::tempdir().unwrap();
@@ -251,7 +245,7 @@ fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
     // The wavenumbers of 4096 elements round the default tyre, 16 of them: at the highest ones the tread is a
     // half-space at rest, and poles to spare used to run away beyond the band until they overflowed, or until 150 of
     // them were in use.
-    let tyre = Tyre { circumference: 1.95 / 256.0, ..tyre() };
+    let tyre = Tyre { circumference: 1.95 / 256.0, ..wide_tyre() };
     let options = options(&tyre, 16, 1e-5, 20e3);
     let model = fit(&tyre, &options).unwrap();
     for n in 2..=8 {
@@ -265,7 +259,7 @@ fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
 fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::at(folder.path().join("models"), u64::MAX);
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let options = options(&tyre, 8, 1e-3, 2e3);
     let cold = cache.fetch(&tyre, &options, &NEVER).unwrap();
     assert!(!cold.warm && cold.warnings.is_empty());
@@ -311,7 +305,7 @@ fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_
 
 #[test]
 fn everything_that_a_model_depends_on_changes_its_key() {
-    let base = tyre();
+    let base = wide_tyre();
     let usual = options(&base, 8, 1e-3, 2e3);
     let mut keys = vec![key(&base, &usual).unwrap()];
     for change in [
@@ -344,7 +338,7 @@ fn everything_that_a_model_depends_on_changes_its_key() {
 fn writers_and_readers_at_once_see_whole_entries_only_and_the_size_stays_bounded() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::at(folder.path().to_path_buf(), u64::MAX);
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let usual = options(&tyre, 8, 1e-2, 1e3);
     let model = fit(&tyre, &usual).unwrap();
     let name = key(&tyre, &usual).unwrap();
@@ -375,7 +369,7 @@ fn a_folder_that_cannot_be_used_costs_a_warning_only() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "in the way").unwrap();
-    let tyre = tyre();
+    let tyre = wide_tyre();
     let fetched = Cache::at(file, u64::MAX).fetch(&tyre, &options(&tyre, 8, 1e-2, 1e3), &NEVER).unwrap();
     assert!(!fetched.warm && !fetched.warnings.is_empty());
 }

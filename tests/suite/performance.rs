@@ -59,7 +59,8 @@ fn every_workload_is_right_and_takes_what_the_record_says() {
     }
     assert!(
         unexplained.is_empty(),
-        "work has changed: {unexplained:#?}\nIf it should, say why in profiles/accepted.toml, or record again with `tyrewave profile record`."
+        "work has changed: {unexplained:#?}\nIf it should, say why in profiles/accepted.toml, or record again with \
+         `tyrewave profile record`."
     );
 }
 

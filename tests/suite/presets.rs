@@ -6,8 +6,9 @@ use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::accuracy::verdict::{Verdict, verdicts};
 use tyrewave::study::accuracy::{Study, StudyOptions, Sweep, study};
+use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
 
-use crate::common::{scene, shared_road, tyre_tables};
+use crate::common::shared_road;
 
 /// Reference and presets of a scene.
 fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)>) -> (Study, Vec<Verdict>) {
@@ -28,11 +29,9 @@ fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)
 
 #[test]
 fn presets_of_a_small_tyre_are_ordered_and_keep_their_errors_at_low_frequencies() {
-    let tyre = tyre_tables().replace("circumference = 1.95", "circumference = 0.65");
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 1000 }";
-    let text = format!(
-        "{tyre}\n[road]\nkind = \"made\"\nseed = 2\n[rolling]\n{rolling}\n[numerics]\nelements = 160\nhistory = \"modal\"\n"
-    );
+    let text = with_all_terms(&scene_text(160, "kind = \"made\"\nseed = 2", rolling, "history = \"modal\"", ""));
+    let text = edit(&text, &[("tyre.circumference", "0.65")]);
     let (found, verdicts) = measured(&scene(&text), 160.0, None);
     for verdict in &verdicts {
         assert!(verdict.keeps_its_error(), "{verdict:?}");
@@ -47,7 +46,8 @@ fn presets_of_a_small_tyre_are_ordered_and_keep_their_errors_at_low_frequencies(
 #[test]
 #[ignore = "minutes: three roads up to 1 kHz with a fine reference"]
 fn presets_keep_their_errors_on_roads_and_at_speeds_that_they_were_not_derived_from() {
-    let wavelengths = "wavelengths = [0.0794, 0.0631, 0.0501, 0.0398, 0.0316, 0.0251, 0.02, 0.0158, 0.0126, 0.01, 0.00794, 0.00631, 0.00501, 0.00398]";
+    let wavelengths = "wavelengths = [0.0794, 0.0631, 0.0501, 0.0398, 0.0316, 0.0251, 0.02, 0.0158, 0.0126, 0.01, \
+        0.00794, 0.00631, 0.00501, 0.00398]";
     let levels = "levels = [47, 49, 51, 53, 54, 55, 54.5, 53, 51, 48, 45, 42, 39, 34]";
     let mut cases = vec![
         ("chippings", 110, format!("kind = \"made\"\nseed = 5\n{wavelengths}\n{levels}")),
@@ -67,10 +67,8 @@ fn presets_keep_their_errors_on_roads_and_at_speeds_that_they_were_not_derived_f
     }
     for (name, speed, road) in cases {
         println!("{name}, {speed} km/h");
-        let text = format!(
-            "{}\n[road]\n{road}\n[rolling]\nspeed_kmh = {speed}.0\nduration = 2.0\naxle = {{ load = 3400 }}\n[numerics]\nelements = 512\nhistory = \"modal\"\n",
-            tyre_tables()
-        );
+        let rolling = format!("speed_kmh = {speed}.0\nduration = 2.0\naxle = {{ load = 3400 }}");
+        let text = with_all_terms(&scene_text(512, &road, &rolling, "history = \"modal\"", ""));
         for verdict in measured(&scene(&text), 1000.0, Some((1024, 6))).1 {
             assert!(verdict.keeps_its_error(), "{name}: {verdict:?}");
         }

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
@@ -12,8 +12,9 @@ use tyrewave::counters::{Stage, Timing};
 use tyrewave::plan::Plan;
 use tyrewave::run::Run;
 use tyrewave::scene::{DEFAULT, Road, Scene};
+use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{read_summary, scene_text};
+use crate::common::{command, read_summary};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.6\naxle = { load = 3400 }";
 
@@ -23,12 +24,7 @@ fn text() -> String {
 }
 
 fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_tyrewave"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("TYREWAVE_CACHE_DIR", folder.join("cache"))
-        .output()
-        .unwrap()
+    command(folder, arguments).env("TYREWAVE_CACHE_DIR", folder.join("cache")).output().unwrap()
 }
 
 /// An event's row, begin and end \[us\].
@@ -178,7 +174,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn overhead() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (elements, rounds) in [(512, 40), (1024, 20)] {
-        let text = DEFAULT.replace("elements = 512", &format!("elements = {elements}"));
+        let text = edit(DEFAULT, &[("numerics.elements", &elements.to_string())]);
         let mut loaded = Scene::from_str(&text, "default").unwrap();
         loaded.scene.road = Road::Smooth;
         let plan = Plan::new(&loaded.scene);

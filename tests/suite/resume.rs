@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Output};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,9 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{read_summary, scene_text, write_grid};
+use tyrewave::test_models::{add, edit, scene_text};
+
+use crate::common::{command, names, read_summary, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -44,26 +46,8 @@ fn road(at_end: &str) -> String {
     format!("kind = \"grid\"\nfile = \"road.npy\"\ndx = 0.03\ndy = 0.024\nat_end = \"{at_end}\"")
 }
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
-    command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
-    command
-}
-
-fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().unwrap()
-}
-
 fn message(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Names of all that is in a folder, sorted.
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// Waits until a condition holds or the process has ended.
@@ -179,23 +163,23 @@ fn the_implicit_coupling_goes_on_in_the_same_bytes() {
 
 #[test]
 fn an_axle_with_a_mass_goes_on_in_the_same_bytes() {
-    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004)
-        .replace("load = 3000.0", "load = 3000.0, tolerance = 0.05, mass = 30.0, stiffness = 2e4, damping = 800.0");
+    let axle = "tolerance = 0.05\nmass = 30.0\nstiffness = 2e4\ndamping = 800.0";
+    let scene = add(&scene_of("modal", &road("refuse"), 20.0, 0.004), "rolling.axle", axle);
     killed_at_random(&scene, 21.0 * SPEED, 3, 5);
 }
 
 #[test]
 fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
-    let scene =
-        scene_of("modal", &road("repeat"), 20.0, 0.004).replace("load = 3000.0", "indentation = 0.012, ramp = 0.05");
+    let scene = scene_of("modal", &road("repeat"), 20.0, 0.004);
+    let scene = edit(&scene, &[("rolling.axle", "{ indentation = 0.012, ramp = 0.05 }")]);
     killed_at_random(&scene, 21.0, 3, 3);
 }
 
 #[test]
 fn vibration_goes_on_in_the_same_bytes() {
     for (rule, kills) in [("bdf2", 3), ("sdirk2", 2)] {
-        let scene = scene_of("modal", &road("refuse"), 20.0, 0.004)
-            .replace("cached_factors = 5", &format!("cached_factors = 5\ntime_rule = \"{rule}\""));
+        let scene = scene_of("modal", &road("refuse"), 20.0, 0.004);
+        let scene = add(&scene, "numerics", &format!("time_rule = \"{rule}\""));
         let keys = "segment = 0.2\npoints = [0.1]\nelements = [5]\nmap = true";
         let scene = format!("{scene}[outputs.vibration]\n{keys}\n");
         killed_at_random(&scene, 21.0 * SPEED, kills, 5);
@@ -342,7 +326,8 @@ fn a_full_disk_keeps_the_last_checkpoint_and_the_run_goes_on_where_there_is_room
     assert!(whole.status.success(), "{}", message(&whole));
     let array = fs::metadata(place.join("whole/patch_force.npy")).unwrap().len();
     let line = format!(
-        "mount -t tmpfs -o size={} none disk && {{ \"$1\" run scene.toml --out disk/cut; code=$?; ls disk; cp -r disk/cut.partial saved.partial; exit $code; }}",
+        "mount -t tmpfs -o size={} none disk && {{ \"$1\" run scene.toml --out disk/cut; code=$?; ls disk; cp -r \
+         disk/cut.partial saved.partial; exit $code; }}",
         array / 2
     );
     let output = shell(&format!("unshare --user --map-root-user --mount sh -c '{line}' sh \"$1\" || exit $?"));

@@ -8,7 +8,9 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::common::{mean_and_deviation, read_array, read_summary, scene_text, tyre_tables};
+use tyrewave::test_models::{scene_text, with_all_terms};
+
+use crate::common::{mean_and_deviation, read_array, read_summary};
 
 /// Resident memory of a process now, and its peak so far \[bytes\]; `None` once it has ended.
 fn memory(process: u32) -> Option<[f64; 2]> {
@@ -85,7 +87,7 @@ fn force(out: &Path) -> Vec<f64> {
 
 /// A smooth road at 80 km/h and N = 64 by poles, for a number of steps.
 fn smooth(steps: u64) -> (String, u64) {
-    let time_step = crate::common::CIRCUMFERENCE / 64.0 / (80.0 / 3.6);
+    let time_step = tyrewave::test_models::CIRCUMFERENCE / 64.0 / (80.0 / 3.6);
     let warm_up = 1000;
     let rolling = format!(
         "speed_kmh = 80.0\nwarm_up = {:?}\nduration = {:?}\naxle = {{ indentation = 0.012, ramp = 0.1 }}",
@@ -125,7 +127,8 @@ fn a_million_steps_on_a_smooth_road_neither_drift_nor_grow() {
     let (first, last) = (parts[0].0, parts[parts.len() - 1].0);
     let worst = parts.iter().fold(0.0_f64, |worst, part| worst.max(part.1 / part.0));
     println!(
-        "10^6 steps in {:?}: drift {:+.1e} of the mean, std/mean at most {worst:.1e}; memory grows by {:+.0} kB, peak {:.1} MB",
+        "10^6 steps in {:?}: drift {:+.1e} of the mean, std/mean at most {worst:.1e}; memory grows by {:+.0} kB, peak \
+         {:.1} MB",
         watched.wall,
         (last - first) / first,
         watched.growth() / 1e3,
@@ -139,16 +142,14 @@ fn a_million_steps_on_a_smooth_road_neither_drift_nor_grow() {
 #[test]
 #[ignore = "60 s of dense asphalt at N = 512: some minutes"]
 fn sixty_seconds_at_130_on_a_rough_road_complete_in_bounded_memory() {
-    let text = format!(
-        "{}\n[road]\nkind = \"made\"\nseed = 1\n[rolling]\nspeed_kmh = 130.0\nwarm_up = 0.5\nduration = 60.0\n\
-         axle = {{ load = 3400.0 }}\n[numerics]\nelements = 512\nhistory = \"modal\"\n",
-        tyre_tables()
-    );
+    let rolling = "speed_kmh = 130.0\nwarm_up = 0.5\nduration = 60.0\naxle = { load = 3400.0 }";
+    let text = with_all_terms(&scene_text(512, "kind = \"made\"\nseed = 1", rolling, "history = \"modal\"", ""));
     let watched = Watched::of(&text);
     let summary = read_summary(&watched.out());
     let residuals = ["tension", "penetration", "complementarity"].map(|key| summary["contact"][key].as_f64().unwrap());
     println!(
-        "{} steps, 60.5 s in {:?} ({:.2} x real time); memory grows by {:+.1} MB, peak {:.1} MB; largest residual {:.1e}; {}",
+        "{} steps, 60.5 s in {:?} ({:.2} x real time); memory grows by {:+.1} MB, peak {:.1} MB; largest residual \
+         {:.1e}; {}",
         summary["outcome"]["steps"],
         watched.wall,
         60.5 / watched.wall.as_secs_f64(),

@@ -9,11 +9,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::response::BandLevel;
-use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;
+use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene_text, with_road};
 
-use crate::common::{CIRCUMFERENCE, Results, grid_road, run, scene_text, write_grid};
+use crate::common::{Results, run, shared_road, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
 
@@ -76,9 +75,8 @@ fn hard_cases_are_met_with_the_implicit_coupling() {
         ("two stages", "8.0e6", "history = \"modal\"\ntime_rule = \"sdirk2\"", ""),
         ("half-space", "8.0e6", "history = \"modal\"\nsubsteps = 3", "slices = \"half-space\""),
     ] {
-        let text = scene_text(n, &road, &rolling, numerics, &contact("implicit", more))
-            .replace("modulus = 8.0e6", &format!("modulus = {modulus}"));
-        let results = run(&text);
+        let text = scene_text(n, &road, &rolling, numerics, &contact("implicit", more));
+        let results = run(&edit(&text, &[("tyre.layers.1.material.modulus", modulus)]));
         results.assert_sound(name);
         println!("{name}: {} fallbacks, {:?}", fallbacks(&results), results.report.summary.contact.solves_per_step);
     }
@@ -100,31 +98,26 @@ fn flat_slices_are_the_same_bytes_by_both_couplings_and_rough_ones_carry_more_by
     assert!(implicit > 1.001 * explicit, "what the neighbours do is no penetration: {explicit} {implicit}");
 }
 
-fn levels(results: &Results) -> Vec<BandLevel> {
-    read_force_levels(&fs::read_to_string(results.path("spectra.csv")).unwrap()).unwrap()
-}
-
 #[test]
 #[ignore = "eight runs of seconds rolled: a minute or two"]
 fn both_couplings_at_equal_load_with_their_cost() {
-    let shared = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads/captif_aylesbury_station_10.dat");
-    let chip_seal = format!("kind = \"profile\"\nfile = \"{shared}\"\nlateral = \"isotropic\"\nseed = 1");
-    let roads = [("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()), ("chip seal", chip_seal)];
-    for (name, road) in roads {
-        if name == "chip seal" && !fs::exists(shared).unwrap() {
-            println!("skipped {name}: no {shared}");
-            continue;
-        }
+    for (name, road) in [("dense asphalt", None), ("chip seal", Some("captif_aylesbury_station_10.dat"))] {
+        let road = match road.map(shared_road) {
+            None => "kind = \"made\"\nseed = 1".to_owned(),
+            Some(None) => continue,
+            Some(Some(path)) => format!("kind = \"profile\"\nfile = {path:?}\nlateral = \"isotropic\"\nseed = 1"),
+        };
         for elements in [512, 1024] {
             let of = |coupling: &str| {
-                let begin = DEFAULT.find("[road]").unwrap();
-                let end = DEFAULT.find("[rolling]").unwrap();
-                let text = format!("{}[road]\n{road}\n{}", &DEFAULT[..begin], &DEFAULT[end..])
-                    .replace("elements = 512", &format!("elements = {elements}"))
-                    .replace("duration = 18.0", "duration = 8.0")
-                    .replace("warm_up = 0.5", "warm_up = 1.0")
-                    .replace("tread = \"elastic\"", &format!("tread = \"elastic\"\nslice_coupling = \"{coupling}\""));
-                run(&text)
+                let text = edit(
+                    &with_road(DEFAULT, &road),
+                    &[
+                        ("numerics.elements", &elements.to_string()),
+                        ("rolling.duration", "8.0"),
+                        ("rolling.warm_up", "1.0"),
+                    ],
+                );
+                run(&add(&text, "contact", &format!("slice_coupling = \"{coupling}\"")))
             };
             let both = ["explicit", "implicit"].map(of);
             println!("{name}, N = {elements}, {:.2} mm an element", 1e3 * CIRCUMFERENCE / f64::from(elements));
@@ -133,7 +126,8 @@ fn both_couplings_at_equal_load_with_their_cost() {
                 let outcome = &summary.outcome;
                 let steps = outcome.steps as f64;
                 println!(
-                    "   {coupling}: mean force {:.0} N, rms {:.0} N, contact {:.1} mm, indentation {:.3} mm; search {:.1} us a step, {:.2} solves, {:.2} factorisations, {} fallbacks; \
+                    "   {coupling}: mean force {:.0} N, rms {:.0} N, contact {:.1} mm, indentation {:.3} mm; search \
+                     {:.1} us a step, {:.2} solves, {:.2} factorisations, {} fallbacks; \
                      solves by step {:?}; residuals {:.0e} {:.0e} {:.0e}",
                     outcome.mean_force.unwrap(),
                     outcome.rms_force_variation.unwrap(),
@@ -154,7 +148,7 @@ fn both_couplings_at_equal_load_with_their_cost() {
                 assert!((outcome.mean_force.unwrap() / 3400.0 - 1.0).abs() < 0.03);
             }
             println!("   band [Hz]   explicit   implicit   difference [dB]");
-            let [explicit, implicit] = both.each_ref().map(levels);
+            let [explicit, implicit] = both.each_ref().map(Results::force_levels);
             for (a, b) in explicit.iter().zip(&implicit) {
                 let difference = b.level - a.level;
                 println!("   {:>9}   {:8.1}   {:8.1}           {difference:+5.1}", a.band.label(), a.level, b.level);

@@ -7,17 +7,15 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use tyrewave::run::{RunOptions, Unwatched, run};
-use tyrewave::scene::{DEFAULT, Scene};
+use tyrewave::scene::DEFAULT;
+use tyrewave::test_models::{default_scene, edit, scene, with_road};
 
-use crate::common::write_grid;
+use crate::common::{shared_road, write_grid};
 
 /// Third-octave levels by nominal frequency, the mean force and the contact length.
 fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64) {
-    let begin = DEFAULT.find("[road]").unwrap();
-    let end = DEFAULT.find("[rolling]").unwrap();
-    let scene = format!("{}{road}\n{}", &DEFAULT[..begin], &DEFAULT[end..])
-        .replace("slices = \"winkler\"", &format!("slices = \"{law}\""));
-    let mut loaded = Scene::from_str(&scene, "slice laws").unwrap();
+    let text = edit(&with_road(DEFAULT, road), &[("contact.slices", &format!("\"{law}\""))]);
+    let mut loaded = scene(&text);
     loaded.scene.numerics.elements = 256;
     loaded.scene.numerics.memory = 0.35;
     loaded.scene.numerics.influence_tolerance = 1e-5;
@@ -37,28 +35,17 @@ fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64
 #[test]
 #[ignore = "six runs of 2.5 s rolled: minutes"]
 fn both_slice_laws_on_three_roads() {
-    let shared = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads/");
-    let roads = [
-        ("dense asphalt", "[road]\nkind = \"made\"\nseed = 1".to_owned(), None),
-        (
-            "chip seal",
-            format!(
-                "[road]\nkind = \"profile\"\nfile = \"{shared}captif_aylesbury_station_10.dat\"\nlateral = \"isotropic\"\nseed = 1"
-            ),
-            Some(format!("{shared}captif_aylesbury_station_10.dat")),
-        ),
-        (
-            "cobbles",
-            format!(
-                "[road]\nkind = \"opencrg\"\nfile = \"{shared}belgian_block.crg\"\nlongest_wavelength = 1.0\nat_end = \"mirror\""
-            ),
-            Some(format!("{shared}belgian_block.crg")),
-        ),
-    ];
-    for (name, road, file) in roads {
-        if let Some(file) = file.filter(|file| !Path::new(file).exists()) {
-            println!("skipped {name}: no {file}");
-            continue;
+    let profile = "kind = \"profile\"\nlateral = \"isotropic\"\nseed = 1\n";
+    let cobbles = "kind = \"opencrg\"\nlongest_wavelength = 1.0\nat_end = \"mirror\"\n";
+    for (name, road, file) in [
+        ("dense asphalt", "kind = \"made\"\nseed = 1\n", None),
+        ("chip seal", profile, Some("captif_aylesbury_station_10.dat")),
+        ("cobbles", cobbles, Some("belgian_block.crg")),
+    ] {
+        let mut road = road.to_owned();
+        if let Some(file) = file {
+            let Some(path) = shared_road(file) else { continue };
+            road.push_str(&format!("file = {path:?}"));
         }
         let folder = tempfile::tempdir().unwrap();
         let (winkler, mean_w, length_w) = levels(&road, "winkler", folder.path());
@@ -83,7 +70,7 @@ fn both_slice_laws_on_three_roads() {
 fn resolution_along_and_across_changes_s_less_and_less() {
     use tyrewave::road::slices::SliceBuilder;
     use tyrewave::road::{Lattice, Limits, RoadSurface};
-    let road = Scene::from_str(DEFAULT, "default").unwrap().scene.road;
+    let road = default_scene().road;
     let width = 0.12;
     let penetration = 1e-3;
     // Mean of S(y)/y over 2 m of dense asphalt by both laws.
@@ -127,10 +114,8 @@ fn a_repeated_road_has_its_slices_made_once() {
     let heights: Vec<f64> = (0..20 * 6).map(|i| 5e-4 * f64::from((i * 7 % 11) as u8)).collect();
     let file = folder.path().join("grid.npy");
     write_grid(&file, 6, &heights);
-    let begin = DEFAULT.find("[road]").unwrap();
-    let end = DEFAULT.find("[rolling]").unwrap();
-    let road = format!("[road]\nkind = \"grid\"\nfile = {file:?}\ndx = {dx}\ndy = 0.02\nat_end = \"repeat\"\n");
-    let mut loaded = Scene::from_str(&format!("{}{road}{}", &DEFAULT[..begin], &DEFAULT[end..]), "repeat").unwrap();
+    let road = format!("kind = \"grid\"\nfile = {file:?}\ndx = {dx}\ndy = 0.02\nat_end = \"repeat\"");
+    let mut loaded = scene(&with_road(DEFAULT, &road));
     loaded.scene.numerics.elements = elements as usize;
     loaded.scene.numerics.memory = 0.05;
     loaded.scene.rolling.warm_up = 0.05;

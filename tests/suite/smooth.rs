@@ -1,6 +1,8 @@
 //! The smooth road: the force settles, the patch profile is smooth, and the elements converge.
 
-use crate::common::{Results, mean_and_deviation, run, scene_text};
+use tyrewave::test_models::{scene_text, with_all_terms};
+
+use crate::common::{Results, mean_and_deviation, run};
 
 /// Fails unless the force of the last quarter stands still within `bound` of its mean, and returns that ratio.
 fn assert_settled(results: &Results, bound: f64) -> f64 {
@@ -49,8 +51,7 @@ fn hard_case_4_short_the_force_on_a_smooth_road_settles() {
 #[ignore = "full length: about a minute of two cores in the release profile"]
 fn the_default_tyre_settles_at_full_length() {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.5\nduration = 2.5\naxle = { load = 4000.0 }";
-    let text = scene_text(512, "kind = \"smooth\"", rolling, "memory = 0.7", "")
-        .replace("lateral_terms = 4\nwavenumber_aliases = 2\n", "");
+    let text = with_all_terms(&scene_text(512, "kind = \"smooth\"", rolling, "memory = 0.7", ""));
     let results = run(&text);
     let ratio = assert_settled(&results, 1e-6);
     let profile = last_profile(&results);
@@ -79,12 +80,11 @@ fn refining_the_elements_converges() {
     let mut forces = Vec::new();
     for elements in [256, 512, 1024, 2048] {
         let rolling = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 0.1\naxle = { indentation = 0.012, ramp = 0.05 }";
-        let text = scene_text(elements, "kind = \"smooth\"", rolling, "memory = 0.4", "")
-            .replace("lateral_terms = 4\nwavenumber_aliases = 2\n", "");
+        let text = with_all_terms(&scene_text(elements, "kind = \"smooth\"", rolling, "memory = 0.4", ""));
         let results = run(&text);
         let profile = last_profile(&results);
-        let element = crate::common::CIRCUMFERENCE / elements as f64;
-        let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b)) / (element * crate::common::CONTACT_WIDTH);
+        let element = tyrewave::test_models::CIRCUMFERENCE / elements as f64;
+        let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b)) / (element * tyrewave::test_models::CONTACT_WIDTH);
         let mean = results.report.summary.outcome.mean_force.unwrap();
         println!("| {elements} | {mean:.2} | {:.2} | {:.2} |", 1e3 * contact_length(&profile, element), 1e-3 * peak);
         forces.push(mean);

@@ -3,7 +3,9 @@
 use num_complex::Complex64;
 use rustfft::FftPlanner;
 
-use crate::common::{Results, run, scene_text};
+use tyrewave::test_models::scene_text;
+
+use crate::common::{Results, run};
 
 /// Rows of spectra.csv: lower edge, upper edge, mean square.
 fn bands(results: &Results) -> Vec<[f64; 3]> {

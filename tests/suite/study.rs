@@ -5,8 +5,7 @@ use std::sync::atomic::AtomicBool;
 use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, study};
-
-use crate::common::{scene, scene_text};
+use tyrewave::test_models::{scene, scene_text};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
 const MADE: &str = "kind = \"made\"\nseed = 2";

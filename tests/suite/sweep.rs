@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::common::{read_summary, scene_text};
+use tyrewave::test_models::{edit, replaced, scene_text};
 
-const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\nlevels = [46.0, 46.0, 46.0, 46.0, 46.0]";
+use crate::common::{command, read_summary};
+
+const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
+    levels = [46.0, 46.0, 46.0, 46.0, 46.0]";
 
 fn scene(duration: f64) -> String {
     within(duration, 0.05)
@@ -22,14 +25,14 @@ fn within(duration: f64, tolerance: f64) -> String {
     scene_text(64, ROAD, &rolling, "history = \"modal\"", "[outputs]\ncheckpoint_interval = 0.002")
 }
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
-    command.arg("sweep").args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
+fn sweep(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = command(folder, &["sweep"]);
+    command.args(arguments);
     command
 }
 
 fn output(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().unwrap()
+    sweep(folder, arguments).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -57,7 +60,7 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     let place = folder.path();
     fs::write(place.join("scene.toml"), scene(0.8)).unwrap();
     fs::write(place.join("smooth.toml"), "kind = \"smooth\"").unwrap();
-    fs::write(place.join("rough.toml"), ROAD.replace("46.0", "50.0")).unwrap();
+    fs::write(place.join("rough.toml"), edit(ROAD, &[("levels", "[50.0, 50.0, 50.0, 50.0, 50.0]")])).unwrap();
     let arguments = [
         "scene.toml",
         "--speed",
@@ -104,7 +107,8 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     assert_eq!(fs::read(place.join("s/sweep.csv")).unwrap(), csv);
     fs::remove_dir_all(place.join("s/rough-2500N-40kmh")).unwrap();
     let summary = place.join("s/rough-3000N-40kmh/summary.json");
-    fs::write(&summary, fs::read_to_string(&summary).unwrap().replace("\"version\": \"", "\"version\": \"0")).unwrap();
+    let written = fs::read_to_string(&summary).unwrap();
+    fs::write(&summary, replaced(&written, &[("\"version\": \"", "\"version\": \"0")])).unwrap();
     let more = output(place, &arguments.map(|argument| if argument == "40..80:40" { "40..80:20" } else { argument }));
     assert!(text(&more.stdout).contains("6 variants, 2 of them found finished"), "{}", text(&more.stdout));
     let (now, _) = table(&place.join("s/sweep.csv"));
@@ -137,7 +141,7 @@ fn a_killed_sweep_goes_on_from_its_checkpoints() {
     let whole = output(place, &arguments("whole"));
     assert!(whole.status.success(), "{}", text(&whole.stderr));
     for signal in ["-KILL", "-INT"] {
-        let mut run = command(place, &arguments("cut")).spawn().unwrap();
+        let mut run = sweep(place, &arguments("cut")).spawn().unwrap();
         let checkpoints = || {
             let entries = fs::read_dir(place.join("cut")).into_iter().flatten();
             entries.filter(|entry| entry.as_ref().unwrap().path().join("checkpoint").exists()).count()

@@ -17,10 +17,11 @@ use tyrewave::counters::Meter;
 use tyrewave::road::slices::SliceBuilder;
 use tyrewave::run::past::fetch;
 use tyrewave::scene::{TimeRule, Tread};
+use tyrewave::test_models::{CIRCUMFERENCE, scene, scene_text};
 use tyrewave::tyre::influence::Field;
 use tyrewave::tyre::poles::{FitOptions, RationalModel};
 
-use crate::common::{CIRCUMFERENCE, mean_and_deviation, run, scene, scene_text, try_run};
+use crate::common::{mean_and_deviation, run, try_run};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
@@ -347,7 +348,8 @@ fn hard_cases_6_speeds_and_steps_with_the_runge_kutta_rules_and_modes() {
             (64, 1, 400.0, 0.03),
         ] {
             let rolling = format!(
-                "speed_kmh = {speed:?}\nwarm_up = 0.05\nduration = {duration:?}\naxle = {{ indentation = 0.012, ramp = 0.03 }}"
+                "speed_kmh = {speed:?}\nwarm_up = 0.05\nduration = {duration:?}\n\
+                 axle = {{ indentation = 0.012, ramp = 0.03 }}"
             );
             let numerics = format!("substeps = {substeps}\ntime_rule = \"{rule}\"\nhistory = \"modal\"");
             let results = run(&scene_text(elements, SMOOTH, &rolling, &numerics, ""));

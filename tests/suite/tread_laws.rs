@@ -8,12 +8,12 @@ use std::fs;
 
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::ThirdOctavePlot;
-use tyrewave::results::spectra::read_force_levels;
 use tyrewave::scene::DEFAULT;
+use tyrewave::test_models::{add, edit, scene_text, without};
 
-use crate::common::{Results, run, scene_text};
+use crate::common::{Results, run};
 
-/// The laws as the scene has them, the reference first.
+/// The laws and their tables `[contact]`, the reference first.
 const LAWS: [(&str, &str); 3] = [
     ("elastic", "tread = \"elastic\""),
     ("bedding", "tread = \"bedding\""),
@@ -22,15 +22,9 @@ const LAWS: [(&str, &str); 3] = [
 
 /// The default scene's history is by poles; those of the carcass reach 7e-5 under the default tread, 4e-4 under one of
 /// four times its modulus (wavenumber 128), far below the laws' differences.
-fn history(law: &str) -> &'static str {
-    if law.ends_with("bedding") { "history = \"modal\"\npole_tolerance = 1e-3" } else { "history = \"modal\"" }
-}
-
-/// The default tread's material.
-const STANDARD: &str = "law = \"power-law\", modulus = 8.0e6, loss_factor = 0.25";
-
-fn levels(results: &Results) -> Vec<BandLevel> {
-    read_force_levels(&fs::read_to_string(results.path("spectra.csv")).unwrap()).unwrap()
+fn of_law(text: &str, law: &str, contact: &str) -> String {
+    let text = add(&without(text, &["contact.tread"]), "contact", contact);
+    if law.ends_with("bedding") { add(&text, "numerics", "pole_tolerance = 1e-3") } else { text }
 }
 
 /// Differences of levels from the first law's \[dB\], by band.
@@ -46,9 +40,8 @@ fn all_laws_carry_alike_where_nothing_but_the_static_stiffness_counts() {
             let rolling =
                 "speed_kmh = 0.001\nwarm_up = 1200.0\nduration = 1200.0\naxle = { indentation = 0.012, ramp = 600.0 }";
             let numerics = "substeps = 2\nmemory = 1200.0";
-            let text = scene_text(256, "kind = \"smooth\"", rolling, numerics, &format!("[contact]\n{contact}"))
-                .replace("modulus = 8.0e6", &format!("modulus = {modulus}"));
-            let results = run(&text);
+            let text = scene_text(256, "kind = \"smooth\"", rolling, numerics, &format!("[contact]\n{contact}"));
+            let results = run(&edit(&text, &[("tyre.layers.1.material.modulus", modulus)]));
             results.assert_sound(contact);
             results.report.summary.outcome.mean_force.unwrap()
         };
@@ -65,14 +58,10 @@ fn all_laws_carry_alike_where_nothing_but_the_static_stiffness_counts() {
 #[test]
 fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
     let of = |law: &str, contact: &str| {
-        let text = DEFAULT
-            .replace("elements = 512", "elements = 256")
-            .replace("duration = 18.0", "duration = 2.0")
-            .replace("history = \"modal\"", history(law))
-            .replace("tread = \"elastic\"", contact);
-        let results = run(&text);
+        let text = edit(DEFAULT, &[("numerics.elements", "256"), ("rolling.duration", "2.0")]);
+        let results = run(&of_law(&text, law, contact));
         results.assert_sound(contact);
-        levels(&results)
+        results.force_levels()
     };
     let levels: Vec<_> = LAWS.iter().map(|(law, contact)| of(law, contact)).collect();
     // Below, the tyre moves as a whole and the bedding is as stiff as the elastic tread; above, only the tread between
@@ -97,20 +86,19 @@ fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
 #[ignore = "twelve runs of 5 s rolled: minutes"]
 fn tread_laws_at_equal_contact_stiffness() {
     for (name, modulus) in [("soft, E/4", 2.0e6), ("standard, E", 8.0e6), ("stiff, 4 E", 3.2e7)] {
-        let material = STANDARD.replace("8.0e6", &format!("{modulus:e}"));
         // The bedding of the previous models: E over the thickness of the tread, whatever the static stiffness.
         let unmatched = format!("tread = \"bedding\"\nbedding_stiffness = {:e}", modulus / 0.013);
         let laws: Vec<(&str, &str)> = LAWS.into_iter().chain([("unmatched bedding", unmatched.as_str())]).collect();
         let of = |law: &str, contact: &str| {
-            let text = DEFAULT
-                .replace(STANDARD, &material)
-                .replace("elements = 512", "elements = 256")
-                .replace("substeps = 1 ", "substeps = 4 ")
-                .replace("duration = 18.0", "duration = 4.0")
-                .replace("history = \"modal\"", history(law))
-                .replace("warm_up = 0.5 ", "warm_up = 0.8 ")
-                .replace("tread = \"elastic\"", contact);
-            run(&text)
+            let modulus = format!("{modulus:e}");
+            let changes = [
+                ("tyre.layers.1.material.modulus", modulus.as_str()),
+                ("numerics.elements", "256"),
+                ("numerics.substeps", "4"),
+                ("rolling.duration", "4.0"),
+                ("rolling.warm_up", "0.8"),
+            ];
+            run(&of_law(&edit(DEFAULT, &changes), law, contact))
         };
         let all: Vec<Results> = laws.iter().map(|(law, contact)| of(law, contact)).collect();
         println!("{name}:");
@@ -126,7 +114,7 @@ fn tread_laws_at_equal_contact_stiffness() {
                 results.report.summary.warnings
             );
         }
-        let levels: Vec<_> = all.iter().map(levels).collect();
+        let levels: Vec<_> = all.iter().map(Results::force_levels).collect();
         println!("   band [Hz]   elastic [dB]   less elastic: bedding   uncoupled   unmatched bedding [dB]");
         let found: Vec<Vec<f64>> = (1..laws.len()).map(|law| differences(&levels, law)).collect();
         for (index, level) in levels[0].iter().enumerate() {
@@ -135,7 +123,7 @@ fn tread_laws_at_equal_contact_stiffness() {
             println!("   {band:>9}   {:12.1}   {bedding:+21.1}   {uncoupled:+9.1}   {unmatched:+17.1}", level.level);
             assert!(bedding.is_finite() && uncoupled.abs() < 0.5 && unmatched.is_finite());
         }
-        if let Some(file) = std::env::var_os("TYREWAVE_PICTURE").filter(|_| material.contains("8e6")) {
+        if let Some(file) = std::env::var_os("TYREWAVE_PICTURE").filter(|_| name.starts_with("standard")) {
             let spectra = laws.iter().zip(&levels).map(|((law, _), levels)| (*law, levels.as_slice())).collect();
             let plot = ThirdOctavePlot {
                 title: "Tread laws at equal static stiffness, dense asphalt, 80 km/h",

@@ -22,9 +22,10 @@ use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::run::past::{fetch, fit_options};
 use tyrewave::run::prepare::prepare;
 use tyrewave::scene::TimeRule;
+use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
 use tyrewave::tyre::influence::Field;
 
-use crate::common::{Results, read_array, run, scene, scene_text};
+use crate::common::{Results, read_array, run};
 
 const SPEED: f64 = 80.0 / 3.6;
 
@@ -86,7 +87,7 @@ fn largest_difference(segment: f64) -> f64 {
     let loaded = scene(&text);
     let options = fit_options(&loaded.scene, Field::Surface);
     let model = fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model;
-    let step = crate::common::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
+    let step = tyrewave::test_models::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
     let rule = TimeRule::Bdf2;
     let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
@@ -184,8 +185,7 @@ fn what_the_forces_put_in_is_dissipated() {
         let more = format!("[contact]\ntread = \"{tread}\"\n{}", vibration("segment = 0.4"));
         let text = scene_text(128, road, &rolling(2.5), &numerics(1, &format!("time_rule = \"{rule}\"")), &more);
         // The carcass under the springs has sharper resonances at its shortest waves.
-        let text =
-            if tread == "bedding" { text.replace("pole_tolerance = 1e-4", "pole_tolerance = 1e-3") } else { text };
+        let text = if tread == "bedding" { edit(&text, &[("numerics.pole_tolerance", "1e-3")]) } else { text };
         let results = run(&text);
         // The mean force of a step of sdirk3 may pull an element a little.
         if rule != "sdirk3" {
@@ -305,8 +305,7 @@ fn the_sum_over_the_past_gives_the_same_levels_as_the_poles() {
     let text = |history: &str| {
         let numerics = format!("history = \"{history}\"\nmemory = 0.7\npole_tolerance = 1e-5\ntime_rule = \"bdf2\"");
         // All terms: the direct sum then has the influence functions of the model.
-        let text = scene_text(64, "kind = \"smooth\"", &rolling(0.8), &numerics, &keys);
-        text.replace("lateral_terms = 4\nwavenumber_aliases = 2\n", "")
+        with_all_terms(&scene_text(64, "kind = \"smooth\"", &rolling(0.8), &numerics, &keys))
     };
     let [direct, modal] = ["direct", "modal"].map(|history| levels(&run(&text(history))));
     let key = ("tread".to_owned(), "material".to_owned(), String::new());
@@ -352,7 +351,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         time_step: step,
         phase: geometry.substep(settled),
         first_position: geometry.position(first, 0),
-        circumference: crate::common::CIRCUMFERENCE,
+        circumference: tyrewave::test_models::CIRCUMFERENCE,
     };
     // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the
     // forces' shares leave of each other, and blurred forces leave more.

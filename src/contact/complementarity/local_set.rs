@@ -32,8 +32,7 @@
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
 //! (m^2) and m x columns.
 
-use super::active_set::Residuals;
-use super::active_set::{ActiveSet, ExpectedSearch};
+use super::active_set::{ActiveSet, ExpectedSearch, Residuals};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
 use crate::contact::slice_queue::SliceQueue;

@@ -4,8 +4,8 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::factors::FactorCounts;
+use crate::contact::windows::{add_row, add_windows};
 use crate::counters::Work;
-use crate::numeric::windows::{add_row, add_windows};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 pub(crate) const PATIENCE: u32 = 10;

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 
 use super::PastForces;
 
+use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::windows::add_windows;
 use crate::numeric::{Ring, StateError, StateReader, StateWriter};
 use crate::tyre::influence::convolution_quadrature::Weights;
 

@@ -52,7 +52,8 @@ pub fn tread_modulus(tyre: &Tyre) -> Option<f64> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::scene::LoadedScene;
+    use crate::scene::{DEFAULT, LoadedScene};
+    use crate::test_models;
 
     #[test]
     fn the_formula_gives_half_a_nanometre_a_pascal() {
@@ -61,8 +62,7 @@ pub(super) mod tests {
     }
 
     pub(crate) fn scene(road: &str) -> LoadedScene {
-        let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/default.toml")).unwrap();
-        Scene::from_str(&text.replace("kind = \"made\"\nseed = 1", road), "scene.toml").unwrap()
+        test_models::scene(&test_models::with_road(DEFAULT, road))
     }
 
     pub(crate) fn surface(loaded: &LoadedScene) -> RoadSurface {

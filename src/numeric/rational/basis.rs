@@ -1,7 +1,8 @@
 //! The real basis functions of given poles at many points, as columns side by side.
 //!
-//! A pair has 1/(s - p) + 1/(s - conj p) = 2 (s - Re p)/d and i/(s - p) - i/(s - conj p) = -2 Im p/d with d = (s - p)(s - conj p), a real pole 1/(s - p); each scaled by |Re p|,
-//! its size on the axis. A column holds the real parts at all points, then the imaginary parts; both halves are filled up with zeros to whole vectors.
+//! A pair has 1/(s - p) + 1/(s - conj p) = 2 (s - Re p)/d and i/(s - p) - i/(s - conj p) = -2 Im p/d with
+//! d = (s - p)(s - conj p), a real pole 1/(s - p); each scaled by |Re p|, its size on the axis. A column holds the real
+//! parts at all points, then the imaginary parts; both halves are filled up with zeros to whole vectors.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};

@@ -1,12 +1,13 @@
 //! Rational approximation of transfer functions H(s) with H(conj s) = conj H(s), sampled on the upper imaginary axis.
 //!
+//! - `samples`: what is fitted;
 //! - [`partial_fractions`]: sum of residues over poles, plus a constant: the form in which everything is handed on;
 //! - `parts`: the same at many points at once;
 //! - [`least_squares`]: Householder elimination, shared by all that follows;
 //! - `basis`, `normal_equations`: the same by products of columns, where poles are only to be moved;
 //! - [`aaa`]: adaptive Antoulas-Anderson, the start: finds how many poles are needed, and roughly where;
 //! - [`vector_fitting`]: moves given poles to where several responses want them, stable by construction, and refits
-//!   residues;
+//!   residues.
 
 pub mod aaa;
 mod basis;
@@ -14,11 +15,13 @@ pub mod least_squares;
 mod normal_equations;
 pub mod partial_fractions;
 mod parts;
+mod samples;
 mod secular;
 pub mod vector_fitting;
 
 pub use partial_fractions::PartialFractions;
 pub use parts::Parts;
+pub use samples::Samples;
 
 use thiserror::Error;
 

@@ -18,10 +18,9 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Parts;
 use super::basis::{Columns, Points};
 use super::partial_fractions::order;
-use super::vector_fitting::Samples;
+use super::{Parts, Samples};
 use crate::numeric::MOST_LANES;
 use num_complex::Complex64;
 

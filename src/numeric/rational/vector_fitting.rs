@@ -24,30 +24,7 @@ use num_complex::Complex64;
 use super::basis::{Columns, Points};
 use super::least_squares::{back_substitute, eliminate};
 use super::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
-use super::{PartialFractions, RationalError, normal_equations, secular};
-
-/// Samples of Q responses at common points.
-#[derive(Clone, Debug, Default)]
-pub struct Samples {
-    /// s_k \[1/s\].
-    pub points: Vec<Complex64>,
-    /// Row q: H_q(s_k).
-    pub responses: Vec<Vec<Complex64>>,
-    /// One weight a response: 1/(what an error of 1 is).
-    pub weights: Vec<f64>,
-    /// One weight a point, for all responses: what an error there counts beside one where it is 1.
-    pub point_weights: Vec<f64>,
-}
-
-impl Samples {
-    fn check(&self, unknowns: usize, stage: &'static str) -> Result<(), RationalError> {
-        if 2 * self.points.len() < unknowns {
-            return Err(RationalError::TooFewSamples { samples: self.points.len(), unknowns });
-        }
-        let finite = self.responses.iter().flatten().all(|value| value.is_finite());
-        if finite { Ok(()) } else { Err(RationalError::NotFinite { stage }) }
-    }
-}
+use super::{PartialFractions, RationalError, Samples, normal_equations, secular};
 
 /// Calls `column(index, scale-free value of the basis function)` for every real basis function at s.
 fn basis(poles: &[Complex64], s: Complex64, mut column: impl FnMut(usize, Complex64)) {

@@ -1,6 +1,7 @@
 use super::*;
 use crate::road::sources::opencrg::Crg;
 use crate::scene::{AtEnd, OpenCrgRoad};
+use crate::test_models::replaced;
 
 fn spec(file: PathBuf) -> OpenCrgRoad {
     OpenCrgRoad { file, lateral_position: None, longest_wavelength: None, at_end: AtEnd::Refuse }
@@ -107,8 +108,8 @@ fn damaged_files_are_refused_with_numbers() {
     let header = header_length(&text);
     assert!(matches!(fault(&write(&folder, "header.crg", &text[..header - 20])), FileFault::NoData));
     assert!(matches!(fault(&write(&folder, "empty.crg", b"")), FileFault::NoData));
-    let replaced = |from: &str, to: &str| String::from_utf8(text.clone()).unwrap().replace(from, to).into_bytes();
-    let fault_of = |from: &str, to: &str| fault(&write(&folder, "x.crg", &replaced(from, to)));
+    let text = String::from_utf8(text).unwrap();
+    let fault_of = |from: &str, to: &str| fault(&write(&folder, "x.crg", replaced(&text, &[(from, to)]).as_bytes()));
     assert!(matches!(fault_of("_increment = 0.1", "_increment = ten"), FileFault::HeaderNumber { .. }));
     assert!(matches!(fault_of("reference_line_increment = 0.1\n", ""), FileFault::Missing { .. }));
     assert!(matches!(fault_of("_increment = 0.1", "_increment = -0.1"), FileFault::NotPositive { .. }));

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::{DEFAULT, Problem, Road, Scene, SceneError};
 use super::{BASE, edited, listed};
+use crate::test_models::replaced;
 
 /// The base scene's tyre as a file, the scene without it.
 fn split() -> (String, String) {
@@ -77,8 +78,8 @@ fn the_text_hash_covers_the_tyre_file() {
 #[test]
 fn mistakes_in_a_tyre_file_point_into_it() {
     let (scene, tyre) = split();
-    let tyre = tyre.replace("thickness = 0.013", "thickness = -1").replace("width = 0.2\n", "");
-    let (_folder, path) = folder_with(&scene.replace("duration = 1.5", "duration = 0"), Some(&tyre));
+    let tyre = replaced(&tyre, &[("thickness = 0.013", "thickness = -1"), ("width = 0.2\n", "")]);
+    let (_folder, path) = folder_with(&replaced(&scene, &[("duration = 1.5", "duration = 0")]), Some(&tyre));
     let error = Scene::load(&path).unwrap_err();
     let found: Vec<_> = error
         .diagnostics()
@@ -92,7 +93,7 @@ fn mistakes_in_a_tyre_file_point_into_it() {
 #[test]
 fn syntax_errors_in_a_tyre_file_point_into_it() {
     let (scene, tyre) = split();
-    let (_folder, path) = folder_with(&scene, Some(&tyre.replace("width = 0.2\n", "width = 0.2 m\n")));
+    let (_folder, path) = folder_with(&scene, Some(&replaced(&tyre, &[("width = 0.2\n", "width = 0.2 m\n")])));
     let error = Scene::load(&path).unwrap_err();
     assert!(error.diagnostics()[0].file().ends_with("car.toml"));
     assert_eq!(error.diagnostics()[0].line(), 2);
@@ -101,7 +102,7 @@ fn syntax_errors_in_a_tyre_file_point_into_it() {
 #[test]
 fn a_missing_tyre_file_is_a_mistake_at_its_path() {
     let (scene, _) = split();
-    let (_folder, path) = folder_with(&scene.replace("duration = 1.5", "duration = 0"), None);
+    let (_folder, path) = folder_with(&replaced(&scene, &[("duration = 1.5", "duration = 0")]), None);
     let error = Scene::load(&path).unwrap_err();
     let found = listed(&error);
     assert_eq!((found.len(), found[0].line, found[0].key.as_str()), (2, 2, "tyre"));

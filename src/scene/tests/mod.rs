@@ -7,6 +7,7 @@ mod places;
 mod round_trip;
 
 use super::{Scene, SceneError};
+use crate::test_models::replaced;
 
 /// A complete scene; the tests of mistakes know its lines by number.
 pub(super) const BASE: &str = r#"title = "base"
@@ -41,7 +42,7 @@ plots = true
 /// The base scene with one passage replaced.
 pub(super) fn edited(from: &str, to: &str) -> String {
     assert_eq!(BASE.matches(from).count(), 1, "{from:?} must occur once in the base scene");
-    BASE.replace(from, to)
+    replaced(BASE, &[(from, to)])
 }
 
 /// A complaint in comparable form.

@@ -176,6 +176,7 @@ mod tests {
 
     use super::*;
     use crate::scene::{AtEnd, Axle, DEFAULT, Road};
+    use crate::test_models::edit;
 
     fn base() -> LoadedScene {
         Scene::from_str(DEFAULT, "default.toml").unwrap()
@@ -211,12 +212,9 @@ mod tests {
 
     #[test]
     fn a_preset_chooses_anew_at_every_speed() {
-        let (head, _) = DEFAULT.split_once("[numerics]").unwrap();
-        let at = |speed: &str| {
-            let text = format!("{head}[numerics]\npreset = \"draft\"\nfmax = 1000.0\n");
-            assert!(text.contains("speed_kmh = 80.0"));
-            Scene::from_str(&text.replace("speed_kmh = 80.0", &format!("speed_kmh = {speed}")), "draft").unwrap()
-        };
+        let draft = ("numerics", "{ preset = \"draft\", fmax = 1000.0 }");
+        let at =
+            |speed: &str| Scene::from_str(&edit(DEFAULT, &[draft, ("rolling.speed_kmh", speed)]), "draft").unwrap();
         let made = variants(&at("80.0"), &Axes { speeds: vec![50.0, 80.0, 110.0], ..Axes::default() }).unwrap();
         for (variant, speed) in made.iter().zip(["50.0", "80.0", "110.0"]) {
             let (found, alone) = (&variant.loaded, at(speed));

@@ -107,8 +107,8 @@ pub fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance:
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_models::tyre;
     use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-    use crate::tyre::samples::tyre;
 
     #[test]
     fn a_looser_sum_agrees_with_one_that_evaluates_far_more_of_the_layered_compliance() {

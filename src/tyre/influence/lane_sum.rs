@@ -123,8 +123,8 @@ impl LaneSum<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_models::tyre;
     use crate::tyre::influence::{Projection, Truncation};
-    use crate::tyre::samples::tyre;
 
     #[test]
     fn lanes_equal_the_scalar_sums_wherever_groups_mix_ways_and_cut_offs() {

@@ -19,6 +19,7 @@ mod lane_sum;
 pub mod mobility;
 mod moments;
 mod projection;
+mod tail_sum;
 
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::{Field, Waves};

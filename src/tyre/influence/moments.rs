@@ -15,8 +15,9 @@ use rayon::prelude::*;
 
 use super::half_space_bands::{self, BAND_TERMS};
 use super::projection::Projection;
+use super::tail_sum;
+use crate::numeric::MOST_LANES;
 use crate::numeric::lanes::load;
-use crate::numeric::{MOST_LANES, tail_sum};
 use crate::tyre::layers::surface_asymptote::TERMS;
 
 /// Cut-off wavenumbers in steps of 2^(1/4).

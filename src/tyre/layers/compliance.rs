@@ -12,7 +12,8 @@ use num_complex::Complex64;
 
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
 use super::material;
-use crate::numeric::{ComplexField, Matrix2};
+use super::matrix2::Matrix2;
+use crate::numeric::ComplexField;
 use crate::scene::{Foundation, Layer, Tyre};
 
 /// A 3x3 matrix over x, y, z: displacement i \[m\] per unit traction j \[Pa\].

@@ -9,8 +9,9 @@ use pulp::Simd;
 
 use super::compliance::{NormalCompliance, StackAt};
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
+use super::matrix2::Matrix2;
 use crate::numeric::lanes::{load, store};
-use crate::numeric::{Lanes, MOST_LANES, Matrix2};
+use crate::numeric::{Lanes, MOST_LANES};
 
 /// A stack at several values of s.
 #[derive(Clone, Debug)]

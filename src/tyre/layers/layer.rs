@@ -26,8 +26,9 @@
 //! Derivation from the field equations; the impedance recursion is the Riccati form of Rokhlin & Wang (2002),
 //! *J. Acoust. Soc. Am.* 112, 822.
 
-use crate::numeric::scaled_series::{SERIES_LIMIT, exponential_quotient, hyperbolic_pair};
-use crate::numeric::{ComplexField, Matrix2};
+use super::matrix2::Matrix2;
+use super::scaled_series::{SERIES_LIMIT, exponential_quotient, hyperbolic_pair};
+use crate::numeric::ComplexField;
 
 /// A layer at one value of s.
 #[derive(Clone, Copy, Debug)]

@@ -12,6 +12,8 @@ pub mod compliance;
 pub mod lane_compliance;
 pub mod layer;
 pub mod material;
+pub mod matrix2;
+mod scaled_series;
 pub mod surface_asymptote;
 
 pub use compliance::{Stack, operations};

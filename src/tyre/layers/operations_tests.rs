@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use super::*;
-use crate::tyre::samples::tyre;
+use crate::test_models::tyre;
 
 thread_local!(static COUNT: Cell<u64> = const { Cell::new(0) });
 

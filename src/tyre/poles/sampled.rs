@@ -10,8 +10,9 @@
 use num_complex::Complex64;
 
 use super::ladder::{Ladder, REAL, RUNGS};
+use crate::numeric::rational::Samples;
 use crate::numeric::rational::partial_fractions::is_pair;
-use crate::numeric::rational::vector_fitting::{Samples, residues};
+use crate::numeric::rational::vector_fitting::residues;
 use crate::numeric::rational::{PartialFractions, Parts, RationalError};
 use crate::tyre::influence::FaceValues;
 

@@ -57,8 +57,8 @@ mod tests {
     use num_complex::Complex64;
 
     use super::*;
+    use crate::test_models::tyre;
     use crate::tyre::layers::Stack;
-    use crate::tyre::samples::tyre;
 
     #[test]
     fn a_cut_layer_changes_nothing() {

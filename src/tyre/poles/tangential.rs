@@ -18,7 +18,8 @@ use rayon::prelude::*;
 
 use super::model::RationalModel;
 use crate::numeric::rational::RationalError;
-use crate::numeric::rational::vector_fitting::{Samples, regularised_residues};
+use crate::numeric::rational::Samples;
+use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
 use crate::tyre::influence::kernel::{Kernel, Waves};
@@ -178,8 +179,8 @@ impl TangentialSum {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_models::tyre;
     use crate::tyre::poles::{FitOptions, fit as fit_model};
-    use crate::tyre::samples::tyre;
 
     #[test]
     fn the_normal_modes_poles_carry_the_tangential_motion() {

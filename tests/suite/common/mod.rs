@@ -1,49 +1,19 @@
-//! What several tests need: small scenes, runs in a temporary folder, and reading results back.
-#![allow(dead_code)]
+//! What several tests need: runs in a temporary folder, in memory or by the program, and reading results back.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "test code; clippy sees a module of helpers only")]
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
+use tyrewave::response::BandLevel;
 use tyrewave::results::npy::{NpyWriter, Row};
+use tyrewave::results::spectra::read_force_levels;
 use tyrewave::run::{self, RunError, RunOptions, RunReport, Unwatched};
-use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Tyre};
-
-/// The default tyre's circumference \[m\].
-pub const CIRCUMFERENCE: f64 = 1.95;
-/// Its contact width \[m\].
-pub const CONTACT_WIDTH: f64 = 0.12;
-
-/// The default tyre.
-pub fn default_tyre() -> Tyre {
-    scene(DEFAULT).scene.tyre
-}
-
-/// The tables `[tyre]` and `[[tyre.layers]]` of the default scene.
-pub fn tyre_tables() -> String {
-    let begin = DEFAULT.find("[tyre]").unwrap();
-    let end = DEFAULT.find("[road]").unwrap();
-    let lines: Vec<&str> = DEFAULT[begin..end].lines().filter(|line| !line.starts_with('#')).collect();
-    lines.join("\n")
-}
-
-/// A scene of the default tyre: tables of road and rolling, and further tables. The sums are short: 4 lateral terms, 2
-/// aliases.
-pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
-    format!(
-        "{}\n[road]\n{road}\n[rolling]\n{rolling}\n[numerics]\nelements = {elements}\nlateral_terms = 4\n\
-         wavenumber_aliases = 2\n{numerics}\n{more}\n",
-        tyre_tables()
-    )
-}
-
-/// The text as a scene.
-pub fn scene(text: &str) -> LoadedScene {
-    Scene::from_str(text, "scene.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
-}
+use tyrewave::scene::LoadedScene;
+use tyrewave::test_models::scene;
 
 /// Results of a run, gone when dropped.
 pub struct Results {
@@ -75,6 +45,11 @@ impl Results {
     /// A one-dimensional array.
     pub fn array(&self, name: &str) -> Vec<f64> {
         read_array::<f64>(&self.path(name)).1
+    }
+
+    /// The third-octave levels of the total force.
+    pub fn force_levels(&self) -> Vec<BandLevel> {
+        read_force_levels(&fs::read_to_string(self.path("spectra.csv")).unwrap()).unwrap()
     }
 
     /// `patch_force.npy`: rows, columns and values row by row.
@@ -126,6 +101,26 @@ pub fn read_summary(folder: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap()
 }
 
+/// The program with its arguments in a folder; what it says is kept.
+pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
+    command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// The same, run to its end.
+pub fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+/// Names of all that is in a folder, sorted.
+pub fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 /// Writes a height map, row by row.
 pub fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
     let mut writer = NpyWriter::<f64>::create(path, Row::Columns(columns)).unwrap();
@@ -133,16 +128,6 @@ pub fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
         writer.push(row).unwrap();
     }
     writer.finish().unwrap();
-}
-
-/// `[road]` keys of a grid at the run's own lattice: used as it is.
-pub fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
-    format!(
-        "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}",
-        path.display(),
-        CIRCUMFERENCE / elements as f64,
-        CONTACT_WIDTH / columns as f64
-    )
 }
 
 /// A file of the shared measured roads, or `None` with a printed line.

@@ -7,6 +7,7 @@
 //! that this makes the wanted one of.
 
 mod levels;
+mod nnls;
 mod noise;
 mod rings;
 mod rows;

@@ -11,8 +11,8 @@
 //!    rings than bands; of the many answers a small penalty on the difference of neighbouring rings takes a smooth one.
 //! 4. What cannot be met is reported per band.
 
+use super::nnls;
 use super::target::{Band, TargetSpectrum};
-use crate::numeric::nnls;
 use crate::road::texture::BandFit;
 
 /// Points per ring of the integral over ln k; the integrand has square-root corners only, the error is below 1e-4.
@@ -66,13 +66,13 @@ impl RingSpectrum {
         }
         let right: Vec<f64> = (0..count + rings - 1).map(|i| if i < count { 1.0 } else { 0.0 }).collect();
         let solution = nnls::solve(&matrix, rings, &right);
-        let found = places.iter().zip(&solution.x).map(|(place, relative)| {
+        let found = places.iter().zip(&solution).map(|(place, relative)| {
             let variance = relative * place.energy;
             let strength = variance / (2.0 * std::f64::consts::PI * (place.upper / place.lower).ln());
             Ring { lower: place.lower, upper: place.upper, strength }
         });
         let fit = bands.iter().enumerate().map(|(i, band)| {
-            let relative: f64 = (0..rings).map(|j| matrix[i * rings + j] * solution.x[j]).sum();
+            let relative: f64 = (0..rings).map(|j| matrix[i * rings + j] * solution[j]).sum();
             band.fit(band.energy * relative)
         });
         Self { fit: fit.collect(), rings: found.collect() }

@@ -1,8 +1,9 @@
 //! Mistakes in effects, and what `fmax` and `accuracy` choose.
 
 use super::super::super::{FrontRow, History, Preset, Road, Scene, Switch, TimeRule};
-use super::super::BASE;
+use super::super::{BASE, edited};
 use super::{accepted, refused};
+use crate::test_models::replaced;
 
 /// Puts a table of effects before the contact's.
 #[track_caller]
@@ -38,26 +39,24 @@ fn effects_that_are_not_there_yet_are_named() {
 #[test]
 fn effects_that_contradict_the_scene() {
     effect_refused("texture = \"on\"", "effects.texture", "a smooth road has no texture", "\"off\", \"auto\"");
-    let text = BASE.replace("[contact]", "[effects]\ntexture = \"off\"\n[contact]\ncells_across = 8");
+    let text = edited("[contact]", "[effects]\ntexture = \"off\"\n[contact]\ncells_across = 8");
     let error = Scene::from_str(&text, "x").unwrap_err();
     assert_eq!(error.diagnostics()[0].key(), "contact.cells_across", "{error}");
 }
 
 #[test]
 fn auto_with_nothing_to_decide_from() {
-    let slack = BASE
-        .replace("tension = [6e4, 2e4]", "tension = [0, 2e4]")
-        .replace("[contact]", "[effects]\ncentrifugal_tension = \"auto\"\n[contact]");
-    assert!(slack.contains("[0, 2e4]"), "the base scene is written otherwise: {BASE}");
+    let auto = ("[contact]", "[effects]\ncentrifugal_tension = \"auto\"\n[contact]");
+    let slack = replaced(BASE, &[("tension = [6e4, 2e4]", "tension = [0, 2e4]"), auto]);
     let error = Scene::from_str(&slack, "x").unwrap_err();
     assert!(error.to_string().contains("nothing to compare m'' V^2 with"), "{error}");
-    assert!(Scene::from_str(&slack.replace("= \"auto\"", "= \"on\""), "x").is_ok());
+    assert!(Scene::from_str(&replaced(&slack, &[("= \"auto\"", "= \"on\"")]), "x").is_ok());
 }
 
 #[test]
 fn accuracy_and_presets() {
     let numerics = |keys: &str| format!("[numerics]\n{keys}");
-    let of = |keys: &str| Scene::from_str(&BASE.replace("[numerics]", &numerics(keys)), "x");
+    let of = |keys: &str| Scene::from_str(&edited("[numerics]", &numerics(keys)), "x");
     let message = |keys: &str| of(keys).unwrap_err().render(false);
     for (wish, key) in [("accuracy = \"7 dB\"", "accuracy"), ("preset = \"draft\"", "preset")] {
         let found = message(wish);
@@ -86,8 +85,9 @@ fn accuracy_and_presets() {
 fn open(keys: &str) -> String {
     let chosen = ["elements", "substeps", "time_rule", "history"];
     let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
-    let text = left.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
-    text.replace("[numerics]", &format!("[numerics]\nfmax = 1000\n{keys}"))
+    let numerics = format!("[numerics]\nfmax = 1000\n{keys}");
+    let changes = [("kind = \"smooth\"", "kind = \"made\""), ("[numerics]", numerics.as_str())];
+    replaced(&left.collect::<Vec<_>>().join("\n"), &changes)
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn keys_that_are_given_stay_beside_a_preset() {
 #[test]
 fn effects_that_contradict_the_outputs() {
     let of = |effects: &str, vibration: &str| {
-        let text = BASE.replace("[contact]", &format!("[effects]\n{effects}\n[contact]"));
+        let text = edited("[contact]", &format!("[effects]\n{effects}\n[contact]"));
         Scene::from_str(&format!("{text}[outputs.vibration]\n{vibration}\n"), "x")
     };
     let key = |effects: &str, vibration: &str| of(effects, vibration).unwrap_err().diagnostics()[0].key().to_owned();
@@ -163,7 +163,7 @@ fn effects_that_contradict_the_outputs() {
     assert_eq!(key("tangential_motion = \"on\"", "tread = true"), "effects.tangential_motion");
     assert!(of("belt_vibration = \"off\"", "belt = false").is_ok());
     assert!(of("belt_vibration = \"on\"\ntread_vibration = \"auto\"", "map = true").is_ok());
-    let bedding = BASE.replace("tread = \"elastic\"", "tread = \"bedding\"\n[effects]\ntangential_motion = \"on\"");
+    let bedding = edited("tread = \"elastic\"", "tread = \"bedding\"\n[effects]\ntangential_motion = \"on\"");
     let error = Scene::from_str(&bedding, "x").unwrap_err();
     assert!(error.to_string().contains("a bedding's springs have no tangential motion"), "{error}");
 }

@@ -23,13 +23,7 @@ fn made_roads() {
         "this has 1 values, `wavelengths` has 2",
         "as many values",
     );
-    road_refused(
-        &made("wavelengths = []\nlevels = []").replace("\nlevels = []", "\nlevels = [1]"),
-        18,
-        "road.wavelengths",
-        "empty",
-        "an array",
-    );
+    road_refused(&made("wavelengths = []\nlevels = [1]"), 18, "road.wavelengths", "empty", "an array");
     road_refused(
         &made("wavelengths = [0.1, 0.1]\nlevels = [1, 2]"),
         18,

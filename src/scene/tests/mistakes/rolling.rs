@@ -3,6 +3,7 @@
 use super::super::super::{Axle, Vibration};
 use super::super::{complaints, edited};
 use super::{accepted, axle_refused, refused};
+use crate::test_models::replaced;
 
 #[test]
 fn rolling() {
@@ -231,7 +232,7 @@ fn vibration() {
     wrong("segment = 0", 29, "outputs.vibration.segment", "0 is out of range", "above 0 s");
     wrong("belts = true", 29, "outputs.vibration.belts", "not a key of [outputs.vibration]", "`belt`");
     let bedding = edited("tread = \"elastic\"", "tread = \"bedding\"");
-    let text = bedding.replace("plots = true", &vibration("tangential = true"));
+    let text = replaced(&bedding, &[("plots = true", &vibration("tangential = true"))]);
     let found = complaints(&text);
     assert_eq!((found.len(), found[0].line, found[0].key.as_str()), (1, 29, "outputs.vibration.tangential"));
     assert!(found[0].wrong.contains("bedding"), "{}", found[0].wrong);

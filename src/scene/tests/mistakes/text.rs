@@ -3,6 +3,7 @@
 use super::super::super::Scene;
 use super::super::{BASE, complaints, edited};
 use super::{axle_refused, material_refused, refused, road_refused};
+use crate::test_models::replaced;
 
 #[test]
 fn the_base_scene_is_accepted() {
@@ -94,8 +95,9 @@ fn wrong_types() {
 
 #[test]
 fn one_table_where_an_array_of_tables_belongs() {
-    let text = BASE.replacen("[[tyre.layers]]\nname = \"belt\"\nthickness = 0.006\ntension = [6e4, 2e4]\nmaterial = { modulus = 5e8, loss_factor = 0.08, poisson = 0.3, density = 1300 }\n", "", 1);
-    let found = complaints(&text.replace("[[tyre.layers]]", "[tyre.layers]"));
+    let belt = "[[tyre.layers]]\nname = \"belt\"\nthickness = 0.006\ntension = [6e4, 2e4]\n\
+        material = { modulus = 5e8, loss_factor = 0.08, poisson = 0.3, density = 1300 }\n";
+    let found = complaints(&replaced(BASE, &[(belt, ""), ("[[tyre.layers]]", "[tyre.layers]")]));
     assert_eq!((found.len(), found[0].line, found[0].key.as_str()), (1, 7, "tyre.layers"));
     assert!(found[0].right.contains("[[tyre.layers]]"));
 }
@@ -130,14 +132,15 @@ fn a_long_file_that_is_no_scene_is_refused_shortly() {
 
 #[test]
 fn independent_mistakes_are_reported_together_in_the_order_of_the_file() {
-    let text = BASE
-        .replace("width = 0.2\n", "width = -0.2\n")
-        .replace("thickness = 0.013", "thickness = 0")
-        .replace("poisson = 0.3,", "poisson = 0.5,")
-        .replace("speed_kmh = 80", "speed_kmh = nan")
-        .replace("elements = 512", "elements = 513\nsubstep = 2")
-        .replace("kind = \"smooth\"", "kind = \"made\"\nlevels = [1, \"a\", nan]");
-    let found = complaints(&text);
+    let changes = [
+        ("width = 0.2\n", "width = -0.2\n"),
+        ("thickness = 0.013", "thickness = 0"),
+        ("poisson = 0.3,", "poisson = 0.5,"),
+        ("speed_kmh = 80", "speed_kmh = nan"),
+        ("elements = 512", "elements = 513\nsubstep = 2"),
+        ("kind = \"smooth\"", "kind = \"made\"\nlevels = [1, \"a\", nan]"),
+    ];
+    let found = complaints(&replaced(BASE, &changes));
     let places: Vec<_> = found.iter().map(|complaint| (complaint.line, complaint.key.as_str())).collect();
     let expected = [
         (4, "tyre.width"),

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-use super::ComplexField;
+use crate::numeric::ComplexField;
 
 /// A 2x2 matrix, rows first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,17 +19,20 @@ impl<T: ComplexField> Matrix2<T> {
     /// a b^-1 by cofactors. A singular `b` gives non-finite entries.
     #[inline(always)]
     pub fn over(self, b: Self) -> Self {
-        let [[p, q], [r, s]] = b.0;
-        let scale = (p * s - q * r).reciprocal();
-        self * Self([[s * scale, -(q * scale)], [-(r * scale), p * scale]])
+        self * b.inverse()
     }
 
     /// a^-1 b by cofactors. A singular `a` gives non-finite entries.
     #[inline(always)]
     pub fn solve(self, b: Self) -> Self {
+        self.inverse() * b
+    }
+
+    #[inline(always)]
+    fn inverse(self) -> Self {
         let [[p, q], [r, s]] = self.0;
         let scale = (p * s - q * r).reciprocal();
-        Self([[s * scale, -(q * scale)], [-(r * scale), p * scale]]) * b
+        Self([[s * scale, -(q * scale)], [-(r * scale), p * scale]])
     }
 
     /// All entries times a factor.

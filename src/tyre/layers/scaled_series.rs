@@ -4,7 +4,7 @@
 //! divided differences f\[a, b\] = (f(a) - f(b))/(a - b) = sum h_(j-1)(a, b)/(2j)!, with the complete homogeneous
 //! polynomials h_j(a, b) = a h_(j-1) + b^j, need no subtraction: they stay exact when a and b coincide.
 
-use super::ComplexField;
+use crate::numeric::ComplexField;
 
 /// Largest |z| for which [`hyperbolic_pair`] reaches full double precision.
 pub const SERIES_LIMIT: f64 = 4.0;

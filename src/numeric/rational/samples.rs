@@ -1,0 +1,29 @@
+//! What is fitted.
+
+use num_complex::Complex64;
+
+use super::RationalError;
+
+/// Samples of Q responses at common points.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// s_k \[1/s\].
+    pub points: Vec<Complex64>,
+    /// Row q: H_q(s_k).
+    pub responses: Vec<Vec<Complex64>>,
+    /// One weight a response: 1/(what an error of 1 is).
+    pub weights: Vec<f64>,
+    /// One weight a point, for all responses: what an error there counts beside one where it is 1.
+    pub point_weights: Vec<f64>,
+}
+
+impl Samples {
+    /// Whether they are finite and enough for so many real unknowns.
+    pub(super) fn check(&self, unknowns: usize, stage: &'static str) -> Result<(), RationalError> {
+        if 2 * self.points.len() < unknowns {
+            return Err(RationalError::TooFewSamples { samples: self.points.len(), unknowns });
+        }
+        let finite = self.responses.iter().flatten().all(|value| value.is_finite());
+        if finite { Ok(()) } else { Err(RationalError::NotFinite { stage }) }
+    }
+}

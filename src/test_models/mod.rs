@@ -1,0 +1,197 @@
+//! What unit tests, integration tests and benchmarks calculate with: tyres, roads and scenes.
+//!
+//! A scene to test with is the default one or one of the default tyre, as text, with some keys changed. A change that
+//! finds nothing to change panics: else a test would lose what it is about, unseen, when the default scene changes.
+
+use std::path::Path;
+
+use toml::{Table, Value};
+
+use crate::scene::{DEFAULT, LoadedScene, Scene, Tyre};
+
+/// The default tyre's circumference \[m\].
+pub const CIRCUMFERENCE: f64 = 1.95;
+/// Its contact width \[m\].
+pub const CONTACT_WIDTH: f64 = 0.12;
+
+/// The text as a scene.
+///
+/// # Panics
+///
+/// If it is none.
+pub fn scene(text: &str) -> LoadedScene {
+    Scene::from_str(text, "scene.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
+}
+
+/// The default scene.
+pub fn default_scene() -> Scene {
+    scene(DEFAULT).scene
+}
+
+/// The default tyre.
+pub fn default_tyre() -> Tyre {
+    default_scene().tyre
+}
+
+/// The default tyre with a wider strip.
+pub fn wide_tyre() -> Tyre {
+    Tyre { contact_width: 0.15, ..default_tyre() }
+}
+
+/// The same with layers of one density and a tread of the given loss factor.
+pub fn tyre(loss_factor: f64) -> Tyre {
+    let mut tyre = wide_tyre();
+    tyre.layers.iter_mut().for_each(|layer| layer.material.density = 1200.0);
+    tyre.layers[1].material.loss_factor = loss_factor;
+    tyre
+}
+
+/// A scene of the default tyre: the keys of the tables of road and rolling, further ones of the numerics, and further
+/// tables. The sums are short: 4 lateral terms, 2 aliases.
+pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
+    format!(
+        "{}\n[road]\n{road}\n[rolling]\n{rolling}\n[numerics]\nelements = {elements}\nlateral_terms = 4\n\
+         wavenumber_aliases = 2\n{numerics}\n{more}\n",
+        tyre_tables()
+    )
+}
+
+/// A text of [`scene_text`] with all terms of its sums.
+pub fn with_all_terms(text: &str) -> String {
+    without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])
+}
+
+/// The tables `[tyre]` and `[[tyre.layers]]` of the default scene.
+fn tyre_tables() -> String {
+    let mut tables = table(DEFAULT);
+    tables.retain(|name, _| name == "tyre");
+    tables.to_string()
+}
+
+/// The keys of a road from a grid at the run's own lattice: used as it is.
+pub fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
+    format!(
+        "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}",
+        path.display(),
+        CIRCUMFERENCE / elements as f64,
+        CONTACT_WIDTH / columns as f64
+    )
+}
+
+/// The text with the values of keys exchanged, as `("rolling.speed_kmh", "110.0")`; a layer goes by its number, as in
+/// `"tyre.layers.1.material.modulus"`.
+///
+/// # Panics
+///
+/// If a key is not there.
+pub fn edit(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (path, value)| {
+        changed(&text, path, |inside, key| {
+            let there = inside.contains_key(key);
+            inside.extend(table(&format!("{key} = {value}")));
+            there
+        })
+    })
+}
+
+/// The text without some keys or tables.
+///
+/// # Panics
+///
+/// If one is not there.
+pub fn without(text: &str, paths: &[&str]) -> String {
+    paths.iter().fold(text.to_owned(), |text, path| changed(&text, path, |inside, key| inside.remove(key).is_some()))
+}
+
+/// The text with further keys in a table.
+///
+/// # Panics
+///
+/// If the table is not there, or one of the keys is.
+pub fn add(text: &str, name: &str, keys: &str) -> String {
+    changed(text, name, |inside, name| {
+        let Some(Value::Table(inside)) = inside.get_mut(name) else { return false };
+        table(keys).into_iter().all(|(key, value)| inside.insert(key, value).is_none())
+    })
+}
+
+/// The text with another road: the keys of its table.
+///
+/// # Panics
+///
+/// If it has none.
+pub fn with_road(text: &str, keys: &str) -> String {
+    changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
+}
+
+/// Any text with passages exchanged, also where it is then no scene.
+///
+/// # Panics
+///
+/// If a passage is not there.
+pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "no {from:?} in\n{text}");
+        text.replace(from, to)
+    })
+}
+
+/// The text after a change to the table in which the path's last key stands; the change says whether it was one.
+fn changed(text: &str, path: &str, change: impl FnOnce(&mut Table, &str) -> bool) -> String {
+    let mut scene = Value::Table(table(text));
+    let (way, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let inside = way.split_terminator('.').try_fold(&mut scene, |value, key| match key.parse::<usize>() {
+        Ok(number) => value.get_mut(number),
+        Err(_) => value.get_mut(key),
+    });
+    let done = inside.and_then(Value::as_table_mut).is_some_and(|inside| change(inside, key));
+    assert!(done, "{path} cannot be changed in\n{text}");
+    scene.as_table().map(Table::to_string).unwrap_or_default()
+}
+
+fn table(text: &str) -> Table {
+    text.parse().unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::catch_unwind;
+
+    use super::*;
+    use crate::scene::Axle;
+
+    #[test]
+    fn a_text_written_again_is_the_same_scene() {
+        let text = with_road(DEFAULT, "kind = \"made\"\nseed = 1");
+        assert_eq!(scene(&text).scene, default_scene());
+        let rolling = "speed_kmh = 80\nduration = 1\naxle = { load = 1 }";
+        let tyre = scene(&scene_text(64, "kind = \"smooth\"", rolling, "", "")).scene.tyre;
+        assert_eq!(tyre, default_tyre());
+        assert!((tyre.circumference - CIRCUMFERENCE).abs().max((tyre.contact_width - CONTACT_WIDTH).abs()) < 1e-15);
+    }
+
+    #[test]
+    fn keys_are_exchanged_left_out_and_added() {
+        let text =
+            edit(DEFAULT, &[("tyre.layers.1.material.modulus", "2e6"), ("rolling.axle", "{ indentation = 0.01 }")]);
+        let changed = scene(&add(&without(&text, &["rolling.warm_up"]), "numerics", "pole_tolerance = 3e-4")).scene;
+        assert!((changed.tyre.layers[1].material.modulus - 2e6).abs() < 1e-9);
+        assert!((changed.numerics.pole_tolerance - 3e-4).abs() < 1e-18);
+        assert!(matches!(changed.rolling.axle, Axle::Indentation { .. }), "{:?}", changed.rolling.axle);
+        assert!(!text.contains("3400"));
+    }
+
+    #[test]
+    fn a_change_of_what_is_not_there_fails() {
+        for change in [
+            || edit(DEFAULT, &[("rolling.speed", "1.0")]),
+            || edit(DEFAULT, &[("tyre.layers.2.thickness", "1.0")]),
+            || without(DEFAULT, &["outputs"]),
+            || add(DEFAULT, "rolling", "duration = 1.0"),
+            || add(DEFAULT, "effects", "texture = \"off\""),
+            || replaced(DEFAULT, &[("speed = 80", "speed = 90")]),
+        ] {
+            assert!(catch_unwind(change).is_err());
+        }
+    }
+}

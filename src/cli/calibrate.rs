@@ -2,11 +2,11 @@
 
 use tyrewave::local_compliance::calibrate::Fit;
 use tyrewave::local_compliance::{self, Calibration};
-use tyrewave::plan::Decisions;
+use tyrewave::plan::Plan;
 use tyrewave::results::table::aligned;
 use tyrewave::road::RoadSurface;
 use tyrewave::run::RunError;
-use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
+use tyrewave::run::prepare::{in_scene, road_limits};
 use tyrewave::scene::LoadedScene;
 
 use super::CliError;
@@ -17,12 +17,10 @@ use super::CliError;
 /// Of the road and of the half-space's solver.
 pub fn calibration(loaded: &LoadedScene, most: usize) -> Result<Option<Calibration>, CliError> {
     let scene = &loaded.scene;
-    let (decisions, limits) = (Decisions::new(scene), road_limits(scene));
-    let lattice = road_lattice(scene, &decisions).map_err(|error| in_scene(loaded, error))?;
+    let (plan, limits) = (Plan::new(scene), road_limits(scene));
+    let lattice = plan.lattice().map_err(|error| in_scene(loaded, error))?;
     let surface = RoadSurface::open(&scene.road, lattice, limits).map_err(|error| in_scene(loaded, error))?;
-    let tyre = &decisions.tyre;
-    let element = tyre.circumference / scene.numerics.elements as f64;
-    let found = local_compliance::calibrate(tyre, &scene.road, &surface, limits, element, most);
+    let found = local_compliance::calibrate(&plan.decisions.tyre, &scene.road, &surface, limits, plan.element, most);
     found.map_err(|error| match error {
         RunError::Road(error) => in_scene(loaded, error).into(),
         other => other.into(),

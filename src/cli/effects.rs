@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use csv::Writer;
 use tyrewave::counters::Meter;
-use tyrewave::plan::bytes;
+use tyrewave::plan::{bytes, settled};
 use tyrewave::response::BandLevel;
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
@@ -52,7 +52,7 @@ impl EffectsArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = settled(Scene::load(&self.scene)?)?;
         loaded.check_time_domain()?;
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "effects"));
         drop(ResultsFolder::create(&target)?);

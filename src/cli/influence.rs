@@ -9,11 +9,12 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::plan::{fit_options, settled};
 use tyrewave::results::plots::{Axis, HeatMap, LinePlot, Series};
 use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::run::Progress;
-use tyrewave::run::past::{fetch, fit_options, refused};
+use tyrewave::run::past::{fetch, refused};
 use tyrewave::scene::{Law, LoadedScene, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::influence_view::{
@@ -73,7 +74,7 @@ impl InfluenceArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = settled(Scene::load(&self.scene)?)?;
         let scene = &loaded.scene;
         let begin = Instant::now();
         let (mut meter, mut progress) = (Meter::default(), context.progress());

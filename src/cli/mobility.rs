@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::plan::settled;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
@@ -93,7 +94,7 @@ impl MobilityArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = settled(Scene::load(&self.scene)?)?;
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "mobility"));
         let folder = ResultsFolder::create(&target)?;
         let begin = std::time::Instant::now();

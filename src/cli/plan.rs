@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::process::resident_memory;
-use tyrewave::plan::Plan;
-use tyrewave::plan::{Forecast, bytes};
+use tyrewave::plan::{Forecast, Plan, bytes};
 use tyrewave::results::profile_table::counter_title;
 use tyrewave::results::table::{aligned, grouped, words};
 use tyrewave::run::prepare::open_road;
@@ -49,26 +48,26 @@ impl PlanArguments {
         let process = resident_memory().unwrap_or_default() as f64;
         let loaded = Scene::load(&self.scene)?;
         loaded.check_time_domain()?;
-        let plan = Plan::of(&loaded);
+        let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
         open_road(&loaded, &plan, 0.5 * plan.amounts.expected.points * plan.element)?;
         let stop = context.interrupt.flag();
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);
-        print(&if self.json { record(&loaded, &plan, &forecast) } else { text(&loaded, &plan, &forecast) })
+        print(&if self.json { record(&loaded, &plan, &forecast)? } else { text(&loaded, &plan, &forecast) })
     }
 }
 
-fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
+fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Result<String, CliError> {
     let record = json!({
         "title": loaded.title(),
-        "scene_sha256": loaded.hash,
+        "scene_sha256": loaded.clone().settled(plan.scene.clone()).hash()?,
         "effects": plan.decisions.rows,
         "choices": plan.choices,
         "notes": plan.decisions.notes,
         "sizes": {
             "speed": plan.speed,
-            "elements": loaded.scene.numerics.elements,
+            "elements": plan.scene.numerics.elements,
             "element": plan.element,
             "time_step": plan.time_step,
             "warm_up_steps": plan.warm_up_steps,
@@ -81,15 +80,14 @@ fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
         "result_bytes": plan.amounts.result_bytes,
         "forecast": forecast,
     });
-    format!("{record:#}\n")
+    Ok(format!("{record:#}\n"))
 }
 
 fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
-    let numerics = &loaded.scene.numerics;
     let mut text = format!(
         "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
         loaded.title(),
-        numerics.elements,
+        plan.scene.numerics.elements,
         1e3 * plan.element,
         grouped(plan.steps),
         1e6 * plan.time_step,

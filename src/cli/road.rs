@@ -6,13 +6,13 @@ use clap::Args;
 use ndarray::ArrayView2;
 use serde_json::json;
 use tyrewave::counters::{Meter, Stage};
-use tyrewave::plan::Decisions;
+use tyrewave::plan::{Plan, settled};
 use tyrewave::results::plots::RoadMap;
 use tyrewave::results::summary::Cost;
 use tyrewave::results::table::{aligned, words};
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::road::{RoadDescription, describe};
-use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
+use tyrewave::run::prepare::{in_scene, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 use tyrewave::study::sweep::{Axes, variants};
 
@@ -45,18 +45,13 @@ impl RoadArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = road_scene(&self.scene)?;
+        let loaded = settled(road_scene(&self.scene)?)?;
         let scene = &loaded.scene;
         let begin = std::time::Instant::now();
         let mut meter = Meter::default();
         let description = meter
             .time(Stage::Road, || {
-                describe(
-                    &scene.road,
-                    road_lattice(scene, &Decisions::new(scene))?,
-                    scene.rolling.speed(),
-                    road_limits(scene),
-                )
+                describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene))
             })
             .map_err(|error| in_scene(&loaded, error))?;
         let title = loaded.title();

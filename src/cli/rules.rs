@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::{Meter, Stage};
-use tyrewave::plan::Plan;
+use tyrewave::plan::{Plan, settled};
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::{Cost, Summary};
@@ -66,7 +66,7 @@ impl RulesArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = settled(Scene::load(&self.scene)?)?;
         loaded.check_time_domain()?;
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "rules"));
         let folder = ResultsFolder::create(&target)?;

@@ -6,14 +6,14 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 use tyrewave::counters::{Counter, Meter, Stage};
-use tyrewave::plan::Decisions;
+use tyrewave::plan::{Plan, settled};
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::Cost;
 use tyrewave::results::{ResultsFolder, Summary};
 use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
 use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use tyrewave::road::{Lattice, RoadSurface};
-use tyrewave::run::prepare::{in_scene, road_lattice, road_limits, slice_builder};
+use tyrewave::run::prepare::{in_scene, road_limits, slice_builder};
 use tyrewave::scene::{LoadedScene, Scene, Slices};
 
 use super::{CliError, Context, calibrate, side_folder};
@@ -94,7 +94,7 @@ impl SlicesArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = settled(Scene::load(&self.scene)?)?;
         let begin = std::time::Instant::now();
         let mut meter = Meter::default();
         let sample = meter.time(Stage::Road, || self.sample(&loaded))?;
@@ -138,7 +138,7 @@ impl SlicesArguments {
     fn sample(&self, loaded: &LoadedScene) -> Result<Sample, CliError> {
         let scene = &loaded.scene;
         let read = || {
-            let lattice = road_lattice(scene, &Decisions::new(scene))?;
+            let lattice = Plan::new(scene).lattice()?;
             let dx = lattice.dx;
             let mut surface = RoadSurface::open(&scene.road, lattice, road_limits(scene))?;
             let first = (self.at / dx).round() as i64;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use tyrewave::counters::Meter;
+use tyrewave::plan::settled;
 use tyrewave::results::folder::ResultsFolder;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::scene::Scene;
@@ -64,7 +65,7 @@ impl StudyArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = settled(Scene::load(&self.scene)?)?;
         loaded.check_time_domain()?;
         let target = self.out.clone().unwrap_or_else(|| side_folder(&self.scene, "study"));
         // What cannot be replaced is refused before the long work.

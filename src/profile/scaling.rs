@@ -185,7 +185,7 @@ struct Rolled {
 }
 
 fn rolled(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Rolled, ProfileError> {
-    let plan = Plan::of(loaded);
+    let plan = Plan::of(loaded)?;
     let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
     let begin = Instant::now();
     let (mut half, half_steps) = ([Duration::ZERO; Stage::OF_A_STEP.len()], plan.steps / 2);

@@ -8,7 +8,7 @@
 //!
 //! let text = tyrewave::scene::DEFAULT.replace("elements = 512", "elements = 64").replace("duration = 18.0", "duration = 0.2");
 //! let scene = Scene::from_str(&text, "small")?;
-//! let plan = Plan::of(&scene);
+//! let plan = Plan::of(&scene)?;
 //! plan.check(&scene)?;
 //! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
 //! while let Some(step) = run.step()? {
@@ -90,9 +90,9 @@ impl Run {
         loaded.check_time_domain()?;
         let mut meter = Meter::new(watch);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let mut record = Record::in_memory(&loaded.scene, plan, true);
+        let mut record = Record::in_memory(&plan.scene, plan, true);
         let columns = prepared.march.geometry().columns;
-        record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
+        record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, columns);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();

@@ -87,7 +87,7 @@ impl fmt::Display for Bounds {
 }
 
 /// A number as people write it: no long rows of zeros.
-pub(super) fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
     if plain { format!("{value}") } else { format!("{value:e}") }
 }

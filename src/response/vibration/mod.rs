@@ -43,6 +43,8 @@ pub mod stage_transfer;
 mod tests;
 pub mod transfer;
 
+use crate::scene::Vibration;
+
 pub use accumulator::{PatchSpectra, VibrationAccumulator};
 pub use contact_power::ContactPower;
 pub use dispersion::{DispersionBranch, dispersion_branches};
@@ -53,3 +55,14 @@ pub use spectra::{
     Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, point_spectrum,
 };
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
+
+/// Bytes of the sums over the forces with the points and elements of so many fields.
+pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration) -> f64 {
+    let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
+    match vibration.elements.len() {
+        // A table is there while points are added.
+        0 if vibration.points.is_empty() => sums,
+        0 => sums + VelocityTable::bytes(layout),
+        elements => sums + ElementVelocities::bytes(layout, fields, elements),
+    }
+}

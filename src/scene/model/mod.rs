@@ -5,10 +5,8 @@
 
 mod contact;
 mod effects;
-mod front;
 mod material;
 mod numerics;
-mod resolution;
 mod road;
 mod rolling;
 mod time_rule;
@@ -19,10 +17,8 @@ use serde::Serialize;
 
 pub use contact::*;
 pub use effects::*;
-pub use front::*;
 pub use material::*;
 pub use numerics::*;
-pub use resolution::*;
 pub use road::*;
 pub use rolling::*;
 pub use time_rule::*;
@@ -48,12 +44,4 @@ pub struct Scene {
     pub numerics: Numerics,
     /// What is written.
     pub outputs: Outputs,
-}
-
-impl Scene {
-    /// Size of cells for levels up to `highest` \[Hz\], in m: [`Road::cell`], and [`Road::CELLS_IN_A_WAVE`] of them at
-    /// least in the texture wave that excites it.
-    pub fn cell_for(&self, highest: f64) -> f64 {
-        self.road.cell().min(self.rolling.speed() / highest / Road::CELLS_IN_A_WAVE)
-    }
 }

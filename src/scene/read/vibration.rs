@@ -56,13 +56,6 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
         table.complain::<()>(&format!("outputs.vibration.points[{index}]"), Problem::Complaint { wrong, right });
         fits = false;
     }
-    let count = scene.numerics.elements;
-    for (index, element) in vibration.elements.iter().enumerate().filter(|(_, element)| **element >= count) {
-        let wrong = format!("the tyre has no element {element}: numerics.elements = {count}");
-        let right = format!("write a whole number from 0 to {}", count.saturating_sub(1));
-        table.complain::<()>(&format!("outputs.vibration.elements[{index}]"), Problem::Complaint { wrong, right });
-        fits = false;
-    }
     if vibration.tangential && scene.contact.tread == Tread::Bedding {
         let wrong = "a bedding's springs have no tangential motion".to_owned();
         let right = "tangential = false, or contact.tread = \"elastic\"".to_owned();

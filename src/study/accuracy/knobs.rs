@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use crate::local_compliance::{DOUBTS, formula_for};
+use crate::plan::front::cell_for;
 use crate::road::Lattice;
-use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
+use crate::scene::{History, Numerics, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 use crate::study::accuracy::settings::Settings;
 use crate::study::compare::least_rate;
 
@@ -44,7 +45,7 @@ const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 const FINEST_POLES: f64 = 1e-6;
 /// Sizes of a cell across and along, relative to the reference's.
 const CELLS: [f64; 4] = [8.0, 4.0, 2.0, 1.33];
-/// The reference's, relative to [`Scene::cell_for`].
+/// The reference's, relative to [`cell_for`].
 const FINEST_CELL: f64 = 0.5;
 /// Tolerances of the slices' curves \[m\].
 const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
@@ -73,7 +74,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         TimeRule::Sdirk2 | TimeRule::Sdirk3 => own.time_rule,
         TimeRule::Bdf1 | TimeRule::Bdf2 | TimeRule::Trapezoidal | TimeRule::FirstOrderHold => TimeRule::Bdf2,
     };
-    let cell = FINEST_CELL * scene.cell_for(highest);
+    let cell = FINEST_CELL * cell_for(scene, highest);
     let cells = |_| Lattice::across(scene.tyre.contact_width, cell);
     Settings {
         elements,
@@ -127,7 +128,7 @@ fn elements(reference: &Settings) -> Knob {
         (elements.to_string(), Settings { elements, substeps, ..reference.clone() })
     };
     let possible =
-        |settings: &Settings| settings.elements >= Resolution::FEWEST_ELEMENTS && settings.elements.is_multiple_of(2);
+        |settings: &Settings| settings.elements >= Numerics::FEWEST_ELEMENTS && settings.elements.is_multiple_of(2);
     Knob::error(
         "elements",
         Ok(ELEMENT_PARTS.map(step).into_iter().filter(|(_, settings)| possible(settings)).collect()),

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::counters::Stage;
 use crate::plan::{Amounts, Place, Plan, Unit, UnitCosts};
 use crate::run::error::RunError;
-use crate::run::past::{contact_field, fetch, fit_options};
+use crate::run::past::fetch;
 use crate::scene::{History, Scene};
 use crate::study::accuracy::settings::Settings;
 use crate::study::compare::{Common, Difference};
@@ -99,8 +99,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         let plan = Plan::new(scene);
         let begin = Instant::now();
         // A refusal is the run's to report, in its place in the scene.
-        let fetched =
-            fetch(&plan.decisions.tyre, &fit_options(scene, contact_field(plan.decisions.tread)), self.trials.stop());
+        let fetched = fetch(&plan.decisions.tyre, &plan.fit, self.trials.stop());
         Ok(match fetched {
             Ok(fetched) => {
                 let seconds = (!fetched.warm).then(|| begin.elapsed().as_secs_f64());

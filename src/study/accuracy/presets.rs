@@ -2,7 +2,9 @@
 
 use serde::Serialize;
 
-use crate::scene::{FrontRow, History, Need, Preset, Resolution, Road, Scene};
+use crate::plan::front::FrontRow;
+use crate::plan::resolution::{Need, Resolution};
+use crate::scene::{History, Preset, Road, Scene};
 use crate::study::accuracy::front::excess;
 use crate::study::accuracy::knobs::{Kind, Knob};
 use crate::study::accuracy::settings::Settings;

@@ -17,11 +17,19 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::table::Table;
-use super::{Diagnostic, Problem, Scene, SceneError, read};
+use super::{Diagnostic, Law, Problem, Scene, SceneError, read};
 use crate::numeric::digest::sha256;
 
 /// Syntax errors looked at; more of them help nobody.
 const MOST_SYNTAX_ERRORS: usize = 16;
+
+const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
+const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
+const NOT_TOML: &str = "write it as TOML: `key = value`, texts in quotes";
+const NOT_CAUSAL: [&str; 2] = [
+    "the law \"hysteretic\" is not causal: the tread would move before it is touched",
+    "use \"power-law\", \"prony\" or \"elastic\" here; \"hysteretic\" serves frequency-domain results only",
+];
 
 /// A checked scene and where it comes from.
 #[derive(Clone, Debug)]
@@ -167,7 +175,7 @@ impl LoadedScene {
     /// What a later stage has to complain about a key, such as `road.file` or `tyre.layers[1].thickness` (items from
     /// 0), with its place in the file. A key that was left out is placed at the table around it.
     pub fn complain(&self, key: &str, wrong: impl Into<String>, right: impl Into<String>) -> Diagnostic {
-        self.document.diagnose(key, Problem::Complaint { wrong: wrong.into(), right: right.into() })
+        self.document.diagnose(key, Problem::new(wrong, right))
     }
 
     /// Checks that a time-domain run is possible: all laws are causal.
@@ -175,9 +183,11 @@ impl LoadedScene {
     /// # Errors
     /// [`SceneError::Invalid`] with one complaint per layer whose law is `hysteretic`.
     pub fn check_time_domain(&self) -> Result<(), SceneError> {
-        let complain =
-            |layer| self.document.diagnose(&format!("tyre.layers[{layer}].material.law"), Problem::NotCausal);
-        let diagnostics: Vec<_> = self.scene.tyre.acausal_layers().map(complain).collect();
+        let layers = self.scene.tyre.layers.iter().enumerate();
+        let acausal = layers.filter(|(_, layer)| layer.material.law == Law::Hysteretic);
+        let [wrong, right] = NOT_CAUSAL;
+        let complain = |(layer, _)| self.complain(&format!("tyre.layers[{layer}].material.law"), wrong, right);
+        let diagnostics: Vec<_> = acausal.map(complain).collect();
         if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
     }
 
@@ -202,7 +212,7 @@ impl LoadedScene {
         }
         let complaints = Complaints::new(&document);
         if let Some(error) = tyre_error {
-            complaints.add("tyre", Problem::TyreFile { source: Box::new(error) });
+            complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));
         }
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
         let scene = read::scene(&mut table);
@@ -267,10 +277,10 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
     let (key, problem) = if error.message() == "duplicate key" {
         let line = source.text[..span.start].rsplit('\n').next().unwrap_or_default();
         let table = if line.trim_start().starts_with('[') { "" } else { document.table_at(source, span.start) };
-        (join(table, marked), Problem::Duplicate)
+        (join(table, marked), Problem::new("this is given twice", DUPLICATE))
     } else {
         let key = document.key_at(source, span.start).unwrap_or_default().to_owned();
-        (key, Problem::Syntax { message: error.message().to_owned() })
+        (key, Problem::new(error.message(), NOT_TOML))
     };
     Diagnostic { source: Arc::clone(source), key, span, problem }
 }

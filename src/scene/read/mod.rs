@@ -41,10 +41,9 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
     let radius = scene.tyre.radius();
     match scene.rolling.axle {
-        Axle::Indentation { indentation, .. } if indentation > radius => table.complain(
-            "rolling.axle.indentation",
-            Problem::Exceeds { value: indentation, limit: radius, limit_name: "the tyre's radius", unit: "m" },
-        ),
+        Axle::Indentation { indentation, .. } if indentation > radius => {
+            table.complain("rolling.axle.indentation", Problem::exceeds(indentation, radius, "the tyre's radius"))
+        }
         _ => Some(scene),
     }
 }

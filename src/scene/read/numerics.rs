@@ -39,7 +39,8 @@ impl Kind for Elements {
         if elements.is_multiple_of(2) {
             Some(elements)
         } else {
-            value.complain(Problem::Odd { value: elements as u64 })
+            let right = format!("write an even number, such as {}", elements - 1);
+            value.complain(Problem::new(format!("{elements} is odd"), right))
         }
     }
 }
@@ -66,15 +67,14 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
     let memory_limit = table.or("memory_limit", &Bounds::positive("GB"), default.memory_limit);
     let time_limit = table.or("time_limit", &Bounds::positive("h"), default.time_limit);
     if table.has("preset") && table.has("accuracy") {
-        let wrong = "this and `preset` both choose a row of the same table".to_owned();
-        let right = "either this or `preset`".to_owned();
-        return table.complain("accuracy", Problem::Complaint { wrong, right });
+        let wrong = "this and `preset` both choose a row of the same table";
+        return table.complain("accuracy", Problem::new(wrong, "either this or `preset`"));
     }
     if let Some(key) = ["preset", "accuracy"].into_iter().find(|key| table.has(key))
         && !table.has("fmax")
     {
         let wanted = format!("{}, the highest frequency that numerics.{key} is meant for", Bounds::positive("Hz"));
-        return table.complain("fmax", Problem::Missing { wanted });
+        return table.complain("fmax", Problem::missing(&wanted));
     }
     Some(Numerics {
         fmax: fmax?,

@@ -15,10 +15,12 @@ use tyrewave::study::calibration::{calibrate, calibrated};
 use super::{CliError, Context, print};
 
 const EXAMPLES: &str = "\
-Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
+Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for \
+and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
 `tyrewave run` follows exactly this plan.
 
-The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept beside the fitted models; --calibrate measures them anew.
+The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept \
+beside the fitted models; --calibrate measures them anew.
 
 Examples:
   tyrewave plan scenes/default.toml
@@ -59,6 +61,10 @@ impl PlanArguments {
 }
 
 fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Result<String, CliError> {
+    let counter = |&(counter, amount)| json!({ "counter": counter, "amount": amount });
+    let held = |&(what, bytes)| json!({ "what": what, "bytes": bytes });
+    let counters: Vec<_> = plan.amounts.counters.iter().map(counter).collect();
+    let memory: Vec<_> = plan.amounts.memory.iter().map(held).collect();
     let record = json!({
         "title": loaded.title(),
         "scene_sha256": loaded.clone().settled(plan.scene.clone()).hash()?,
@@ -75,8 +81,8 @@ fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Result<Stri
             "expected": plan.amounts.expected,
         },
         "work": plan.amounts.work,
-        "counters": plan.amounts.counters.iter().map(|&(counter, amount)| json!({ "counter": counter, "amount": amount })).collect::<Vec<_>>(),
-        "memory": plan.amounts.memory.iter().map(|&(what, bytes)| json!({ "what": what, "bytes": bytes })).collect::<Vec<_>>(),
+        "counters": counters,
+        "memory": memory,
         "result_bytes": plan.amounts.result_bytes,
         "forecast": forecast,
     });

@@ -122,8 +122,8 @@ fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decisio
     (rolling, Decision { effect: "centrifugal tension", on, form, reason })
 }
 
-/// The tyre with tension added along its circumference \[N/m\]: the layers under tension carry it, each in proportion to
-/// its own; where there is none, the layer of the largest stiffness E h does, which holds the others.
+/// The tyre with tension added along its circumference \[N/m\]: the layers under tension carry it, each in proportion
+/// to its own; where there is none, the layer of the largest stiffness E h does, which holds the others.
 fn spinning(tyre: &Tyre, added: f64, carried: f64) -> Tyre {
     let mut tyre = tyre.clone();
     if carried > 0.0 {
@@ -183,7 +183,8 @@ fn slice_coupling(scene: &Scene, slices: Slices, notes: &mut Vec<String>) -> (De
     let given = |name: &str| format!("contact.slice_coupling = \"{name}\"");
     if coupling != SliceCoupling::Local {
         notes.push(
-            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: levels have no limit as the time step falls; \
+            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
+             levels have no limit as the time step falls; \
              contact.slice_coupling = \"local\" has one"
                 .to_owned(),
         );

@@ -10,8 +10,8 @@ use crate::scene::{Preset, Road, Scene, TimeRule};
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
-/// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: [`Road::cell`], and eleven of them at least in
-/// the texture wave that excites it.
+/// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: [`Road::cell`], and eleven of them at least
+/// in the texture wave that excites it.
 pub fn cell_for(scene: &Scene, highest: f64) -> f64 {
     scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE)
 }

@@ -99,7 +99,8 @@ impl Plan {
         let mut plan = Self { choices, ..Self::new(&scene) };
         if scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some() {
             let note = format!(
-                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are indicative below about {PLATE_FROM} Hz"
+                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
+                 indicative below about {PLATE_FROM} Hz"
             );
             plan.decisions.notes.push(note);
         }
@@ -188,7 +189,8 @@ impl Plan {
             loaded.complain(
                 "numerics.elements",
                 format!(
-                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} GB",
+                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} \
+                     GB",
                     numerics.elements,
                     self.lags,
                     self.steps,

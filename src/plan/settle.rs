@@ -131,7 +131,8 @@ impl Settling<'_> {
         let speed_kmh = rolling.speed_kmh;
         if elements.is_some() && texture < highest {
             let wrong = format!(
-                "{} elements hold no texture above {texture:.0} Hz at {speed_kmh} km/h, and numerics.fmax = {} Hz is wanted",
+                "{} elements hold no texture above {texture:.0} Hz at {speed_kmh} km/h, and numerics.fmax = {} Hz is \
+                 wanted",
                 found.elements,
                 short(highest)
             );
@@ -142,7 +143,8 @@ impl Settling<'_> {
         let percent = (100.0 * need.rule_error()).round();
         if substeps.is_some() && limit < (1.0 - 1e-9) * highest {
             let wrong = format!(
-                "{} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and numerics.fmax = {} Hz is wanted",
+                "{} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and \
+                 numerics.fmax = {} Hz is wanted",
                 found.substeps,
                 rule.name(),
                 short(highest)

@@ -96,7 +96,8 @@ pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
 /// The warning of a rule that is marginal.
 fn ringing(rule: TimeRule, time_step: f64) -> String {
     format!(
-        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \"bdf2\" does not",
+        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \
+         \"bdf2\" does not",
         rule.name(),
         0.5 / time_step
     )
@@ -125,7 +126,8 @@ impl Past<'_> {
         let truncated = weights.truncated();
         if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {
             warnings.push(format!(
-                "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more exact",
+                "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more \
+                 exact",
                 numerics.memory,
                 100.0 * truncated
             ));
@@ -163,7 +165,8 @@ impl Past<'_> {
             Stability::of(model, self.plan.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
         if let Some(zero) = stability.unstable {
             let wrong = format!(
-                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at wavenumber {} (and {} others) a force at {:.0} Hz grows \
+                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at \
+                 wavenumber {} (and {} others) a force at {:.0} Hz grows \
                  by a factor of {:.2} a step while nothing moves, and the contact would chatter for ever",
                 rule.name(),
                 zero.wavenumber,

@@ -223,7 +223,8 @@ fn moving_axle(
     let rate = sprung.rate(stiffness, plan.time_step);
     if rate > LARGEST_RATE {
         let wrong = format!(
-            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m of the contact within a step, {LARGEST_RATE} can be stepped",
+            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m \
+             of the contact within a step, {LARGEST_RATE} can be stepped",
             sprung.mass, plan.time_step
         );
         let least = sprung.least_mass(stiffness, plan.time_step);

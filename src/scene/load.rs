@@ -115,12 +115,13 @@ impl LoadedScene {
         Self { scene, settled: true, ..self }
     }
 
-    /// The scene as a TOML table: the keys of its tables that are given, no others.
+    /// The scene as a TOML table: its tables and their keys that are given, no others.
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
     pub fn given(&self) -> Result<toml::Table, SceneError> {
         let mut scene = toml::Table::try_from(&self.scene).map_err(|source| SceneError::NotToml { source })?;
+        scene.retain(|name, _| self.gives(name));
         for (name, value) in &mut scene {
             if let toml::Value::Table(table) = value {
                 table.retain(|key, _| self.gives(&format!("{name}.{key}")));

@@ -4,7 +4,8 @@ use super::super::kind::{Bounds, Kind};
 use super::super::table::{Nested, Table};
 use super::super::{Axle, Problem};
 
-const WANTED: &str = "{ load = ... } in N, or { indentation = ..., ramp = ... } in m and s; with a load, mass = ... in kg lets the axle move";
+const WANTED: &str = "{ load = ... } in N, or { indentation = ..., ramp = ... } in m and s; with a load, mass = ... \
+in kg lets the axle move";
 /// What only a moving axle has beside its mass.
 const OF_A_MASS: [&str; 2] = ["stiffness", "damping"];
 

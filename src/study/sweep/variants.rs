@@ -219,6 +219,15 @@ mod tests {
     }
 
     #[test]
+    fn a_scene_may_leave_the_road_out() {
+        let (head, rest) = DEFAULT.split_once("[road]").unwrap();
+        let (_, tail) = rest.split_once("[rolling]").unwrap();
+        let smooth = Scene::from_str(&format!("{head}[rolling]{tail}"), "smooth").unwrap();
+        let made = variants(&smooth, &Axes { speeds: vec![50.0], ..Axes::default() }).unwrap();
+        assert_eq!(made[0].loaded.scene.road, Road::Smooth);
+    }
+
+    #[test]
     fn what_makes_no_scene_is_named() {
         let with = |road: &Path| {
             let axes = Axes { roads: vec![road.to_owned()], ..Axes::default() };

@@ -26,7 +26,7 @@ fn stages_outside_of_the_steps_know_what_they_asked_for_and_a_trace_of_steps_ask
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { load = 3400 }";
     let text = scene_text(64, "kind = \"made\"", rolling, "history = \"modal\"\npole_tolerance = 1e-3", "");
     let loaded = scene(&text);
-    let plan = Plan::of(&loaded);
+    let plan = Plan::of(&loaded).unwrap();
     let watch = Watch { allocations: Some(probe), ..Watch::CLOSELY };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let region = Region::new(ALLOCATOR);

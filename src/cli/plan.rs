@@ -16,10 +16,12 @@ use super::context::{Context, print, print_report};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
+Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for \
+and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
 `tyrewave run` follows exactly this plan.
 
-The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept beside the fitted models; --calibrate measures them anew.
+The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept \
+beside the fitted models; --calibrate measures them anew.
 
 Examples:
   tyrewave plan scenes/default.toml
@@ -49,29 +51,33 @@ impl PlanArguments {
         let process = resident_memory().unwrap_or_default() as f64;
         let loaded = Scene::load(&self.scene)?;
         loaded.check_time_domain()?;
-        let plan = Plan::of(&loaded);
+        let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
         open_road(&loaded, &plan, 0.5 * plan.amounts.expected.points * plan.element)?;
         let stop = context.interrupt.flag();
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);
         if self.json {
-            return print(&record(&loaded, &plan, &forecast));
+            return print(&record(&loaded, &plan, &forecast)?);
         }
         print_report(&text(&loaded, &plan, &forecast))
     }
 }
 
-fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
+fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Result<String, CliError> {
+    let counter = |&(counter, amount)| json!({ "counter": counter, "amount": amount });
+    let held = |&(what, bytes)| json!({ "what": what, "bytes": bytes });
+    let counters: Vec<_> = plan.amounts.counters.iter().map(counter).collect();
+    let memory: Vec<_> = plan.amounts.memory.iter().map(held).collect();
     let record = json!({
         "title": loaded.title(),
-        "scene_sha256": loaded.hash,
+        "scene_sha256": loaded.clone().settled(plan.scene.clone()).hash()?,
         "effects": plan.decisions.rows,
         "choices": plan.choices,
         "notes": plan.decisions.notes,
         "sizes": {
             "speed": plan.speed,
-            "elements": loaded.scene.numerics.elements,
+            "elements": plan.scene.numerics.elements,
             "element": plan.element,
             "time_step": plan.time_step,
             "warm_up_steps": plan.warm_up_steps,
@@ -79,21 +85,20 @@ fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> String {
             "expected": plan.amounts.expected,
         },
         "work": plan.amounts.work,
-        "counters": plan.amounts.counters.iter().map(|&(counter, amount)| json!({ "counter": counter, "amount": amount })).collect::<Vec<_>>(),
-        "memory": plan.amounts.memory.iter().map(|&(what, bytes)| json!({ "what": what, "bytes": bytes })).collect::<Vec<_>>(),
+        "counters": counters,
+        "memory": memory,
         "result_bytes": plan.amounts.result_bytes,
         "forecast": forecast,
     });
-    format!("{record:#}\n")
+    Ok(format!("{record:#}\n"))
 }
 
 fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
     let mut text = Report::default();
-    let numerics = &loaded.scene.numerics;
     text.text(format!(
         "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
         loaded.title(),
-        numerics.elements,
+        plan.scene.numerics.elements,
         1e3 * plan.element,
         grouped(plan.steps),
         1e6 * plan.time_step,

@@ -6,11 +6,11 @@ use clap::Args;
 use ndarray::ArrayView2;
 use serde_json::json;
 use tyrewave::counters::Stage;
-use tyrewave::plan::Decisions;
+use tyrewave::plan::Plan;
 use tyrewave::results::plots::RoadMap;
 use tyrewave::results::table::{Report, aligned, words};
 use tyrewave::road::{RoadDescription, describe};
-use tyrewave::run::prepare::{in_scene, road_lattice, road_limits};
+use tyrewave::run::prepare::{in_scene, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 use tyrewave::study::sweep::{Axes, variants};
 
@@ -44,10 +44,7 @@ impl RoadArguments {
         let Self { scene, out } = self;
         let mut side = Side::new(road_scene(&scene)?, Place { scene, out }.target("road"))?;
         let scene = &side.loaded.scene;
-        let read = || {
-            let lattice = road_lattice(scene, &Decisions::new(scene))?;
-            describe(&scene.road, lattice, scene.rolling.speed(), road_limits(scene))
-        };
+        let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
         let sample = &road.sample;
         if let Ok(heights) = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights) {

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use tyrewave::counters::Meter;
+use tyrewave::plan::settled;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultsFolder};
@@ -55,6 +56,7 @@ impl Place {
 
 impl Side {
     pub fn new(loaded: LoadedScene, target: PathBuf) -> Result<Self, CliError> {
+        let loaded = settled(loaded)?;
         drop(ResultsFolder::create(&target)?);
         let (settings, meter) = (loaded.settings()?, Meter::default());
         Ok(Self { loaded, meter, settings, target, begin: Instant::now(), files: Vec::new() })

@@ -7,13 +7,13 @@ use serde_json::json;
 use tyrewave::contact::local_compliance::calibrate::Fit;
 use tyrewave::contact::local_compliance::{self, Calibration, CalibrationError};
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::Decisions;
+use tyrewave::plan::Plan;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::table::{Report, aligned, numbers};
 use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
 use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use tyrewave::road::{Lattice, RoadSurface};
-use tyrewave::run::prepare::{in_scene, road_lattice, road_limits, slice_builder};
+use tyrewave::run::prepare::{in_scene, road_limits, slice_builder};
 use tyrewave::scene::{LoadedScene, Slices};
 
 use super::context::Context;
@@ -134,7 +134,7 @@ impl SlicesArguments {
 fn sample(loaded: &LoadedScene, at: f64, slices: u32) -> Result<Sample, CliError> {
     let scene = &loaded.scene;
     let read = || {
-        let lattice = road_lattice(scene, &Decisions::new(scene))?;
+        let lattice = Plan::new(scene).lattice()?;
         let dx = lattice.dx;
         let mut surface = RoadSurface::open(&scene.road, lattice, road_limits(scene))?;
         let first = (at / dx).round() as i64;
@@ -273,12 +273,11 @@ fn draw(side: &mut Side, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Resul
 /// Presses at most `most` patches of a scene's road; `None` for one without texture.
 fn calibration(loaded: &LoadedScene, most: usize) -> Result<Option<Calibration>, CliError> {
     let scene = &loaded.scene;
-    let (decisions, limits) = (Decisions::new(scene), road_limits(scene));
-    let lattice = road_lattice(scene, &decisions).map_err(|error| in_scene(loaded, error))?;
+    let (plan, limits) = (Plan::new(scene), road_limits(scene));
+    let lattice = plan.lattice().map_err(|error| in_scene(loaded, error))?;
     let surface = RoadSurface::open(&scene.road, lattice, limits).map_err(|error| in_scene(loaded, error))?;
-    let tyre = &decisions.tyre;
-    let element = tyre.circumference / scene.numerics.elements as f64;
-    let found = local_compliance::calibrate(tyre, &scene.road, &surface, limits, element, most);
+    let tyre = &plan.decisions.tyre;
+    let found = local_compliance::calibrate(tyre, &scene.road, &surface, limits, plan.element, most);
     found.map_err(|error| match error {
         CalibrationError::Road(error) => in_scene(loaded, error).into(),
         CalibrationError::Slices(error) => error.into(),

@@ -157,7 +157,7 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
         RunError::Interrupted { .. } => PerformanceError::Interrupted,
         source => PerformanceError::Run { workload: workload.name(), source: Box::new(source) },
     };
-    let plan = Plan::of(loaded);
+    let plan = Plan::of(loaded).map_err(|error| failed(error.into()))?;
     let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
     let mut blocks = Stage::OF_A_STEP.map(|stage| (name(&stage), Vec::new()));
     let (mut before, mut clock) = (run.spent(), BlockClock::start());

@@ -271,7 +271,7 @@ struct Rolled {
 
 impl Rolled {
     fn new(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Self, PerformanceError> {
-        let plan = Plan::of(loaded);
+        let plan = Plan::of(loaded)?;
         let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
         let begin = Instant::now();
         let (mut half, half_steps) = (run.spent(), plan.steps / 2);

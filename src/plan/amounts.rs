@@ -11,14 +11,12 @@ use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
 use crate::contact::history::ModalHistory;
 use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
-use crate::plan::Plan;
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
-use crate::response::vibration::{ElementVelocities, SegmentLayout};
+use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan};
+use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
-use crate::run::road_ahead::CHUNK_ROWS;
-use crate::run::vibration::point_bytes;
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
@@ -115,7 +113,7 @@ impl Amounts {
             fit_memory_per_thread: 0.0,
             result_bytes: 0.0,
         };
-        if plan.needs_model(scene) {
+        if plan.needs_model() {
             amounts.model(scene, kept);
         }
         match scene.numerics.history {
@@ -316,8 +314,7 @@ impl Amounts {
         }
         if outputs.plots {
             self.add(Stage::Response, Unit::Plot, 2.0, Place::Before);
-            let drawn =
-                (crate::run::to_folder::LENGTHS_DRAWN * self.expected.length / plan.speed / plan.time_step).min(steps);
+            let drawn = (LENGTHS_DRAWN * self.expected.length / plan.speed / plan.time_step).min(steps);
             self.hold("steps that are drawn", 8.0 * drawn * (self.expected.columns + 2.0));
         }
         if outputs.plots || outputs.spectra {

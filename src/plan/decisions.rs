@@ -4,8 +4,11 @@
 
 use serde::Serialize;
 
-use crate::scene::{Axle, Effects, History, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Vibration};
+use crate::scene::{Axle, Effects, History, Layer, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Vibration};
 
+/// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes by
+/// 5 %.
+const CENTRIFUGAL_SHARE: f64 = 0.1;
 /// Share of the belt's tension from which a run without centrifugal tension says so.
 const WORTH_TELLING: f64 = 0.5;
 
@@ -89,7 +92,10 @@ fn given(switch: Switch, key: &str) -> Option<String> {
 fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decision) {
     let (tyre, switch) = (&scene.tyre, scene.effects.centrifugal_tension);
     let speed = scene.rolling.speed();
-    let (added, carried) = (tyre.centrifugal_tension(speed), tyre.tension_along());
+    // The hoop tension of a thin ring.
+    let mass_per_area: f64 = tyre.layers.iter().map(|layer| layer.material.density * layer.thickness).sum();
+    let added = mass_per_area * speed * speed;
+    let carried: f64 = tyre.layers.iter().map(|layer| layer.tension[0]).sum();
     let share = added / carried;
     let would = if carried > 0.0 {
         format!(
@@ -101,19 +107,36 @@ fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decisio
     } else {
         format!("m'' V^2 = {:.1} kN/m at {} km/h", 1e-3 * added, scene.rolling.speed_kmh)
     };
-    let limit = 100.0 * Effects::CENTRIFUGAL_SHARE;
+    let limit = 100.0 * CENTRIFUGAL_SHARE;
     let (on, reason) = match switch {
         Switch::On => (true, would.clone()),
         Switch::Off => (false, format!("not asked for; {would}")),
-        Switch::Auto if share > Effects::CENTRIFUGAL_SHARE => (true, format!("auto: {would}, more than {limit} %")),
+        Switch::Auto if share > CENTRIFUGAL_SHARE => (true, format!("auto: {would}, more than {limit} %")),
         Switch::Auto => (false, format!("auto: {would}, not more than {limit} %")),
     };
     if !on && share > WORTH_TELLING {
         notes.push(format!("{would}: effects.centrifugal_tension = \"auto\" would take it in"));
     }
     let form = if on { "belt tension raised" } else { "" }.to_owned();
-    let rolling = if on { tyre.spinning(speed) } else { tyre.clone() };
+    let rolling = if on { spinning(tyre, added, carried) } else { tyre.clone() };
     (rolling, Decision { effect: "centrifugal tension", on, form, reason })
+}
+
+/// The tyre with tension added along its circumference \[N/m\]: the layers under tension carry it, each in proportion
+/// to its own; where there is none, the layer of the largest stiffness E h does, which holds the others.
+fn spinning(tyre: &Tyre, added: f64, carried: f64) -> Tyre {
+    let mut tyre = tyre.clone();
+    if carried > 0.0 {
+        for layer in &mut tyre.layers {
+            layer.tension[0] *= 1.0 + added / carried;
+        }
+    } else {
+        let stiffness = |layer: &Layer| layer.material.modulus * layer.thickness;
+        if let Some(belt) = tyre.layers.iter_mut().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b))) {
+            belt.tension[0] += added;
+        }
+    }
+    tyre
 }
 
 fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
@@ -160,7 +183,8 @@ fn slice_coupling(scene: &Scene, slices: Slices, notes: &mut Vec<String>) -> (De
     let given = |name: &str| format!("contact.slice_coupling = \"{name}\"");
     if coupling != SliceCoupling::Local {
         notes.push(
-            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: levels have no limit as the time step falls; \
+            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
+             levels have no limit as the time step falls; \
              contact.slice_coupling = \"local\" has one"
                 .to_owned(),
         );

@@ -1,17 +1,23 @@
 //! The plan: a scene compiled, before any work, into what the run will do.
 //!
-//! 1. [`decisions`]: which effects are on, off or reduced, and why; every later stage asks them;
-//! 2. sizes: time step, steps, lags;
-//! 3. [`Amounts`]: work of each stage in units, memory by what holds it;
-//! 4. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that [`crate::study::calibration`] has
-//!    measured.
+//! 1. [`settle`]: what the scene leaves open, decided from its `fmax`, `preset` and `accuracy`: [`front`] is the table
+//!    of accuracy against time, [`resolution`] makes elements and steps of it;
+//! 2. [`decisions`]: which effects are on, off or reduced, and why; every later stage asks them;
+//! 3. sizes: time step, steps, lags;
+//! 4. [`Amounts`]: work of each stage in units, memory by what holds it;
+//! 5. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that were measured on it.
 //!
-//! The plan is data: it is made without any of the work, can be printed as a table or as JSON, and [`crate::run::run()`]
-//! follows it.
+//! The plan is data: it follows from the scene alone, without a look at any other file, can be printed as a table or as
+//! JSON, and the run takes its numbers from it.
 
 mod amounts;
 pub mod decisions;
 mod forecast;
+pub mod front;
+pub mod resolution;
+pub mod settle;
+#[cfg(test)]
+mod tests;
 mod unit;
 pub(crate) mod unit_record;
 
@@ -20,24 +26,36 @@ pub use decisions::{Decision, Decisions};
 pub use forecast::Forecast;
 pub use unit::{Unit, UnitCosts};
 
-use crate::run::past::{contact_field, fit_options};
-use crate::scene::{Axle, Choice, History, LoadedScene, Need, Resolution, Scene, SceneError};
+use crate::road::{Lattice, RoadError};
+use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread};
+use crate::tyre::influence::Field;
+use crate::tyre::poles::FitOptions;
 use crate::tyre::poles::cache::{Cache, key};
+use resolution::{Need, Resolution};
+pub use settle::{Choice, settled};
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
+/// Part of the run that the force map shows, in contact lengths rolled.
+pub(crate) const LENGTHS_DRAWN: f64 = 6.0;
+/// Elements whose road is made at a time.
+pub(crate) const CHUNK_ROWS: i64 = 512;
 /// Lowest frequency at which the flat plate's absolute levels are those of a tyre \[Hz\]; below, curvature counts.
 const PLATE_FROM: f64 = 400.0;
 
 /// What a run will do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
+    /// The scene, every setting decided.
+    pub scene: Scene,
     /// Which effects are simulated.
     pub decisions: Decisions,
     /// Settings that the scene left open.
     pub choices: Vec<Choice>,
     /// Speed V \[m/s\].
     pub speed: f64,
+    /// Rolling radius R = L/(2 pi) \[m\].
+    pub radius: f64,
     /// Element length dx = L/N \[m\].
     pub element: f64,
     /// Time step dt = dx/(q V) \[s\].
@@ -51,6 +69,10 @@ pub struct Plan {
     pub valid_to: f64,
     /// Lags of the history, lag 0 included.
     pub lags: usize,
+    /// The displacement that the contact feels.
+    pub field: Field,
+    /// What the fitted model has to keep, where one is needed.
+    pub fit: FitOptions,
     /// Work and memory.
     pub amounts: Amounts,
 }
@@ -67,14 +89,26 @@ fn valid_to(scene: &Scene) -> f64 {
 }
 
 impl Plan {
-    /// The plan of a scene, a fit expected where there is one.
-    pub fn new(scene: &Scene) -> Self {
-        Self::decided(scene).with_amounts(scene, None)
+    /// The plan of a loaded scene, what it leaves open decided; a fit expected where there is one.
+    ///
+    /// # Errors
+    /// As [`settled`].
+    pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
+        let (scene, choices) = settle::decide(loaded)?;
+        let mut plan = Self { choices, ..Self::new(&scene) };
+        if scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some() {
+            let note = format!(
+                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
+                 indicative below about {PLATE_FROM} Hz"
+            );
+            plan.decisions.notes.push(note);
+        }
+        Ok(plan)
     }
 
-    /// What is decided and how large it is; its amounts are still to come.
-    fn decided(scene: &Scene) -> Self {
-        let Scene { tyre, rolling, numerics, .. } = scene;
+    /// The plan of a scene with every setting decided, a fit expected where there is one.
+    pub fn new(scene: &Scene) -> Self {
+        let Scene { tyre, rolling, numerics, contact, .. } = scene;
         let speed = rolling.speed();
         let element = tyre.circumference / numerics.elements as f64;
         let time_step = element / (numerics.substeps as f64 * speed);
@@ -83,45 +117,49 @@ impl Plan {
         let warm_up_steps = steps_of(rolling.warm_up);
         let steps = warm_up_steps + steps_of(rolling.duration).max(1.0);
         let lags = (steps_of(numerics.memory) + 1.0).min(steps + 1.0).max(2.0);
-        Self {
+        let field = contact_field(contact.tread);
+        let mut plan = Self {
+            scene: scene.clone(),
             decisions: Decisions::new(scene),
             choices: Vec::new(),
             speed,
+            radius: tyre.radius(),
             element,
             time_step,
             warm_up_steps: warm_up_steps as u64,
             steps: steps as u64,
             valid_to: valid_to(scene),
             lags: lags as usize,
+            field,
+            fit: fit_options(scene, field),
             amounts: Amounts::default(),
+        };
+        plan.amounts = Amounts::new(scene, &plan, None);
+        plan
+    }
+
+    /// With the work of a run whose model is kept, if the user's cache holds it.
+    #[must_use]
+    pub fn with_kept_model(mut self) -> Self {
+        if let Some(poles) = kept_poles(&self) {
+            self.amounts = Amounts::new(&self.scene, &self, Some(poles));
         }
-    }
-
-    /// Whether a fitted model is needed: by the recursion, or by the vibration.
-    fn needs_model(&self, scene: &Scene) -> bool {
-        scene.numerics.history == History::Modal || self.decisions.vibration.is_some()
-    }
-
-    /// With the work of a run whose model is kept with so many poles, or still to be fitted.
-    fn with_amounts(mut self, scene: &Scene, kept: Option<usize>) -> Self {
-        self.amounts = Amounts::new(scene, &self, kept);
         self
     }
 
-    /// The plan of a loaded scene: with what was chosen in it, and with the fitted model that the cache holds, if there
-    /// is one.
-    pub fn of(loaded: &LoadedScene) -> Self {
-        let scene = &loaded.scene;
-        let mut plan = Self::decided(scene);
-        plan.choices = loaded.choices().to_vec();
-        if scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some() {
-            let note = format!(
-                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are indicative below about {PLATE_FROM} Hz"
-            );
-            plan.decisions.notes.push(note);
-        }
-        let kept = if plan.needs_model(scene) { kept_poles(scene, &plan) } else { None };
-        plan.with_amounts(scene, kept)
+    /// Whether a fitted model is needed: by the recursion, or by the vibration.
+    fn needs_model(&self) -> bool {
+        self.scene.numerics.history == History::Modal || self.decisions.vibration.is_some()
+    }
+
+    /// The lattice on which the run sees its road; reads the header of a grid's file.
+    ///
+    /// # Errors
+    /// As [`Lattice::choose`].
+    pub fn lattice(&self) -> Result<Lattice, RoadError> {
+        let Scene { road, tyre, .. } = &self.scene;
+        let Decisions { cells_across, cells_along, .. } = self.decisions;
+        Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
     }
 
     /// What it will take on this machine. `process`: what the process itself holds \[bytes\].
@@ -134,7 +172,7 @@ impl Plan {
     /// # Errors
     /// [`SceneError::Invalid`] with a complaint that points into the scene.
     pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
-        let numerics = &loaded.scene.numerics;
+        let numerics = &self.scene.numerics;
         let memory = self.amounts.memory_on(1);
         let hours = self.forecast(&UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
         let rule = numerics.time_rule;
@@ -150,7 +188,8 @@ impl Plan {
             loaded.complain(
                 "numerics.elements",
                 format!(
-                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} GB",
+                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} \
+                     GB",
                     numerics.elements,
                     self.lags,
                     self.steps,
@@ -175,8 +214,8 @@ impl Plan {
     }
 
     /// The ramp of an axle that is held by its height, in steps.
-    pub fn ramp_steps(&self, axle: &Axle) -> f64 {
-        match axle {
+    pub fn ramp_steps(&self) -> f64 {
+        match self.scene.rolling.axle {
             Axle::Indentation { ramp, .. } => ramp / self.time_step,
             Axle::Load { .. } | Axle::Mass { .. } => 0.0,
         }
@@ -189,10 +228,30 @@ impl Plan {
     }
 }
 
-/// Poles of the model that the cache holds for a scene; `None`: there is none, or it cannot be used.
-fn kept_poles(scene: &Scene, plan: &Plan) -> Option<usize> {
-    let options = fit_options(scene, contact_field(plan.decisions.tread));
-    let key = key(&plan.decisions.tyre, &options).ok()?;
+/// The displacement that the contact feels under a tread law.
+fn contact_field(tread: Tread) -> Field {
+    match tread {
+        Tread::Elastic | Tread::Uncoupled => Field::Surface,
+        Tread::Bedding => Field::UnderTread,
+    }
+}
+
+/// The options of a model of a scene's tyre under forces on a field.
+pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
+    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    FitOptions {
+        driven: field,
+        tolerance: pole_tolerance,
+        // The sums must be exacter than the fit to them.
+        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
+        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
+    }
+}
+
+/// Poles of the model that the user's cache holds for a plan; `None`: none is needed, there is none, or it cannot be
+/// used.
+fn kept_poles(plan: &Plan) -> Option<usize> {
+    let key = key(&plan.decisions.tyre, &plan.fit).ok().filter(|_| plan.needs_model())?;
     let model = Cache::open().ok()?.load(&key).ok()??.ok()?;
     Some(model.order())
 }
@@ -205,51 +264,5 @@ pub fn bytes(count: f64) -> String {
         c if c < 1e9 => format!("{:.1} MB", c / 1e6),
         c if c < 1e12 => format!("{:.1} GB", c / 1e9),
         c => format!("{:.1e} GB", c / 1e9),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::counters::Stage;
-    use crate::scene::DEFAULT;
-    use crate::test_models::{edit, with_road};
-
-    #[test]
-    fn the_estimate_knows_how_the_past_is_carried() {
-        let text = edit(DEFAULT, &[("numerics.elements", "4096"), ("rolling.speed_kmh", "250.0")]);
-        let mut loaded = Scene::from_str(&text, "estimate").unwrap();
-        loaded.scene.rolling.duration = 1.0;
-        let core_seconds = |plan: &Plan| plan.forecast(&UnitCosts::default(), 1, 0.0).core_seconds();
-        let modal = Plan::new(&loaded.scene);
-        assert!(modal.check(&loaded).is_ok(), "{} core seconds", core_seconds(&modal));
-        loaded.scene.numerics.memory *= 2.0;
-        let longer = Plan::new(&loaded.scene);
-        assert_eq!(core_seconds(&longer).to_bits(), core_seconds(&modal).to_bits(), "poles have no memory");
-        loaded.scene.numerics.history = History::Direct;
-        let direct = Plan::new(&loaded.scene);
-        assert!(core_seconds(&direct) > 100.0 * core_seconds(&modal));
-        assert!(direct.amounts.memory_on(1) > modal.amounts.memory_on(1));
-        assert!(direct.check(&loaded).is_err());
-    }
-
-    #[test]
-    fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
-        let rough = Plan::new(&Scene::from_str(DEFAULT, "default").unwrap().scene);
-        let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
-        let behind = |plan: &Plan, of_road: bool| -> f64 {
-            let stages = of(plan, 2).stages;
-            let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
-            stages.iter().filter(|it| it.background && road(it.stage) == of_road).map(|it| it.seconds).sum()
-        };
-        // What is done behind the march is nobody's time to wait.
-        assert!(behind(&rough, true) > 0.0 && behind(&rough, false) > 0.0);
-        assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
-        assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
-        let text = with_road(DEFAULT, "kind = \"smooth\"");
-        let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
-        let road = behind(&smooth, true);
-        assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");
-        assert!(of(&smooth, 1).memory < of(&rough, 1).memory);
     }
 }

@@ -9,7 +9,7 @@
 //! let mut scene = Scene::from_str(DEFAULT, "small")?;
 //! scene.scene.numerics.elements = 64;
 //! scene.scene.rolling.duration = 0.2;
-//! let plan = Plan::of(&scene);
+//! let plan = Plan::of(&scene)?;
 //! plan.check(&scene)?;
 //! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
 //! while let Some(step) = run.step()? {
@@ -90,9 +90,9 @@ impl Run {
         loaded.check_time_domain()?;
         let mut meter = Meter::new(watch);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let mut record = Record::in_memory(&loaded.scene, plan, true);
+        let mut record = Record::in_memory(&plan.scene, plan, true);
         let columns = prepared.march.geometry().columns;
-        record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
+        record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, columns);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();

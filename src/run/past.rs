@@ -9,9 +9,9 @@ use crate::contact::stability::Stability;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::Plan;
 use crate::run::error::RunError;
-use crate::scene::{LoadedScene, Numerics, Scene, SceneError, TimeRule, Tread, Tyre};
+use crate::scene::{LoadedScene, SceneError, TimeRule, Tyre};
+use crate::tyre::influence::InfluenceSum;
 use crate::tyre::influence::convolution_quadrature::Weights;
-use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{Cache, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
@@ -24,8 +24,6 @@ pub struct Past<'a> {
     pub plan: &'a Plan,
     /// The influence functions.
     pub sum: &'a InfluenceSum,
-    /// The displacement that the contact feels.
-    pub field: Field,
     /// Columns of the contact window.
     pub columns: usize,
     /// Factor of the influence functions, and the springs in series.
@@ -58,26 +56,6 @@ pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
     }
 }
 
-/// The displacement that the contact feels under a tread law.
-pub fn contact_field(tread: Tread) -> Field {
-    match tread {
-        Tread::Elastic | Tread::Uncoupled => Field::Surface,
-        Tread::Bedding => Field::UnderTread,
-    }
-}
-
-/// The options of the model that a scene's run needs.
-pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
-    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
-    FitOptions {
-        driven: field,
-        tolerance: pole_tolerance,
-        // The sums must be exacter than the fit to them.
-        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
-        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
-    }
-}
-
 /// The model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
 ///
 /// # Errors
@@ -90,9 +68,8 @@ pub fn planned_model(
     meter: &mut Meter,
     warnings: &mut Vec<String>,
 ) -> Result<RationalModel, RunError> {
-    let options = fit_options(&loaded.scene, contact_field(plan.decisions.tread));
     let open = meter.open();
-    let fetched = fetch(&plan.decisions.tyre, &options, stop).map_err(|error| refused(loaded, error, right))?;
+    let fetched = fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, right))?;
     match fetched.times {
         None => meter.close(open, Stage::Influence),
         Some(FitTimes { sums, poles }) => {
@@ -118,7 +95,8 @@ pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
 /// The warning of a rule that is marginal.
 fn ringing(rule: TimeRule, time_step: f64) -> String {
     format!(
-        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \"bdf2\" does not",
+        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \
+         \"bdf2\" does not",
         rule.name(),
         0.5 / time_step
     )
@@ -134,20 +112,21 @@ impl Past<'_> {
     /// # Errors
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
     pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
-        let numerics = &self.loaded.scene.numerics;
+        let numerics = &self.plan.scene.numerics;
         if numerics.time_rule.is_marginal() {
             warnings.push(ringing(numerics.time_rule, self.plan.time_step));
         }
         let weights = meter.time(Stage::Influence, || {
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
-            Weights::unless_stopped(self.sum, self.field, rule, time_step, self.plan.lags, self.stop)
+            Weights::unless_stopped(self.sum, self.plan.field, rule, time_step, self.plan.lags, self.stop)
         });
         let weights = weights.ok_or(RunError::Interrupted { kept: None })?;
         count_evaluations(self.plan, weights.evaluations, meter);
         let truncated = weights.truncated();
         if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {
             warnings.push(format!(
-                "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more exact",
+                "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more \
+                 exact",
                 numerics.memory,
                 100.0 * truncated
             ));
@@ -165,27 +144,28 @@ impl Past<'_> {
     /// # Errors
     /// A fit that was [`refused`]; as [`ContactKernel::new`].
     pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
-        let scene = &self.loaded.scene;
-        let (rule, time_step) = (scene.numerics.time_rule, self.plan.time_step);
+        let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         let right = "another tolerance, or history = \"direct\"";
         let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
         meter.count(Counter::Poles, model.order() as u64);
         meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
-        let (first, history) = ModalHistory::first_weights(&model, self.field, rule, time_step)
-            .zip(ModalHistory::new(&model, self.field, rule, time_step))
+        let (first, history) = ModalHistory::first_weights(&model, self.plan.field, rule, time_step)
+            .zip(ModalHistory::new(&model, self.plan.field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;
         Ok((self.kernel(&first)?, Box::new(history), Some(model)))
     }
 
     /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
     fn check_rule(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
-        let (rule, time_step) = (self.loaded.scene.numerics.time_rule, self.plan.time_step);
+        let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         // The zeros of scale w + spring are those of w + spring/scale.
         let spring = self.bedding.spring / self.bedding.scale;
-        let stability = Stability::of(model, self.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
+        let stability =
+            Stability::of(model, self.plan.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
         if let Some(zero) = stability.unstable {
             let wrong = format!(
-                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at wavenumber {} (and {} others) a force at {:.0} Hz grows \
+                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at \
+                 wavenumber {} (and {} others) a force at {:.0} Hz grows \
                  by a factor of {:.2} a step while nothing moves, and the contact would chatter for ever",
                 rule.name(),
                 zero.wavenumber,
@@ -203,7 +183,7 @@ impl Past<'_> {
     }
 
     fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {
-        let elements = self.loaded.scene.numerics.elements;
+        let elements = self.plan.scene.numerics.elements;
         ContactKernel::new(self.plan.decisions.tread, first_weights, elements, self.bedding)
     }
 }

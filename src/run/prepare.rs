@@ -4,7 +4,6 @@
 //! 2. the road is opened and must be long enough: everything that can be refused is refused before the long work;
 //! 3. convolution weights and the contact's kernels.
 
-use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::axle::{AxleHeight, LARGEST_RATE, LoadControl, MovingAxle, SprungMass};
@@ -20,7 +19,7 @@ use crate::plan::{Decisions, Plan};
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::run::error::RunError;
-use crate::run::past::{Past, contact_field};
+use crate::run::past::Past;
 use crate::run::road_ahead::RoadAhead;
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices};
 use crate::tyre::influence::{Field, InfluenceSum};
@@ -53,18 +52,17 @@ pub struct Prepared {
 /// # Errors
 /// [`RunError`].
 pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut Meter) -> Result<Prepared, RunError> {
-    let scene = &loaded.scene;
+    let Plan { scene, field, radius, .. } = plan;
+    let (field, radius) = (*field, *radius);
     let numerics = &scene.numerics;
-    let Decisions { tyre, tread, slices, .. } = &plan.decisions;
+    let Decisions { tyre, slices, .. } = &plan.decisions;
     let mut warnings: Vec<String> = plan.notes().collect();
     let sum = meter.time(Stage::Influence, || {
         InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / plan.time_step)
     });
-    let field = contact_field(*tread);
     let (at_rest, bedding) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
 
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
-    let radius = tyre.circumference / (2.0 * PI);
     let chord = Geometry::half_chord(radius, deepest(&scene.rolling.axle, at_rest.indentation));
     let (surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
     let lattice = surface.lattice();
@@ -103,7 +101,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     };
     let road = RoadAhead::new(surface, builder, queue, elements, reached);
 
-    let past = Past { loaded, plan, sum: &sum, field, columns: geometry.columns, bedding, stop };
+    let past = Past { loaded, plan, sum: &sum, columns: geometry.columns, bedding, stop };
     let (mut kernel, history, model) = match numerics.history {
         History::Direct => past.direct(meter, &mut warnings)?,
         History::Modal => past.modal(meter, &mut warnings)?,
@@ -120,9 +118,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
     };
     let axle = match scene.rolling.axle {
-        Axle::Indentation { indentation, .. } => {
-            AxleHeight::Fixed { indentation, ramp: plan.ramp_steps(&scene.rolling.axle) }
-        }
+        Axle::Indentation { indentation, .. } => AxleHeight::Fixed { indentation, ramp: plan.ramp_steps() },
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
         Axle::Mass { load, mass, stiffness, damping, .. } => {
             let sprung = SprungMass { load, mass, stiffness, damping };
@@ -148,9 +144,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
 /// # Errors
 /// [`RunError`] with the key that is to blame.
 pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadSurface, f64), RunError> {
-    let scene = &loaded.scene;
+    let scene = &plan.scene;
     let open = || -> Result<_, RoadError> {
-        let surface = RoadSurface::open(&scene.road, road_lattice(scene, &plan.decisions)?, road_limits(scene))?;
+        let surface = RoadSurface::open(&scene.road, plan.lattice()?, road_limits(scene))?;
         let start = match (scene.rolling.start, surface.extent()) {
             (Some(start), _) => start,
             (None, None) => 0.0,
@@ -161,15 +157,6 @@ pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadS
         Ok((surface, start))
     };
     open().map_err(|error| in_scene(loaded, error))
-}
-
-/// The lattice on which a scene's run sees its road.
-///
-/// # Errors
-/// As [`Lattice::choose`].
-pub fn road_lattice(scene: &Scene, decisions: &Decisions) -> Result<Lattice, RoadError> {
-    let element = scene.tyre.circumference / scene.numerics.elements as f64;
-    Lattice::choose(&scene.road, element, scene.tyre.contact_width, decisions.cells_across, decisions.cells_along)
 }
 
 /// What opening a scene's road may use.
@@ -223,14 +210,16 @@ fn moving_axle(
     kernel: &ContactKernel,
     at_rest: StaticContact,
 ) -> Result<MovingAxle, RunError> {
+    let (tyre, rule) = (&plan.scene.tyre, plan.scene.numerics.time_rule);
     // What the contact is within a step: the points at rest by the first weights.
     let influence = kernel.within_a_step();
-    let within_a_step = StaticTyre { influence: &influence, circumference: loaded.scene.tyre.circumference };
+    let within_a_step = StaticTyre { influence: &influence, circumference: tyre.circumference };
     let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
     let rate = sprung.rate(stiffness, plan.time_step);
     if rate > LARGEST_RATE {
         let wrong = format!(
-            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m of the contact within a step, {LARGEST_RATE} can be stepped",
+            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m \
+             of the contact within a step, {LARGEST_RATE} can be stepped",
             sprung.mass, plan.time_step
         );
         let least = sprung.least_mass(stiffness, plan.time_step);
@@ -239,7 +228,7 @@ fn moving_axle(
     }
     let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };
     let control = LoadControl::new(sprung.load, rest, plan.warm_up_steps);
-    Ok(MovingAxle::new(sprung, control, plan.time_step, loaded.scene.numerics.time_rule.force_lead()))
+    Ok(MovingAxle::new(sprung, control, plan.time_step, rule.force_lead()))
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.

@@ -7,13 +7,12 @@ use rayon::Scope;
 use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Counter, Meter};
 use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::plan::CHUNK_ROWS;
 use crate::road::RoadSurface;
 use crate::road::slices::{SliceBuilder, StiffnessCurve};
 use crate::run::error::RunError;
 use crate::run::road_maker::RoadMaker;
 
-/// Rows of road that are made at a time.
-pub(crate) const CHUNK_ROWS: i64 = 512;
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
 

@@ -71,7 +71,6 @@ impl PowerRecorder {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::PI;
     use std::sync::atomic::AtomicBool;
 
     use super::*;
@@ -101,9 +100,9 @@ mod tests {
     fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
         let rule = format!("\"{rule}\"");
         let loaded = scene(&[("road", "{ kind = \"smooth\" }"), ("numerics.time_rule", &rule)]);
-        let plan = Plan::of(&loaded);
+        let plan = Plan::of(&loaded).unwrap();
         let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
-        let radius = loaded.scene.tyre.circumference / (2.0 * PI);
+        let radius = plan.radius;
         // An element in contact follows the plane: it is pressed in by V x/sqrt(R^2 - x^2), x ahead of the axle.
         let mut work = RunningMoments::default();
         while let Some(step) = run.step().unwrap() {
@@ -125,6 +124,6 @@ mod tests {
     #[test]
     fn uncoupled_points_have_none() {
         let loaded = scene(&[("contact.tread", "\"uncoupled\"")]);
-        assert!(PowerRecorder::new(&Plan::of(&loaded), TimeRule::Bdf2, 4).is_none());
+        assert!(PowerRecorder::new(&Plan::of(&loaded).unwrap(), TimeRule::Bdf2, 4).is_none());
     }
 }

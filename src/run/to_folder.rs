@@ -10,7 +10,7 @@ use rayon::Scope;
 
 use crate::counters::process::{cpu_time, resident_memory};
 use crate::counters::{MachinePeak, Meter, Stage, Watch};
-use crate::plan::{Forecast, Plan, unit_record};
+use crate::plan::{Forecast, LENGTHS_DRAWN, Plan, unit_record};
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
@@ -28,8 +28,6 @@ use crate::scene::LoadedScene;
 
 /// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
 pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
-/// Part of the run that the force map shows, in contact lengths rolled.
-pub(crate) const LENGTHS_DRAWN: f64 = 6.0;
 /// Steps between two looks at the interrupt flag and the progress bar.
 const LOOK_EVERY: u64 = 16;
 
@@ -81,7 +79,8 @@ pub fn run_watched(
 ) -> Result<RunReport, RunError> {
     let begin = Begin::now(watch);
     loaded.check_time_domain()?;
-    let plan = Plan::of(loaded);
+    let plan = Plan::of(loaded)?.with_kept_model();
+    let loaded = &loaded.clone().settled(plan.scene.clone());
     plan.check(loaded)?;
     // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when
     // there is something to put in.
@@ -128,7 +127,7 @@ pub fn resume_watched(
     let checkpoint = Checkpoint::read(folder.working())?;
     let loaded = checkpoint.loaded.clone();
     loaded.check_time_domain()?;
-    let plan = Plan::of(&loaded);
+    let plan = Plan::of(&loaded)?.with_kept_model();
     plan.check(&loaded)?;
     let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, planned: expected(&plan, threads) };
     let kept = folder.working().to_owned();

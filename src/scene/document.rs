@@ -65,6 +65,11 @@ impl Document {
         }
     }
 
+    /// Whether a key is in the file.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.places.contains_key(key)
+    }
+
     /// A problem with a key, placed at the key or its value; a key that is not in the file is placed at the nearest
     /// table around it that is.
     pub(super) fn diagnose(&self, key: &str, problem: Problem) -> Diagnostic {

@@ -46,14 +46,6 @@ pub enum SceneError {
         /// The mistakes; at least one.
         diagnostics: Vec<Diagnostic>,
     },
-    /// A time-domain run was asked for and the material law of these layers is not causal.
-    #[error(
-        "the law \"hysteretic\" of layer {layers:?} is not causal; a time-domain run needs \"power-law\", \"prony\" or \"elastic\""
-    )]
-    NotCausal {
-        /// The layers concerned, from 0.
-        layers: Vec<usize>,
-    },
     /// The scene cannot be written as TOML (a number beyond 63 bits, a path that is not UTF-8).
     #[error("the scene cannot be written as TOML: {source}")]
     NotToml {

@@ -10,7 +10,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use toml::de::{DeInteger, DeValue};
 
 use super::Problem;
-use super::problem::{nearest, quoted};
+use super::problem::quoted;
 use super::table::Value;
 
 /// What may stand at a key.
@@ -87,9 +87,16 @@ impl fmt::Display for Bounds {
 }
 
 /// A number as people write it: no long rows of zeros.
-pub(super) fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
     if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+impl Bounds {
+    fn inside_or_complain(&self, number: f64, value: &Value<'_>) -> Option<f64> {
+        let fits = number.is_finite() && self.contains(number);
+        if fits { Some(number) } else { value.complain(Problem::out_of_range(number, &self.to_string())) }
+    }
 }
 
 impl Kind for Bounds {
@@ -107,17 +114,8 @@ impl Kind for Bounds {
         };
         match number {
             // 1e999 parses to infinity without a word about it.
-            Some(number) if number.is_infinite() && !text.contains("inf") => {
-                value.complain(Problem::TooLarge { text, wanted: self.wanted() })
-            }
-            Some(number) if !number.is_finite() => {
-                value.complain(Problem::NotFinite { value: number, wanted: self.wanted() })
-            }
-            Some(number) if !self.contains(number) => {
-                value.complain(Problem::OutOfRange { value: number, bounds: *self })
-            }
-            Some(number) => Some(number),
-            None => value.complain(Problem::TooLarge { text, wanted: self.wanted() }),
+            Some(number) if !number.is_infinite() || text.contains("inf") => self.inside_or_complain(number, value),
+            _ => value.complain(Problem::too_large(&text, &self.wanted())),
         }
     }
 }
@@ -140,12 +138,12 @@ impl Kind for Whole {
     fn read(&self, value: &Value<'_>) -> Option<u64> {
         let DeValue::Integer(integer) = value.get() else { return value.wrong_type(self) };
         let Some(signed) = whole(integer) else {
-            return value.complain(Problem::TooLarge { text: integer.to_string(), wanted: self.wanted() });
+            return value.complain(Problem::too_large(&integer.to_string(), &self.wanted()));
         };
         if signed < i128::from(self.0) {
-            return value.complain(Problem::TooSmall { value: signed, least: self.0 });
+            return value.complain(Problem::too_small(signed, self.0));
         }
-        let too_large = || Problem::TooLarge { text: integer.to_string(), wanted: self.wanted() };
+        let too_large = || Problem::too_large(&integer.to_string(), &self.wanted());
         u64::try_from(signed).ok().or_else(|| value.complain(too_large()))
     }
 }
@@ -163,7 +161,7 @@ impl Kind for Count {
 
     fn read(&self, value: &Value<'_>) -> Option<usize> {
         let number = Whole(self.0).read(value)?;
-        let too_large = || Problem::TooLarge { text: number.to_string(), wanted: self.wanted() };
+        let too_large = || Problem::too_large(&number.to_string(), &self.wanted());
         usize::try_from(number).ok().or_else(|| value.complain(too_large()))
     }
 }
@@ -185,13 +183,9 @@ impl Kind for Decibels {
             return value.wrong_type(self);
         };
         if !number.is_finite() {
-            return value.complain(Problem::NotFinite { value: number, wanted: self.wanted() });
+            return value.complain(Problem::out_of_range(number, &self.wanted()));
         }
-        if self.0.contains(number) {
-            Some(number)
-        } else {
-            value.complain(Problem::OutOfRange { value: number, bounds: self.0 })
-        }
+        self.0.inside_or_complain(number, value)
     }
 }
 
@@ -240,7 +234,7 @@ impl Kind for File {
 
     fn read(&self, value: &Value<'_>) -> Option<PathBuf> {
         match value.get().as_str() {
-            Some("") => value.complain(Problem::Empty { wanted: self.wanted() }),
+            Some("") => value.complain(Problem::empty(&self.wanted())),
             Some(path) => Some(PathBuf::from(path)),
             None => value.wrong_type(self),
         }
@@ -261,8 +255,8 @@ impl Kind for Column {
     fn read(&self, value: &Value<'_>) -> Option<String> {
         match value.get() {
             DeValue::Integer(_) => Whole(1).read(value).map(|number| number.to_string()),
-            DeValue::String(name) if name.is_empty() => value.complain(Problem::Empty { wanted: self.wanted() }),
-            DeValue::String(name) if name == "0" => value.complain(Problem::TooSmall { value: 0, least: 1 }),
+            DeValue::String(name) if name.is_empty() => value.complain(Problem::empty(&self.wanted())),
+            DeValue::String(name) if name == "0" => value.complain(Problem::too_small(0, 1)),
             DeValue::String(name) => Some(name.to_string()),
             _ => value.wrong_type(self),
         }
@@ -283,7 +277,7 @@ impl<K: Kind> Kind for Numbers<K> {
     fn read(&self, value: &Value<'_>) -> Option<Vec<K::Output>> {
         let Some(items) = value.items() else { return value.wrong_type(self) };
         if items.is_empty() {
-            return value.complain(Problem::Empty { wanted: self.wanted() });
+            return value.complain(Problem::empty(&self.wanted()));
         }
         // All items are read before the first failure counts, so that every bad one is reported.
         let numbers: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
@@ -305,7 +299,7 @@ impl Kind for Pair {
     fn read(&self, value: &Value<'_>) -> Option<[f64; 2]> {
         let Some(items) = value.items() else { return value.wrong_type(self) };
         let [first, second] = items.as_slice() else {
-            return value.complain(Problem::WrongCount { found: items.len(), wanted: 2 });
+            return value.complain(Problem::new(format!("this has {} values", items.len()), "write 2 values"));
         };
         let (first, second) = (self.0.read(first), self.0.read(second));
         Some([first?, second?])
@@ -338,13 +332,8 @@ impl<T: DeserializeOwned> Kind for OneOf<T> {
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
         let Some(word) = value.get().as_str() else { return value.wrong_type(self) };
-        Self::parse(word).map_or_else(
-            |UnknownVariant(accepted)| {
-                let given = word.to_owned();
-                value.complain(Problem::NotAChoice { nearest: nearest(word, accepted), given, accepted })
-            },
-            Some,
-        )
+        Self::parse(word)
+            .map_or_else(|UnknownVariant(accepted)| value.complain(Problem::not_a_choice(word, accepted)), Some)
     }
 }
 

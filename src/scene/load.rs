@@ -5,6 +5,8 @@
 //! 3. The place of every key is noted, for this and for later complaints.
 //! 4. The tree is read key by key; all mistakes are collected.
 //! 5. File paths are made absolute, from the scene's folder.
+//!
+//! What the scene leaves open keeps its default here: the plan decides about it, and asks [`LoadedScene::gives`].
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,11 +17,19 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::table::Table;
-use super::{Choice, Diagnostic, Problem, Scene, SceneError, read};
+use super::{Diagnostic, Law, Problem, Scene, SceneError, read};
 use crate::numeric::digest::sha256;
 
 /// Syntax errors looked at; more of them help nobody.
 const MOST_SYNTAX_ERRORS: usize = 16;
+
+const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
+const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
+const NOT_TOML: &str = "write it as TOML: `key = value`, texts in quotes";
+const NOT_CAUSAL: [&str; 2] = [
+    "the law \"hysteretic\" is not causal: the tread would move before it is touched",
+    "use \"power-law\", \"prony\" or \"elastic\" here; \"hysteretic\" serves frequency-domain results only",
+];
 
 /// A checked scene and where it comes from.
 #[derive(Clone, Debug)]
@@ -30,15 +40,10 @@ pub struct LoadedScene {
     pub path: PathBuf,
     /// Folder that the paths in the scene are relative to; empty for a scene that was not read from a file.
     pub folder: PathBuf,
-    /// [`settings_hash`] of the effective settings: the same for two scenes that differ in formatting, comments,
-    /// folder, omitted defaults, or in whether the tyre has its own file.
-    pub hash: String,
-    /// SHA-256 of the text, followed by the tyre file's if there is one, as hexadecimal digits.
-    pub text_hash: String,
-    /// The scene with its paths as written: what is hashed and reported.
-    written: Scene,
-    /// Settings that the scene left open and what was made of them.
-    choices: Vec<Choice>,
+    /// The road's file as written.
+    road_file: Option<PathBuf>,
+    /// Whether all settings are decided, as if they were all given.
+    settled: bool,
     document: Arc<Document>,
 }
 
@@ -78,15 +83,6 @@ impl Scene {
     pub fn to_json(&self) -> Result<serde_json::Value, SceneError> {
         serde_json::to_value(self).map_err(|source| SceneError::NotJson { source })
     }
-
-    /// Checks that a time-domain run is possible: all laws are causal.
-    ///
-    /// # Errors
-    /// [`SceneError::NotCausal`] with the layers whose law is `hysteretic`.
-    pub fn check_time_domain(&self) -> Result<(), SceneError> {
-        let layers: Vec<_> = self.tyre.acausal_layers().collect();
-        if layers.is_empty() { Ok(()) } else { Err(SceneError::NotCausal { layers }) }
-    }
 }
 
 impl LoadedScene {
@@ -108,17 +104,46 @@ impl LoadedScene {
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
-    /// Settings that the scene left open and that follow from its `fmax` and `accuracy`, each with its reason.
-    pub fn choices(&self) -> &[Choice] {
-        &self.choices
+    /// Whether a key is given, such as `numerics.elements`; all are in a scene with every setting decided.
+    pub fn gives(&self, key: &str) -> bool {
+        self.settled || self.document.has(key)
     }
 
-    /// The settings as written, as [`Scene::to_toml`].
+    /// As it was loaded, with settings that are all decided.
+    #[must_use]
+    pub fn settled(self, scene: Scene) -> Self {
+        Self { scene, settled: true, ..self }
+    }
+
+    /// The scene as a TOML table: its tables and their keys that are given, no others.
+    ///
+    /// # Errors
+    /// As [`Scene::to_toml`].
+    pub fn given(&self) -> Result<toml::Table, SceneError> {
+        let mut scene = toml::Table::try_from(&self.scene).map_err(|source| SceneError::NotToml { source })?;
+        scene.retain(|name, _| self.gives(name));
+        for (name, value) in &mut scene {
+            if let toml::Value::Table(table) = value {
+                table.retain(|key, _| self.gives(&format!("{name}.{key}")));
+            }
+        }
+        Ok(scene)
+    }
+
+    /// The settings with paths as written, as [`Scene::to_toml`].
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
     pub fn written_toml(&self) -> Result<String, SceneError> {
-        self.written.to_toml()
+        self.as_written().to_toml()
+    }
+
+    fn as_written(&self) -> Scene {
+        let mut scene = self.scene.clone();
+        if let (Some(file), Some(written)) = (scene.road.file_mut(), &self.road_file) {
+            file.clone_from(written);
+        }
+        scene
     }
 
     /// The scene's name: its file's name without the ending.
@@ -131,34 +156,44 @@ impl LoadedScene {
         if self.scene.title.is_empty() { self.name() } else { self.scene.title.clone() }
     }
 
-    /// The effective settings with paths as written, as [`Scene::to_json`].
+    /// The settings with paths as written, as [`Scene::to_json`].
     ///
     /// # Errors
     /// As [`Scene::to_json`].
     pub fn settings(&self) -> Result<serde_json::Value, SceneError> {
-        self.written.to_json()
+        self.as_written().to_json()
+    }
+
+    /// [`settings_hash`] of the settings: the same for two scenes that differ in formatting, comments, folder, omitted
+    /// defaults, or in whether the tyre has its own file.
+    ///
+    /// # Errors
+    /// As [`Scene::to_json`].
+    pub fn hash(&self) -> Result<String, SceneError> {
+        Ok(settings_hash(&self.settings()?))
     }
 
     /// What a later stage has to complain about a key, such as `road.file` or `tyre.layers[1].thickness` (items from
     /// 0), with its place in the file. A key that was left out is placed at the table around it.
     pub fn complain(&self, key: &str, wrong: impl Into<String>, right: impl Into<String>) -> Diagnostic {
-        self.document.diagnose(key, Problem::Complaint { wrong: wrong.into(), right: right.into() })
+        self.document.diagnose(key, Problem::new(wrong, right))
     }
 
-    /// As [`Scene::check_time_domain`], each complaint with its place in the file.
+    /// Checks that a time-domain run is possible: all laws are causal.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] with one complaint per layer whose law is `hysteretic`.
     pub fn check_time_domain(&self) -> Result<(), SceneError> {
-        let complain =
-            |layer| self.document.diagnose(&format!("tyre.layers[{layer}].material.law"), Problem::NotCausal);
-        let diagnostics: Vec<_> = self.scene.tyre.acausal_layers().map(complain).collect();
+        let layers = self.scene.tyre.layers.iter().enumerate();
+        let acausal = layers.filter(|(_, layer)| layer.material.law == Law::Hysteretic);
+        let [wrong, right] = NOT_CAUSAL;
+        let complain = |(layer, _)| self.complain(&format!("tyre.layers[{layer}].material.law"), wrong, right);
+        let diagnostics: Vec<_> = acausal.map(complain).collect();
         if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
     }
 
     fn new(text: String, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
         let source = Arc::new(Source { name: path.display().to_string(), text });
-        let mut texts = vec![source.text.as_str()];
         let mut root = parse(&source)?;
         let mut document = Document::new(&source, root.get_ref());
 
@@ -175,24 +210,27 @@ impl LoadedScene {
             if let Some(entry) = root.get_mut().get_mut("tyre") {
                 *entry.get_mut() = DeValue::Table(tyre.into_inner());
             }
-            texts.push(&tyre_source.text);
         }
-        let text_hash = sha256(&texts);
         let complaints = Complaints::new(&document);
         if let Some(error) = tyre_error {
-            complaints.add("tyre", Problem::TyreFile { source: Box::new(error) });
+            complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));
         }
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
-        let written = read::scene(&mut table);
+        let scene = read::scene(&mut table);
         table.finish();
         let diagnostics = complaints.finish();
-        let (written, choices) = match written {
-            Some(read) if diagnostics.is_empty() => read,
+        let mut scene = match scene {
+            Some(scene) if diagnostics.is_empty() => scene,
             _ => return Err(SceneError::Invalid { diagnostics }),
         };
-        let scene = absolute_paths(&written, &folder)?;
-        let hash = settings_hash(&written.to_json()?);
-        Ok(Self { scene, path, folder, hash, text_hash, written, choices, document: Arc::new(document) })
+        let road_file = scene.road.file().map(Path::to_owned);
+        if let Some(file) = scene.road.file_mut()
+            && !folder.as_os_str().is_empty()
+        {
+            let joined = folder.join(&*file);
+            *file = std::path::absolute(&joined).map_err(|source| SceneError::reading(&joined, source))?;
+        }
+        Ok(Self { scene, path, folder, road_file, settled: false, document: Arc::new(document) })
     }
 }
 
@@ -240,24 +278,12 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
     let (key, problem) = if error.message() == "duplicate key" {
         let line = source.text[..span.start].rsplit('\n').next().unwrap_or_default();
         let table = if line.trim_start().starts_with('[') { "" } else { document.table_at(source, span.start) };
-        (join(table, marked), Problem::Duplicate)
+        (join(table, marked), Problem::new("this is given twice", DUPLICATE))
     } else {
         let key = document.key_at(source, span.start).unwrap_or_default().to_owned();
-        (key, Problem::Syntax { message: error.message().to_owned() })
+        (key, Problem::new(error.message(), NOT_TOML))
     };
     Diagnostic { source: Arc::clone(source), key, span, problem }
-}
-
-/// The scene with the paths in it made absolute; without a folder they stay as they are.
-fn absolute_paths(scene: &Scene, folder: &Path) -> Result<Scene, SceneError> {
-    let mut scene = scene.clone();
-    if let Some(file) = scene.road.file_mut()
-        && !folder.as_os_str().is_empty()
-    {
-        let joined = folder.join(&*file);
-        *file = std::path::absolute(&joined).map_err(|source| SceneError::reading(&joined, source))?;
-    }
-    Ok(scene)
 }
 
 /// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they

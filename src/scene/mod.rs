@@ -13,11 +13,12 @@ mod problem;
 mod read;
 mod table;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use diagnostic::{Diagnostic, Source};
 pub use error::SceneError;
 pub use kind::Bounds;
+pub(crate) use kind::short;
 pub use load::{LoadedScene, settings_hash};
 pub use model::*;
 pub use problem::Problem;

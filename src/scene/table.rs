@@ -37,7 +37,7 @@ impl<'a> Value<'a> {
             DeValue::Array(_) => "an array".to_owned(),
             DeValue::Table(_) => "a table".to_owned(),
         };
-        self.complain(Problem::WrongType { found, wanted: kind.wanted() })
+        self.complain(Problem::new(format!("{found} cannot stand here"), format!("write {}", kind.wanted())))
     }
 
     /// The items of an array; `None` for anything else, without a complaint.
@@ -92,7 +92,7 @@ impl<'a> Table<'a> {
     pub(super) fn required<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<K::Output> {
         match self.take(key) {
             Some(value) => kind.read(&value),
-            None => self.complain(key, Problem::Missing { wanted: kind.wanted() }),
+            None => self.complain(key, Problem::missing(&kind.wanted())),
         }
     }
 
@@ -112,7 +112,7 @@ impl<'a> Table<'a> {
     /// Complains about each of these keys that is given: they mean nothing with `owner`.
     pub(super) fn refuse(&mut self, keys: &[&'static str], owner: &str, right: &'static str) {
         for key in keys.iter().filter(|key| self.has(key)) {
-            self.complain::<()>(key, Problem::DoesNotBelong { owner: owner.to_owned(), right });
+            self.complain::<()>(key, Problem::does_not_belong(owner, right));
         }
         self.known.extend(keys);
     }
@@ -154,8 +154,7 @@ impl<'a> Table<'a> {
         for key in self.entries.keys().map(|key| key.get_ref().as_ref()).filter(|key| !self.known.contains(key)) {
             // A key that is already given cannot be the one that was meant.
             let free: Vec<_> = self.known.iter().copied().filter(|known| !self.has(known)).collect();
-            let problem =
-                Problem::UnknownKey { table: self.title, nearest: nearest(key, &free), known: self.known.clone() };
+            let problem = Problem::unknown_key(self.title, nearest(key, &free), &self.known);
             self.complaints.add(&join(&self.key, key), problem);
         }
     }
@@ -202,7 +201,7 @@ impl<T> Kind for Each<T> {
     fn read(&self, value: &Value<'_>) -> Option<Vec<T>> {
         let Some(items) = value.items() else { return value.wrong_type(self) };
         if items.is_empty() {
-            return value.complain(Problem::Empty { wanted: self.wanted() });
+            return value.complain(Problem::empty(&self.wanted()));
         }
         // All items are read before the first failure counts, so that every bad one is reported.
         let tables: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();

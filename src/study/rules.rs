@@ -8,7 +8,7 @@ use crate::contact::stability::Stability;
 use crate::counters::{Counter, Stage};
 use crate::plan::Plan;
 use crate::run::error::RunError;
-use crate::run::past::{contact_field, fetch, fit_options, refused};
+use crate::run::past::{fetch, refused};
 use crate::run::progress::Unwatched;
 use crate::scene::{History, LoadedScene, Rolling, Scene, TimeRule};
 use crate::study::trial::{Common, Trials};
@@ -27,12 +27,10 @@ pub struct RuleReport {
 /// # Errors
 /// A fit that was refused, or stopped by `stop`.
 pub fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport>, RunError> {
-    let scene = &loaded.scene;
-    let plan = Plan::new(scene);
-    let field = contact_field(plan.decisions.tread);
-    let model = fetch(&plan.decisions.tyre, &fit_options(scene, field), stop)
-        .map_err(|error| refused(loaded, error, "another tolerance"))?;
-    let time_step = plan.time_step;
+    let plan = Plan::new(&loaded.scene);
+    let model =
+        fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, "another tolerance"))?;
+    let (field, time_step) = (plan.field, plan.time_step);
     TimeRule::ALL
         .into_iter()
         .map(|rule| {

@@ -103,7 +103,7 @@ impl<'a> Trials<'a> {
     /// Of the plan and of the run; [`RunError::Interrupted`].
     pub fn roll(&mut self, scene: &Scene) -> Result<Trial, RunError> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
-        let plan = Plan::of(&loaded);
+        let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
         let mut run = Run::begin_watched(&loaded, &plan, self.stop, Watch::EVERY)?;
         let begin = Instant::now();

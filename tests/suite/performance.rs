@@ -82,7 +82,7 @@ fn the_workloads_must_find_what_the_other_history_finds() {
             History::Direct => (History::Modal, 0.7, 1e-6),
         };
         let begin = std::time::Instant::now();
-        let plan = Plan::of(&loaded);
+        let plan = Plan::of(&loaded).unwrap();
         let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         while run.step().unwrap().is_some() {}
         let results = run.finish();

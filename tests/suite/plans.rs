@@ -38,7 +38,7 @@ fn scenes() -> Vec<(&'static str, LoadedScene)> {
 #[test]
 fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
     for (name, loaded) in scenes() {
-        let plan = Plan::of(&loaded);
+        let plan = Plan::of(&loaded).unwrap();
         let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         while run.step().unwrap().is_some() {}
         let meter = run.finish().meter;
@@ -54,7 +54,7 @@ fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
         // In whole chunks, which are longer than such a run.
         assert!(expected(Counter::Slices).unwrap() <= meter.counted(Counter::Slices) as f64, "{name}");
         // A model that the cache holds is known to the last pole.
-        let warm = Plan::of(&loaded);
+        let warm = Plan::of(&loaded).unwrap().with_kept_model();
         if let Some((_, poles)) = warm.amounts.counters.iter().find(|entry| entry.0 == Counter::Poles) {
             assert_eq!(*poles as u64, meter.counted(Counter::Poles), "{name}");
         }
@@ -92,7 +92,7 @@ fn what_road_and_model_cannot_honour_is_said_once() {
     let numerics = format!("{MODAL}\nfmax = 1000\naccuracy = \"7 dB\"");
     let text = without(&scene_text(64, road, ROLLING, &numerics, ""), &["numerics.elements"]);
     let loaded = scene(&text);
-    let run = Run::begin(&loaded, &Plan::of(&loaded), &AtomicBool::new(false)).unwrap();
+    let run = Run::begin(&loaded, &Plan::of(&loaded).unwrap(), &AtomicBool::new(false)).unwrap();
     let warnings = run.finish().warnings;
     for said in
         ["numerics.fmax = 1000 Hz is not reached", "flat plate's absolute levels are indicative", "numerics.elements ="]

@@ -13,13 +13,14 @@ use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::counters::{Counter, Meter, Stage};
 use tyrewave::plan::Plan;
+use tyrewave::plan::fit_options;
 use tyrewave::response::vibration::{
     SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField,
     field_spectra, point_spectrum,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::run::past::{fetch, fit_options};
+use tyrewave::run::past::fetch;
 use tyrewave::run::prepare::prepare;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};

@@ -46,6 +46,8 @@ mod tests;
 pub mod transfer;
 pub mod velocity_table;
 
+use crate::scene::Vibration;
+
 pub use accumulator::{PatchSpectra, VibrationAccumulator};
 pub use contact_power::ContactPower;
 pub use dispersion::{DispersionBranch, dispersion_branches};
@@ -56,3 +58,14 @@ pub use spectra::{
 };
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub use velocity_table::VelocityTable;
+
+/// Bytes of the sums over the forces with the points and elements of so many fields.
+pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration) -> f64 {
+    let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
+    match vibration.elements.len() {
+        // A table is there while points are added.
+        0 if vibration.points.is_empty() => sums,
+        0 => sums + VelocityTable::bytes(layout),
+        elements => sums + ElementVelocities::bytes(layout, fields, elements),
+    }
+}

@@ -12,7 +12,7 @@ use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::plan::{Plan, bytes};
 use crate::response::vibration::{
     ContactPower, ElementVelocities, SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator,
-    VibrationField,
+    VibrationField, point_bytes,
 };
 use crate::run::error::RunError;
 use crate::run::past::planned_model;
@@ -51,7 +51,7 @@ impl VibrationRecorder {
         meter: &mut Meter,
     ) -> Result<Option<Self>, RunError> {
         let Some(vibration) = plan.decisions.vibration.clone() else { return Ok(None) };
-        let scene = &loaded.scene;
+        let scene = &plan.scene;
         let geometry = prepared.march.geometry();
         let (elements, substeps) = (scene.numerics.elements, scene.numerics.substeps);
         let steps = plan.steps - plan.warm_up_steps;
@@ -209,17 +209,6 @@ impl VibrationRecorder {
     }
 }
 
-/// Bytes of the sums over the forces with the points and elements of so many fields.
-pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration) -> f64 {
-    let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
-    match vibration.elements.len() {
-        // A table is there while points are added.
-        0 if vibration.points.is_empty() => sums,
-        0 => sums + VelocityTable::bytes(layout),
-        elements => sums + ElementVelocities::bytes(layout, fields, elements),
-    }
-}
-
 /// Refuses segments that need more memory than the scene allows.
 fn check_memory(
     loaded: &LoadedScene,
@@ -233,7 +222,7 @@ fn check_memory(
     // The powers are there a second time when they are looked at. What is there before is in the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
     let needed = point_bytes(layout, fields, vibration) + at_the_end;
-    let limit = loaded.scene.numerics.memory_limit;
+    let limit = plan.scene.numerics.memory_limit;
     if at_the_end + plan.amounts.memory_on(1) <= 1e9 * limit {
         return Ok(());
     }

@@ -29,18 +29,12 @@ pub struct Effects {
     /// Tangential vibration of the tread surface. `auto`: where an output asks for it.
     pub tangential_motion: Switch,
     /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for it.
-    /// `auto`: on where it adds more than [`Effects::CENTRIFUGAL_SHARE`] to the tension.
+    /// `auto`: on where it adds more than a tenth to the tension.
     pub centrifugal_tension: Switch,
     /// Sound radiation; not there yet: `on` is refused.
     pub radiation: Switch,
     /// Tangential friction; not there yet: `on` is refused.
     pub friction: Switch,
-}
-
-impl Effects {
-    /// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes
-    /// by 5 %.
-    pub const CENTRIFUGAL_SHARE: f64 = 0.1;
 }
 
 impl Default for Effects {

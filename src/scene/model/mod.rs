@@ -5,10 +5,8 @@
 
 mod contact;
 mod effects;
-mod front;
 mod material;
 mod numerics;
-mod resolution;
 mod road;
 mod rolling;
 mod tyre;
@@ -20,10 +18,8 @@ pub use crate::time_rule::TimeRule;
 
 pub use contact::*;
 pub use effects::*;
-pub use front::*;
 pub use material::*;
 pub use numerics::*;
-pub use resolution::*;
 pub use road::*;
 pub use rolling::*;
 pub use tyre::*;
@@ -48,12 +44,4 @@ pub struct Scene {
     pub numerics: Numerics,
     /// What is written.
     pub outputs: Outputs,
-}
-
-impl Scene {
-    /// Size of cells for levels up to `highest` \[Hz\], in m: [`Road::cell`], and [`Road::CELLS_IN_A_WAVE`] of them at
-    /// least in the texture wave that excites it.
-    pub fn cell_for(&self, highest: f64) -> f64 {
-        self.road.cell().min(self.rolling.speed() / highest / Road::CELLS_IN_A_WAVE)
-    }
 }

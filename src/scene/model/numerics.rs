@@ -2,20 +2,19 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{Preset, TimeRule, Vibration};
+use super::{TimeRule, Vibration};
 
 /// Resolution and tolerances.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Numerics {
-    /// Highest frequency wanted \[Hz\]: elements and substeps follow from it where they are not given, see
-    /// [`super::Resolution`].
+    /// Highest frequency wanted \[Hz\]: the plan chooses elements and substeps by it where they are not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmax: Option<f64>,
-    /// The row of the table of accuracy against time that what is not given is taken from, see [`super::FrontRow`].
+    /// The row of the plan's table of accuracy against time that what is not given is taken from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<Preset>,
     /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that keeps
-    /// it, see [`super::FrontRow`].
+    /// it.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "decibels")]
     pub accuracy: Option<f64>,
     /// Elements N round the tyre; even.
@@ -50,6 +49,9 @@ pub struct Numerics {
 }
 
 impl Numerics {
+    /// Fewer elements do not even resolve the patch of a car tyre by two.
+    pub const FEWEST_ELEMENTS: usize = 16;
+
     /// Leaves out what other settings were chosen by: they stay as they are.
     pub fn forget_wishes(&mut self) {
         (self.fmax, self.preset, self.accuracy) = (None, None, None);
@@ -88,6 +90,32 @@ fn decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Result<S::O
     match accuracy {
         Some(accuracy) => serializer.serialize_str(&format!("{accuracy} dB")),
         None => serializer.serialize_none(),
+    }
+}
+
+/// A named row of the table of accuracy against time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Preset {
+    /// For trying out: fast, levels within a few decibels.
+    Draft,
+    /// For results.
+    Standard,
+    /// To compare others with.
+    Reference,
+}
+
+impl Preset {
+    /// All presets, cheapest first.
+    pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
+
+    /// The preset's name in a scene.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Standard => "standard",
+            Self::Reference => "reference",
+        }
     }
 }
 

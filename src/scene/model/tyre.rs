@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Law, Material};
+use super::Material;
 
 /// The unwrapped tyre: a layered plate, periodic along its circumference, simply supported at both sides.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -63,47 +63,5 @@ impl Tyre {
     /// Whether any layer is under tension along the circumference.
     pub fn is_tense_along(&self) -> bool {
         self.layers.iter().any(|layer| layer.tension[0] > 0.0)
-    }
-
-    /// Mass per area of all layers m'' \[kg/m^2\].
-    pub fn mass_per_area(&self) -> f64 {
-        self.layers.iter().map(|layer| layer.material.density * layer.thickness).sum()
-    }
-
-    /// Tension along the circumference that the tyre's own mass adds at a speed \[m/s\]: m'' V^2 \[N/m\], the hoop
-    /// tension of a thin ring.
-    pub fn centrifugal_tension(&self, speed: f64) -> f64 {
-        self.mass_per_area() * speed * speed
-    }
-
-    /// Tension along the circumference of all layers \[N/m\].
-    pub fn tension_along(&self) -> f64 {
-        self.layers.iter().map(|layer| layer.tension[0]).sum()
-    }
-
-    /// The tyre as it rolls at a speed \[m/s\]: its [centrifugal tension](Self::centrifugal_tension) is carried by the
-    /// layers under tension, each in proportion to its own; where there is none, by the layer of the largest stiffness
-    /// E h, which holds the others.
-    #[must_use]
-    pub fn spinning(&self, speed: f64) -> Self {
-        let (added, carried) = (self.centrifugal_tension(speed), self.tension_along());
-        let mut tyre = self.clone();
-        if carried > 0.0 {
-            for layer in &mut tyre.layers {
-                layer.tension[0] *= 1.0 + added / carried;
-            }
-        } else {
-            let stiffness = |layer: &Layer| layer.material.modulus * layer.thickness;
-            if let Some(belt) = tyre.layers.iter_mut().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b))) {
-                belt.tension[0] += added;
-            }
-        }
-        tyre
-    }
-
-    /// Layers whose law has no causal time-domain form, from 0.
-    pub fn acausal_layers(&self) -> impl Iterator<Item = usize> {
-        let acausal = |(number, layer): (usize, &Layer)| (layer.material.law == Law::Hysteretic).then_some(number);
-        self.layers.iter().enumerate().filter_map(acausal)
     }
 }

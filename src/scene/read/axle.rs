@@ -4,7 +4,8 @@ use super::super::kind::{Bounds, Kind};
 use super::super::table::{Nested, Table};
 use super::super::{Axle, Problem};
 
-const WANTED: &str = "{ load = ... } in N, or { indentation = ..., ramp = ... } in m and s; with a load, mass = ... in kg lets the axle move";
+const WANTED: &str = "{ load = ... } in N, or { indentation = ..., ramp = ... } in m and s; with a load, mass = ... \
+in kg lets the axle move";
 /// What only a moving axle has beside its mass.
 const OF_A_MASS: [&str; 2] = ["stiffness", "damping"];
 
@@ -14,7 +15,7 @@ fn axle(table: &mut Table<'_>) -> Option<Axle> {
     match (table.has("load"), table.has("indentation")) {
         (true, true) => {
             table.be_lenient();
-            table.complain("indentation", Problem::Conflict { other: "load" })
+            table.complain("indentation", Problem::conflict("load"))
         }
         (true, false) => {
             table.refuse(&["ramp"], "a load", "remove it: the load acts from the start; or give an indentation");
@@ -44,10 +45,10 @@ fn axle(table: &mut Table<'_>) -> Option<Axle> {
                 table.take(key);
             }
             if table.has("mass") {
-                return table.complain("load", Problem::Missing { wanted: Bounds::positive("N").wanted() });
+                return table.complain("load", Problem::missing(&Bounds::positive("N").wanted()));
             }
             // A misspelt key explains why neither is there; it is enough to name that.
-            if table.has_unknown() { None } else { table.complain_here(Problem::Empty { wanted: WANTED.to_owned() }) }
+            if table.has_unknown() { None } else { table.complain_here(Problem::empty(WANTED)) }
         }
     }
 }

@@ -40,9 +40,8 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     };
     let (tread, slice_coupling) = (tread?, slice_coupling?);
     if tread == Tread::Uncoupled && slice_coupling == SliceCoupling::Implicit {
-        let owner = "tread = \"uncoupled\"".to_owned();
         let right = "remove it: no point feels the others within a step, both couplings are the same";
-        return table.complain("slice_coupling", Problem::DoesNotBelong { owner, right });
+        return table.complain("slice_coupling", Problem::does_not_belong("tread = \"uncoupled\"", right));
     }
     Some(Contact {
         tread,

@@ -21,8 +21,8 @@ fn effects(table: &mut Table<'_>) -> Option<Effects> {
     {
         if given == Some(Switch::On) {
             let wrong = format!("{what} is not there yet: this version computes contact forces and vibration");
-            let right = "\"off\", or \"auto\", which takes it in once it is there".to_owned();
-            table.complain::<()>(key, Problem::Complaint { wrong, right });
+            let right = "\"off\", or \"auto\", which takes it in once it is there";
+            table.complain::<()>(key, Problem::new(wrong, right));
         }
     }
     Some(Effects {
@@ -70,15 +70,13 @@ fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
             ),
             _ => continue,
         };
-        sound = table.complain(&key, Problem::Complaint { wrong, right });
+        sound = table.complain(&key, Problem::new(wrong, right));
     }
     sound
 }
 
 fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
-    let complain = |key: &str, wrong: &str, right: &str| {
-        table.complain(key, Problem::Complaint { wrong: wrong.to_owned(), right: right.to_owned() })
-    };
+    let complain = |key: &str, wrong: &str, right: &str| table.complain(key, Problem::new(wrong, right));
     match scene.effects.texture {
         Switch::On => {
             let right = "\"off\", \"auto\", or a road with texture across";
@@ -107,8 +105,8 @@ fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
 fn centrifugal_tension(scene: &Scene, table: &Table<'_>) -> Option<()> {
     if scene.effects.centrifugal_tension == Switch::Auto && !scene.tyre.is_tense_along() {
         let wrong = "no layer carries tension along the circumference: there is nothing to compare m'' V^2 with";
-        let right = "\"on\" or \"off\", or a layer with tension".to_owned();
-        return table.complain("effects.centrifugal_tension", Problem::Complaint { wrong: wrong.to_owned(), right });
+        let right = "\"on\" or \"off\", or a layer with tension";
+        return table.complain("effects.centrifugal_tension", Problem::new(wrong, right));
     }
     Some(())
 }

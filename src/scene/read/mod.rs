@@ -13,40 +13,37 @@ mod vibration;
 
 use super::kind::Text;
 use super::table::Table;
-use super::{Axle, Choice, Contact, Effects, Outputs, Problem, Road, Scene};
+use super::{Axle, Contact, Effects, Numerics, Outputs, Problem, Road, Scene};
 
-/// Reads a whole scene, and what was chosen in it; `None` after a complaint.
-pub(super) fn scene(table: &mut Table<'_>) -> Option<(Scene, Vec<Choice>)> {
+/// Reads a whole scene; `None` after a complaint.
+pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let title = table.or("title", &Text, String::new());
     let tyre = table.required("tyre", &tyre::TyreKind);
     let road = table.or("road", &road::ROAD, Road::default());
     let rolling = table.required("rolling", &rolling::ROLLING);
     let contact = table.or("contact", &contact::CONTACT, Contact::default());
     let effects = table.or("effects", &effects::EFFECTS, Effects::default());
-    let numerics = table.or("numerics", &numerics::NUMERICS, numerics::Given::default());
+    let numerics = table.or("numerics", &numerics::NUMERICS, Numerics::default());
     let outputs = table.or("outputs", &numerics::OUTPUTS, Outputs::default());
 
-    let given = numerics?;
-    let mut scene = Scene {
+    let scene = Scene {
         title: title?,
         tyre: tyre?,
         road: road?,
         rolling: rolling?,
         contact: contact?,
         effects: effects?,
-        numerics: given.numerics().clone(),
+        numerics: numerics?,
         outputs: outputs?,
     };
-    let choices = given.resolve(&mut scene, table)?;
     effects::check(&scene, table)?;
     vibration::check(&scene, table)?;
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
     let radius = scene.tyre.radius();
     match scene.rolling.axle {
-        Axle::Indentation { indentation, .. } if indentation > radius => table.complain(
-            "rolling.axle.indentation",
-            Problem::Exceeds { value: indentation, limit: radius, limit_name: "the tyre's radius", unit: "m" },
-        ),
-        _ => Some((scene, choices)),
+        Axle::Indentation { indentation, .. } if indentation > radius => {
+            table.complain("rolling.axle.indentation", Problem::exceeds(indentation, radius, "the tyre's radius"))
+        }
+        _ => Some(scene),
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole};
+use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole, short};
 use super::super::table::{Nested, Table};
 use super::super::{
     AtEnd, GridRoad, Lateral, LengthUnit, MadeRoad, OpenCrgRoad, PowerLawTexture, Problem, ProfileRoad, Road,
@@ -78,7 +78,7 @@ fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
 
     if table.has("power_law") && (table.has("levels") || table.has("wavelengths")) {
         let other = if table.has("levels") { "levels" } else { "wavelengths" };
-        return table.complain("power_law", Problem::Conflict { other });
+        return table.complain("power_law", Problem::conflict(other));
     }
     let road = MadeRoad {
         seed: seed?,
@@ -91,16 +91,15 @@ fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
     };
     match (&road.wavelengths, &road.levels) {
         (Some(_), None) => {
-            let wanted = "one third-octave level for each of the wavelengths".to_owned();
-            return table.complain("levels", Problem::Missing { wanted });
+            return table.complain("levels", Problem::missing("one third-octave level for each of the wavelengths"));
         }
         (None, Some(_)) => {
-            let wanted = "the third-octave mid-wavelength of each of the levels".to_owned();
-            return table.complain("wavelengths", Problem::Missing { wanted });
+            let wanted = "the third-octave mid-wavelength of each of the levels";
+            return table.complain("wavelengths", Problem::missing(wanted));
         }
         (Some(wavelengths), Some(levels)) if wavelengths.len() != levels.len() => {
-            let (length, other_length) = (levels.len(), wavelengths.len());
-            return table.complain("levels", Problem::LengthMismatch { length, other: "wavelengths", other_length });
+            let problem = Problem::length_mismatch(levels.len(), "wavelengths", wavelengths.len());
+            return table.complain("levels", problem);
         }
         (Some(wavelengths), Some(_)) => bands(table, wavelengths, road.spacing)?,
         (None, None) => match &road.power_law {
@@ -120,8 +119,9 @@ fn bands(table: &Table<'_>, wavelengths: &[f64], spacing: f64) -> Option<()> {
     for (number, pair) in wavelengths.windows(2).enumerate() {
         let in_order = if falling { pair[1] < pair[0] } else { pair[1] > pair[0] };
         if !in_order {
-            let problem = Problem::NotSorted { value: pair[1], previous: pair[0] };
-            return table.complain(&format!("wavelengths[{}]", number + 1), problem);
+            let wrong = format!("{} after {} breaks the order", short(pair[1]), short(pair[0]));
+            let right = "list the values from short to long or from long to short, each one once";
+            return table.complain(&format!("wavelengths[{}]", number + 1), Problem::new(wrong, right));
         }
     }
     // Every one is checked before the first failure counts.
@@ -141,7 +141,10 @@ fn resolved(table: &Table<'_>, key: &str, wavelength: f64, least: f64, spacing: 
     if wavelength >= least * (1.0 - 1e-12) {
         return Some(());
     }
-    table.complain(key, Problem::BelowResolution { wavelength, spacing, coarsest: spacing * wavelength / least })
+    let wrong = format!("a wavelength of {} m needs a finer lattice than {} m", short(wavelength), short(spacing));
+    let coarsest = short(spacing * wavelength / least);
+    let right = format!("leave shorter wavelengths out, or set road.spacing to at most {coarsest} m");
+    table.complain(key, Problem::new(wrong, right))
 }
 
 fn power_law(table: &mut Table<'_>) -> Option<PowerLawTexture> {
@@ -152,8 +155,7 @@ fn power_law(table: &mut Table<'_>) -> Option<PowerLawTexture> {
     if let (Some(value), Some(limit)) = (shortest, longest)
         && value >= limit
     {
-        let limit_name = "the longest wavelength";
-        return table.complain("shortest", Problem::NotBelow { value, limit, limit_name, unit: "m" });
+        return table.complain("shortest", Problem::not_below(value, limit, "the longest wavelength"));
     }
     Some(PowerLawTexture { rms: rms?, exponent: exponent?, longest: longest?, shortest: shortest? })
 }
@@ -171,8 +173,7 @@ fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
     if let Some(Some([begin, end])) = range
         && begin >= end
     {
-        let (value, limit_name) = (begin, "the end of the range");
-        return table.complain("range", Problem::NotBelow { value, limit: end, limit_name, unit: "m" });
+        return table.complain("range", Problem::not_below(begin, end, "the end of the range"));
     }
     Some(ProfileRoad {
         file: file?,

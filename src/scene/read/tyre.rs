@@ -63,8 +63,7 @@ fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
     if let (Some(value), Some(limit)) = (contact_width, width)
         && value > limit
     {
-        let limit_name = "the tyre's width";
-        return table.complain("contact_width", Problem::Exceeds { value, limit, limit_name, unit: "m" });
+        return table.complain("contact_width", Problem::exceeds(value, limit, "the tyre's width"));
     }
     Some(Tyre {
         circumference: circumference?,
@@ -161,8 +160,7 @@ fn prony(table: &mut Table<'_>, material: &mut Material) -> Option<()> {
     let times = table.required("times", &Numbers(RELAXATION_TIME));
     let (weights, times) = (weights?, times?);
     if weights.len() != times.len() {
-        let (length, other_length) = (times.len(), weights.len());
-        return table.complain("times", Problem::LengthMismatch { length, other: "weights", other_length });
+        return table.complain("times", Problem::length_mismatch(times.len(), "weights", weights.len()));
     }
     material.weights = weights;
     material.times = times;

@@ -28,18 +28,17 @@ fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
         segment: segment?,
     };
     if !(read.tread || read.belt || read.tangential) {
-        let wrong = "neither tread, belt nor tangential velocity is wanted".to_owned();
-        let right = "tread = true, belt = true or tangential = true, or leave the table out".to_owned();
-        return table.complain_here(Problem::Complaint { wrong, right });
+        let wrong = "neither tread, belt nor tangential velocity is wanted";
+        let right = "tread = true, belt = true or tangential = true, or leave the table out";
+        return table.complain_here(Problem::new(wrong, right));
     }
     if !read.points.is_empty() && !read.frames.non_rotating() {
         let right = "frames = \"both\" or \"non-rotating\", or leave the points out";
-        return table.complain("points", Problem::DoesNotBelong { owner: "frames = \"material\"".to_owned(), right });
+        return table.complain("points", Problem::does_not_belong("frames = \"material\"", right));
     }
     if !read.elements.is_empty() && !read.frames.material() {
         let right = "frames = \"both\" or \"material\", or leave the elements out";
-        let owner = "frames = \"non-rotating\"".to_owned();
-        return table.complain("elements", Problem::DoesNotBelong { owner, right });
+        return table.complain("elements", Problem::does_not_belong("frames = \"non-rotating\"", right));
     }
     Some(read)
 }
@@ -53,20 +52,13 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     for (index, position) in outside {
         let wrong = format!("{position} m is outside the tyre, which reaches {half} m to either side of the axle");
         let right = format!("write a position from -{half} to {half} m along the circumference");
-        table.complain::<()>(&format!("outputs.vibration.points[{index}]"), Problem::Complaint { wrong, right });
-        fits = false;
-    }
-    let count = scene.numerics.elements;
-    for (index, element) in vibration.elements.iter().enumerate().filter(|(_, element)| **element >= count) {
-        let wrong = format!("the tyre has no element {element}: numerics.elements = {count}");
-        let right = format!("write a whole number from 0 to {}", count.saturating_sub(1));
-        table.complain::<()>(&format!("outputs.vibration.elements[{index}]"), Problem::Complaint { wrong, right });
+        table.complain::<()>(&format!("outputs.vibration.points[{index}]"), Problem::new(wrong, right));
         fits = false;
     }
     if vibration.tangential && scene.contact.tread == Tread::Bedding {
-        let wrong = "a bedding's springs have no tangential motion".to_owned();
-        let right = "tangential = false, or contact.tread = \"elastic\"".to_owned();
-        return table.complain("outputs.vibration.tangential", Problem::Complaint { wrong, right });
+        let wrong = "a bedding's springs have no tangential motion";
+        let right = "tangential = false, or contact.tread = \"elastic\"";
+        return table.complain("outputs.vibration.tangential", Problem::new(wrong, right));
     }
     fits.then_some(())
 }

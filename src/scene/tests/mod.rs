@@ -6,11 +6,11 @@ mod mistakes;
 mod places;
 mod round_trip;
 
-use super::{Scene, SceneError};
+use super::{LoadedScene, Scene, SceneError};
 use crate::test_models::replaced;
 
 /// A complete scene; the tests of mistakes know its lines by number.
-pub(super) const BASE: &str = r#"title = "base"
+pub(crate) const BASE: &str = r#"title = "base"
 [tyre]
 circumference = 1.95
 width = 0.2
@@ -40,36 +40,41 @@ plots = true
 "#;
 
 /// The base scene with one passage replaced.
-pub(super) fn edited(from: &str, to: &str) -> String {
+pub(crate) fn edited(from: &str, to: &str) -> String {
     assert_eq!(BASE.matches(from).count(), 1, "{from:?} must occur once in the base scene");
     replaced(BASE, &[(from, to)])
 }
 
 /// A complaint in comparable form.
 #[derive(Debug)]
-pub(super) struct Complaint {
-    pub(super) line: usize,
-    pub(super) column: usize,
-    pub(super) key: String,
-    pub(super) wrong: String,
-    pub(super) right: String,
+pub(crate) struct Complaint {
+    pub(crate) line: usize,
+    pub(crate) column: usize,
+    pub(crate) key: String,
+    pub(crate) wrong: String,
+    pub(crate) right: String,
 }
 
 /// All complaints about a text, which must be an invalid scene.
-pub(super) fn complaints(text: &str) -> Vec<Complaint> {
+pub(crate) fn complaints(text: &str) -> Vec<Complaint> {
     match Scene::from_str(text, "test.toml") {
         Err(error @ SceneError::Invalid { .. }) => listed(&error),
         other => panic!("expected complaints, got {other:?} for\n{text}"),
     }
 }
 
-pub(super) fn listed(error: &SceneError) -> Vec<Complaint> {
+pub(crate) fn listed(error: &SceneError) -> Vec<Complaint> {
     let complaint = |diagnostic: &super::Diagnostic| Complaint {
         line: diagnostic.line(),
         column: diagnostic.column(),
         key: diagnostic.key().to_owned(),
         wrong: diagnostic.problem().to_string(),
-        right: diagnostic.problem().right(),
+        right: diagnostic.problem().right().to_owned(),
     };
     error.diagnostics().iter().map(complaint).collect()
+}
+
+/// The hash of a scene's settings.
+fn hash(scene: &LoadedScene) -> String {
+    scene.hash().unwrap()
 }

@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
+use crate::plan::front::cell_for;
 use crate::road::Lattice;
-use crate::scene::{History, Resolution, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
+use crate::scene::{History, Numerics, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
 use crate::study::accuracy::lab::Point;
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
@@ -50,7 +51,7 @@ const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 const FINEST_POLES: f64 = 1e-6;
 /// Sizes of a cell across and along, relative to the reference's.
 const CELLS: [f64; 4] = [8.0, 4.0, 2.0, 1.33];
-/// The reference's, relative to [`Scene::cell_for`].
+/// The reference's, relative to [`cell_for`].
 const FINEST_CELL: f64 = 0.5;
 /// Tolerances of the slices' curves \[m\].
 const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
@@ -83,7 +84,7 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
     numerics.history = History::Modal;
     (numerics.pole_tolerance, numerics.influence_tolerance) = (FINEST_POLES, FINEST_SUMS);
     (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
-    *cell_length = FINEST_CELL * scene.cell_for(highest);
+    *cell_length = FINEST_CELL * cell_for(scene, highest);
     contact.cells_across = contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
     contact.slice_tolerance = 0.0;
     settings
@@ -139,7 +140,7 @@ fn resolved(name: impl ToString, reference: &Settings, elements: usize, substeps
 /// Fewer elements at the reference's time step.
 fn elements(reference: &Settings) -> Knob {
     let parts = ELEMENT_PARTS.map(|(part, of)| reference.numerics.elements * part / of).into_iter();
-    let possible = parts.filter(|count| *count >= Resolution::FEWEST_ELEMENTS && count.is_multiple_of(2));
+    let possible = parts.filter(|count| *count >= Numerics::FEWEST_ELEMENTS && count.is_multiple_of(2));
     let step = |count: usize| {
         let substeps = (reference.steps() as f64 / count as f64).round() as usize;
         resolved(count, reference, count, substeps)

@@ -6,9 +6,9 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::counters::{Counter, Stage};
-use crate::plan::{Amounts, Decisions, Place, Unit};
+use crate::plan::{Amounts, Place, Plan, Unit};
 use crate::run::error::RunError;
-use crate::run::past::{contact_field, fetch, fit_options};
+use crate::run::past::fetch;
 use crate::scene::{History, Scene};
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::{Common, Difference, Trial, Trials};
@@ -109,10 +109,10 @@ impl<'a, 'b> Lab<'a, 'b> {
         if scene.numerics.history == History::Direct {
             return (None, None);
         }
-        let Decisions { tyre, tread, .. } = Decisions::new(scene);
+        let plan = Plan::new(scene);
         let begin = Instant::now();
         // A refusal is the run's to report, in its place in the scene.
-        let Ok(fetched) = fetch(&tyre, &fit_options(scene, contact_field(tread)), self.trials.stop()) else {
+        let Ok(fetched) = fetch(&plan.decisions.tyre, &plan.fit, self.trials.stop()) else {
             return (None, None);
         };
         (Some(fetched.model.evaluations()), (!fetched.warm).then(|| begin.elapsed().as_secs_f64()))

@@ -1,6 +1,8 @@
 //! The rows of the table behind `preset` and `accuracy` as settings of a scene.
 
-use crate::scene::{FrontRow, History, Need, Resolution, Road, Scene};
+use crate::plan::front::FrontRow;
+use crate::plan::resolution::{Need, Resolution};
+use crate::scene::{History, Road, Scene};
 use crate::study::accuracy::knobs::{Kind, Knob};
 use crate::study::accuracy::settings::Settings;
 

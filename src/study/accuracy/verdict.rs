@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use crate::scene::{FrontRow, Preset};
+use crate::plan::front::FrontRow;
+use crate::scene::Preset;
 use crate::study::accuracy::front::excess;
 use crate::study::accuracy::{Point, Study};
 

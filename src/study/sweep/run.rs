@@ -10,13 +10,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::counters::Stage;
-use crate::plan::{Decisions, Plan};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
-use crate::run::past::{contact_field, fetch, fit_options};
+use crate::run::past::fetch;
 use crate::run::{self, Progress, RunError, RunOptions};
 use crate::scene::History;
 use crate::study::sweep::variants::Variant;
@@ -91,7 +90,7 @@ pub fn sweep(
     let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
     progress.stage(Stage::Influence);
     share_models(left.iter().map(|&index| &variants[index]), stop);
-    let plans = left.iter().map(|&index| Plan::new(&variants[index].loaded.scene));
+    let plans = left.iter().map(|&index| &variants[index].plan);
     let time: f64 = plans.map(|plan| plan.steps as f64 * plan.time_step).sum();
     progress.march(0, (time / UNIT) as u64, UNIT);
     let watch = Mutex::new((progress, 0.0));
@@ -129,13 +128,12 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBool) {
     let mut fitted = Vec::new();
     for variant in variants {
-        let scene = &variant.loaded.scene;
-        let Decisions { tyre, tread, .. } = Decisions::new(scene);
-        let model = (tyre, fit_options(scene, contact_field(tread)));
-        let needed = scene.numerics.history == History::Modal && !fitted.contains(&model);
+        let plan = &variant.plan;
+        let model = (&plan.decisions.tyre, &plan.fit);
+        let needed = plan.scene.numerics.history == History::Modal && !fitted.contains(&model);
         if needed && !stop.load(Ordering::Relaxed) {
             // A refusal is the variant's own to report.
-            let _ = fetch(&model.0, &model.1, stop);
+            let _ = fetch(model.0, model.1, stop);
             fitted.push(model);
         }
     }
@@ -145,8 +143,9 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
 fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     let folder = target.join(&variant.name);
     let summary = read_summary(&folder)?;
+    let planned = variant.loaded.clone().settled(variant.plan.scene.clone());
     let same = summary["complete"] == true
-        && summary["scene_sha256"] == variant.loaded.hash.as_str()
+        && summary["scene_sha256"] == planned.hash().ok()?.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION");
     let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
     // A road file written after the results may have another content.

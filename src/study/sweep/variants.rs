@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use toml::{Table, Value};
 
+use crate::plan::Plan;
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// What is varied; an empty list leaves the scene's own value.
@@ -24,8 +25,10 @@ pub struct Axes {
 pub struct Variant {
     /// Name of its results folder.
     pub name: String,
-    /// The scene.
+    /// The scene, open where the scene of the sweep is open.
     pub loaded: LoadedScene,
+    /// Its plan.
+    pub plan: Plan,
     /// Speed \[km/h\].
     pub speed: f64,
     /// What it has in common with the variants at other speeds: road and load, as far as they are varied.
@@ -65,20 +68,7 @@ pub fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepEr
         let name = name.to_owned();
         move |source| SweepError::Scene { name, source }
     };
-    let text = base.scene.to_toml().map_err(failed("as given"))?;
-    let mut scene: Table = text.parse().map_err(|error: toml::de::Error| SweepError::Road {
-        path: base.path.clone(),
-        message: error.message().to_owned(),
-    })?;
-    // What followed from `fmax` and `preset` at the scene's own speed follows anew at each of the others.
-    for choice in base.choices().iter().filter(|choice| !["numerics.preset", "numerics.accuracy"].contains(&choice.key))
-    {
-        if let Some((table, key)) = choice.key.split_once('.')
-            && let Some(Value::Table(table)) = scene.get_mut(table)
-        {
-            table.remove(key);
-        }
-    }
+    let scene = base.given().map_err(failed("as given"))?;
     let roads: Vec<Option<(String, Table)>> = if axes.roads.is_empty() {
         vec![None]
     } else {
@@ -117,7 +107,8 @@ pub fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepEr
                 scene.insert("title".into(), Value::String(format!("{}: {label}", base.title())));
                 let loaded = Scene::from_str(&scene.to_string(), &name).map_err(failed(&name))?;
                 loaded.check_time_domain().map_err(failed(&name))?;
-                variants.push(Variant { name, loaded, speed, group });
+                let plan = Plan::of(&loaded).map_err(failed(&name))?;
+                variants.push(Variant { name, loaded, plan, speed, group });
             }
         }
     }
@@ -217,12 +208,21 @@ mod tests {
             |speed: &str| Scene::from_str(&edit(DEFAULT, &[draft, ("rolling.speed_kmh", speed)]), "draft").unwrap();
         let made = variants(&at("80.0"), &Axes { speeds: vec![50.0, 80.0, 110.0], ..Axes::default() }).unwrap();
         for (variant, speed) in made.iter().zip(["50.0", "80.0", "110.0"]) {
-            let (found, alone) = (&variant.loaded, at(speed));
+            let (found, alone) = (&variant.plan, Plan::of(&at(speed)).unwrap());
             assert_eq!(found.scene.numerics, alone.scene.numerics, "{speed}");
             assert_eq!(found.scene.contact, alone.scene.contact, "{speed}");
-            assert_eq!(found.choices(), alone.choices(), "{speed}");
+            assert_eq!(found.choices, alone.choices, "{speed}");
         }
-        assert_ne!(made[0].loaded.scene.numerics.elements, made[2].loaded.scene.numerics.elements);
+        assert_ne!(made[0].plan.scene.numerics.elements, made[2].plan.scene.numerics.elements);
+    }
+
+    #[test]
+    fn a_scene_may_leave_the_road_out() {
+        let (head, rest) = DEFAULT.split_once("[road]").unwrap();
+        let (_, tail) = rest.split_once("[rolling]").unwrap();
+        let smooth = Scene::from_str(&format!("{head}[rolling]{tail}"), "smooth").unwrap();
+        let made = variants(&smooth, &Axes { speeds: vec![50.0], ..Axes::default() }).unwrap();
+        assert_eq!(made[0].loaded.scene.road, Road::Smooth);
     }
 
     #[test]

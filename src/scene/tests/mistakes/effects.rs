@@ -1,6 +1,6 @@
-//! Mistakes in effects, and what `fmax` and `accuracy` choose.
+//! Mistakes in effects and in wishes for an accuracy.
 
-use super::super::super::{FrontRow, History, Preset, Road, Scene, Switch, TimeRule};
+use super::super::super::{Scene, Switch};
 use super::super::{BASE, edited};
 use super::{accepted, refused};
 use crate::test_models::replaced;
@@ -76,80 +76,6 @@ fn accuracy_and_presets() {
     let (at, key, both) = place("fmax = 1000\npreset = \"draft\"\naccuracy = \"7 dB\"");
     assert_eq!((at, key.as_str()), (line + 3, "numerics.accuracy"));
     assert!(both.contains("either this or `preset`"), "{both}");
-    let (at, key, fine) = place("fmax = 1000\naccuracy = \"0.06 dB\"");
-    assert_eq!((at, key.as_str()), (line + 2, "numerics.accuracy"));
-    assert!(fine.contains("finer than any row") && fine.contains(&format!("at least {} dB", FrontRow::finest_error())));
-}
-
-/// The base scene on a made road, without what a row of the table chooses, with keys under `[numerics]`.
-fn open(keys: &str) -> String {
-    let chosen = ["elements", "substeps", "time_rule", "history"];
-    let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
-    let numerics = format!("[numerics]\nfmax = 1000\n{keys}");
-    let changes = [("kind = \"smooth\"", "kind = \"made\""), ("[numerics]", numerics.as_str())];
-    replaced(&left.collect::<Vec<_>>().join("\n"), &changes)
-}
-
-#[test]
-fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
-    for row in &FrontRow::ALL {
-        let (name, error) = (row.preset.name(), row.error);
-        let load =
-            |wish: &str| Scene::from_str(&open(wish), "x").unwrap_or_else(|error| panic!("{}", error.render(false)));
-        let (preset, accuracy) = (load(&format!("preset = \"{name}\"")), load(&format!("accuracy = \"{error} dB\"")));
-        let mut same = accuracy.scene.clone();
-        (same.numerics.preset, same.numerics.accuracy) = (Some(row.preset), None);
-        assert_eq!(same, preset.scene);
-        for (loaded, wish) in [(&preset, "preset"), (&accuracy, "accuracy")] {
-            let keys: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
-            let first = format!("numerics.{wish}");
-            let mut expected = vec![
-                first.as_str(),
-                "numerics.time_rule",
-                "numerics.history",
-                "numerics.pole_tolerance",
-                "contact.slice_tolerance",
-                "contact.cells_across",
-                "numerics.elements",
-                "numerics.substeps",
-                "contact.cells_along",
-            ];
-            // The standard row's is the default.
-            expected.retain(|key| *key != "contact.slice_tolerance" || row.preset != Preset::Standard);
-            assert_eq!(keys, expected);
-            assert!(loaded.choices()[0].reason.contains(&format!("within {error} dB")));
-            assert!(loaded.choices().iter().all(|choice| !choice.reason.is_empty()));
-            let found = &loaded.scene;
-            assert_eq!(
-                found.contact.cells_across,
-                Some(Road::cells(found.tyre.contact_width, row.cell_for(found, found.numerics.fmax.unwrap())))
-            );
-            assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
-            // The effective settings read back as they are; all of them are given then.
-            let again = Scene::from_str(&found.to_toml().unwrap(), "x").unwrap();
-            assert_eq!(again.scene, *found);
-            assert!(again.choices().is_empty(), "{:?}", again.choices());
-        }
-    }
-}
-
-#[test]
-fn keys_that_are_given_stay_beside_a_preset() {
-    let keys =
-        "preset = \"draft\"\nelements = 1000\ntime_rule = \"sdirk2\"\nhistory = \"direct\"\npole_tolerance = 1e-8";
-    let loaded = Scene::from_str(&open(keys), "x").unwrap();
-    let numerics = &loaded.scene.numerics;
-    assert_eq!((numerics.elements, numerics.time_rule, numerics.history), (1000, TimeRule::Sdirk2, History::Direct));
-    assert!((numerics.pole_tolerance - 1e-8).abs() < 1e-20);
-    let chosen: Vec<&str> = loaded.choices().iter().map(|choice| choice.key).collect();
-    let expected = [
-        "numerics.preset",
-        "contact.slice_tolerance",
-        "contact.cells_across",
-        "numerics.substeps",
-        "contact.cells_along",
-    ];
-    assert_eq!(chosen, expected);
 }
 
 #[test]

@@ -169,17 +169,6 @@ fn numerics() {
         "\"bdf1\", \"bdf2\", \"trapezoidal\"",
     );
     refused("elements = 512", "fmax = 0", 25, "numerics.fmax", "0 is out", "above 0 Hz");
-    refused(
-        "elements = 512",
-        "fmax = 9e3\nelements = 512",
-        26,
-        "numerics.elements",
-        "no texture above",
-        "leave it out",
-    );
-    refused("elements = 512", "fmax = 2e3\nsubsteps = 1", 26, "numerics.substeps", "up to", "leave it out");
-    accepted("elements = 512", "fmax = 2e3");
-    accepted("elements = 512", "fmax = 2e3\nelements = 512");
     refused("elements = 512", "memory = 0", 25, "numerics.memory", "0 is out", "above 0 s");
     refused("elements = 512", "memory_limit = -1", 25, "numerics.memory_limit", "-1", "above 0 GB");
     refused(
@@ -216,7 +205,6 @@ fn vibration() {
         "means nothing with frames = \"material\"",
         "frames = \"both\"",
     );
-    wrong("elements = [511, 512]", 29, "outputs.vibration.elements[1]", "no element 512", "from 0 to 511");
     wrong("elements = [3, -1]", 29, "outputs.vibration.elements[1]", "-1 is too small", "at least 0");
     wrong("elements = [0.5]", 29, "outputs.vibration.elements[0]", "", "a whole number of at least 0");
     wrong("elements = []", 29, "outputs.vibration.elements", "empty", "a whole number");

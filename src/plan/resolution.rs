@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use serde::Serialize;
-
-use super::{FrontRow, TimeRule};
+use super::front::FrontRow;
 use crate::numeric::transform_length;
+use crate::scene::{Numerics, TimeRule};
 
 /// What a scene wants of its resolution.
 ///
@@ -48,17 +47,6 @@ impl Need {
     }
 }
 
-/// A setting that the scene left open, and why it is what it is.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Choice {
-    /// The key in the scene.
-    pub key: &'static str,
-    /// Its value.
-    pub value: String,
-    /// Why.
-    pub reason: String,
-}
-
 /// Elements round the tyre and steps per element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
@@ -69,8 +57,6 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// Fewest elements that are proposed.
-    pub const FEWEST_ELEMENTS: usize = 16;
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
 
@@ -86,7 +72,7 @@ impl Resolution {
     ) -> Self {
         let elements = elements.unwrap_or_else(|| {
             let longest = need.longest_element().min(speed / (need.highest * need.per_wavelength()));
-            transform_length(((circumference / longest).min(Self::MOST).ceil() as usize).max(Self::FEWEST_ELEMENTS))
+            transform_length(((circumference / longest).min(Self::MOST).ceil() as usize).max(Numerics::FEWEST_ELEMENTS))
         });
         let substeps = substeps.unwrap_or_else(|| {
             let time_step = need.largest_angle(rule) / (2.0 * PI * need.highest);

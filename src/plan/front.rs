@@ -5,20 +5,15 @@
 //! 80 km/h and hold on other roads at other speeds (README's table; an ignored test, tests/suite/presets.rs).
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
-use serde::{Deserialize, Serialize};
+use crate::scene::{Preset, Road, Scene, TimeRule};
 
-use super::{Road, Scene, TimeRule};
+/// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
+const CELLS_IN_A_WAVE: f64 = 11.0;
 
-/// A named row of the table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// For trying out: fast, levels within a few decibels.
-    Draft,
-    /// For results.
-    Standard,
-    /// To compare others with.
-    Reference,
+/// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: [`Road::cell`], and eleven of them at least
+/// in the texture wave that excites it.
+pub fn cell_for(scene: &Scene, highest: f64) -> f64 {
+    scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE)
 }
 
 /// Settings in terms that do not depend on tyre, speed and frequency, with what they are worth.
@@ -44,25 +39,6 @@ pub struct FrontRow {
     pub error: f64,
     /// Work relative to the standard preset, on the default scene.
     pub cost: f64,
-}
-
-impl Preset {
-    /// All presets, cheapest first.
-    pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
-
-    /// The preset's name in a scene.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Draft => "draft",
-            Self::Standard => "standard",
-            Self::Reference => "reference",
-        }
-    }
-
-    /// Its row.
-    pub const fn row(self) -> &'static FrontRow {
-        &FrontRow::ALL[self as usize]
-    }
 }
 
 impl FrontRow {
@@ -106,6 +82,11 @@ impl FrontRow {
         },
     ];
 
+    /// That of a preset.
+    pub const fn of(preset: Preset) -> &'static Self {
+        &Self::ALL[preset as usize]
+    }
+
     /// The cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.
     pub fn within(accuracy: f64) -> Option<&'static Self> {
         Self::ALL.iter().find(|row| row.error <= accuracy)
@@ -118,7 +99,7 @@ impl FrontRow {
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
     pub fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
-        self.cell * (scene.cell_for(highest) / Road::CELL)
+        self.cell * (cell_for(scene, highest) / Road::CELL)
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.
@@ -135,11 +116,11 @@ mod tests {
     #[test]
     fn the_table_is_a_front_and_presets_are_its_rows() {
         for (preset, row) in Preset::ALL.into_iter().zip(&FrontRow::ALL) {
-            assert_eq!((preset.row(), row.preset), (row, preset));
+            assert_eq!((FrontRow::of(preset), row.preset), (row, preset));
         }
         let pairs = FrontRow::ALL.windows(2);
         assert!(pairs.clone().all(|pair| pair[0].cost < pair[1].cost && pair[0].error > pair[1].error));
-        assert!((Preset::Standard.row().cost - 1.0).abs() < 1e-12);
+        assert!((FrontRow::of(Preset::Standard).cost - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -1,0 +1,203 @@
+//! What a scene leaves open, decided: elements, steps, rule, history, tolerances and cells from `fmax`, `preset` and
+//! `accuracy`. What the scene gives stays as it is.
+
+use serde::Serialize;
+
+use super::front::FrontRow;
+use super::resolution::{Need, Resolution};
+use crate::scene::{Diagnostic, History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, short};
+
+/// A setting that the scene left open, and why it is what it is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Choice {
+    /// The key in the scene.
+    pub key: &'static str,
+    /// Its value.
+    pub value: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// A loaded scene with every setting decided: what commands work with that do not follow a [`super::Plan`].
+///
+/// # Errors
+/// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
+pub fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
+    let (scene, _) = decide(&loaded)?;
+    Ok(loaded.settled(scene))
+}
+
+/// The scene with every setting decided, and what was chosen in it.
+pub(super) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
+    let mut settling = Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new() };
+    let Numerics { fmax, preset, accuracy, .. } = loaded.scene.numerics;
+    let row = match (preset, accuracy) {
+        (Some(preset), _) => Some(FrontRow::of(preset)),
+        (None, Some(accuracy)) => Some(FrontRow::within(accuracy).ok_or_else(|| {
+            let wrong = format!("{} dB is finer than any row of the table states", short(accuracy));
+            let right = format!("at least {} dB, or settings of your own", short(FrontRow::finest_error()));
+            loaded.complain("numerics.accuracy", wrong, right)
+        })?),
+        (None, None) => None,
+    };
+    // The reader asks for it beside a preset and an accuracy.
+    if let Some(highest) = fmax {
+        if let Some(row) = row {
+            settling.take_row(row, highest);
+        }
+        settling.take_resolution(Need { highest, row })?;
+        if let Some(row) = row {
+            settling.take_cells_along(row, highest);
+            // A wish beside keys that are all given has chosen nothing.
+            if settling.choices.len() == 1 {
+                settling.choices.clear();
+            }
+        }
+    }
+    check_elements(loaded, &settling.scene)?;
+    Ok((settling.scene, settling.choices))
+}
+
+/// A scene on the way to one without open settings.
+struct Settling<'a> {
+    loaded: &'a LoadedScene,
+    scene: Scene,
+    choices: Vec<Choice>,
+}
+
+impl Settling<'_> {
+    fn choose(&mut self, key: &'static str, value: String, reason: String) {
+        self.choices.push(Choice { key, value, reason });
+    }
+
+    /// What a row of the table says beside elements and steps.
+    fn take_row(&mut self, row: &FrontRow, highest: f64) {
+        let (name, error) = (row.preset.name(), row.error);
+        let why = format!("preset \"{name}\"");
+        let worth = format!(
+            "third octaves within {} dB up to fmax at {} times the work of \"standard\"",
+            short(error),
+            short(row.cost)
+        );
+        if self.scene.numerics.preset.is_some() {
+            self.choose("numerics.preset", name.to_owned(), format!("given: {worth}"));
+        } else {
+            self.choose("numerics.accuracy", why.clone(), format!("the cheapest that keeps it: {worth}"));
+        }
+        let open = |key: &str| !self.loaded.gives(key);
+        let (rule, history, poles) =
+            (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));
+        // A row that keeps the default chooses nothing.
+        let slices = open("contact.slice_tolerance")
+            && self.scene.contact.slice_tolerance.to_bits() != row.slice_tolerance.to_bits();
+        if rule {
+            self.scene.numerics.time_rule = row.time_rule;
+            self.choose("numerics.time_rule", row.time_rule.name().to_owned(), why.clone());
+        }
+        if history {
+            self.scene.numerics.history = History::Modal;
+            self.choose("numerics.history", "modal".to_owned(), format!("{why}: the whole past, at the least work"));
+        }
+        if poles && self.scene.numerics.history == History::Modal {
+            self.scene.numerics.pole_tolerance = row.pole_tolerance;
+            self.choose("numerics.pole_tolerance", format!("{:.0e}", row.pole_tolerance), why.clone());
+        }
+        if self.scene.effects.texture == Switch::Off {
+            return;
+        }
+        if slices {
+            self.scene.contact.slice_tolerance = row.slice_tolerance;
+            self.choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
+        }
+        if self.scene.contact.cells_across.is_none() && self.scene.road.varies_across() {
+            let cell = row.cell_for(&self.scene, highest);
+            let cells = Road::cells(self.scene.tyre.contact_width, cell).max(2);
+            self.scene.contact.cells_across = Some(cells);
+            let reason = format!("{why}: cells of at most {} mm across", millimetres(cell));
+            self.choose("contact.cells_across", cells.to_string(), reason);
+        }
+    }
+
+    /// Elements and substeps for a need, refused where given ones do not reach it.
+    fn take_resolution(&mut self, need: Need) -> Result<(), SceneError> {
+        let Scene { tyre, rolling, numerics, .. } = &mut self.scene;
+        let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
+        let given = |key: &str, value: usize| self.loaded.gives(key).then_some(value);
+        let elements = given("numerics.elements", numerics.elements);
+        let substeps = given("numerics.substeps", numerics.substeps);
+        let found = Resolution::new(need, length, speed, rule, elements, substeps);
+        (numerics.elements, numerics.substeps) = (found.elements, found.substeps);
+        let (texture, highest) = (found.texture_limit(length, speed), need.highest);
+        let speed_kmh = rolling.speed_kmh;
+        if elements.is_some() && texture < highest {
+            let wrong = format!(
+                "{} elements hold no texture above {texture:.0} Hz at {speed_kmh} km/h, and numerics.fmax = {} Hz is \
+                 wanted",
+                found.elements,
+                short(highest)
+            );
+            let wanted = Resolution::new(need, length, speed, rule, None, None).elements;
+            return Err(self.loaded.complain("numerics.elements", wrong, format!("{wanted}, or leave it out")).into());
+        }
+        let limit = found.rule_limit(need, length, speed, rule);
+        let percent = (100.0 * need.rule_error()).round();
+        if substeps.is_some() && limit < (1.0 - 1e-9) * highest {
+            let wrong = format!(
+                "{} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and \
+                 numerics.fmax = {} Hz is wanted",
+                found.substeps,
+                rule.name(),
+                short(highest)
+            );
+            let enough = Resolution::new(need, length, speed, rule, Some(found.elements), None).substeps;
+            return Err(self.loaded.complain("numerics.substeps", wrong, format!("{enough}, or leave it out")).into());
+        }
+        if elements.is_none() {
+            let reason = format!(
+                "fmax = {highest} Hz: {:.1} per texture wavelength at {speed_kmh} km/h, none longer than {} mm",
+                2.0 * texture / highest,
+                short(1e3 * need.longest_element())
+            );
+            self.choose("numerics.elements", found.elements.to_string(), reason);
+        }
+        if substeps.is_none() {
+            let reason = format!(
+                "{:.1} steps in a period of fmax; {} stays within {percent} % in phase and damping up to {limit:.0} Hz",
+                found.steps_per_second(length, speed) / highest,
+                rule.name()
+            );
+            self.choose("numerics.substeps", found.substeps.to_string(), reason);
+        }
+        Ok(())
+    }
+
+    fn take_cells_along(&mut self, row: &FrontRow, highest: f64) {
+        let Scene { tyre, road, contact, numerics, .. } = &self.scene;
+        if contact.cells_along.is_some() || matches!(road, Road::Smooth) {
+            return;
+        }
+        let cell = row.cell_for(&self.scene, highest);
+        let cells = Road::cells(tyre.circumference / numerics.elements as f64, cell);
+        self.scene.contact.cells_along = Some(cells);
+        let reason = format!("preset \"{}\": cells of at most {} mm along", row.preset.name(), millimetres(cell));
+        self.choose("contact.cells_along", cells.to_string(), reason);
+    }
+}
+
+/// Complains about elements whose vibration is wanted and that the tyre does not have.
+fn check_elements(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+    let count = scene.numerics.elements;
+    let wanted = scene.outputs.vibration.iter().flat_map(|vibration| vibration.elements.iter().enumerate());
+    let complain = |(index, element): (usize, &usize)| {
+        let wrong = format!("the tyre has no element {element}: numerics.elements = {count}");
+        let right = format!("write a whole number from 0 to {}", count.saturating_sub(1));
+        loaded.complain(&format!("outputs.vibration.elements[{index}]"), wrong, right)
+    };
+    let diagnostics: Vec<Diagnostic> = wanted.filter(|(_, element)| **element >= count).map(complain).collect();
+    if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
+}
+
+/// A length in mm, to a hundredth.
+fn millimetres(length: f64) -> String {
+    short((1e5 * length).round() / 100.0)
+}

@@ -1,0 +1,149 @@
+//! What a plan decides, and what it refuses.
+
+use super::*;
+use crate::counters::Stage;
+use crate::plan::front::FrontRow;
+use crate::scene::tests::{BASE, edited, listed};
+use crate::scene::{DEFAULT, Preset, Road, TimeRule};
+
+fn planned(text: &str) -> Result<Plan, SceneError> {
+    Plan::of(&Scene::from_str(text, "test.toml")?)
+}
+
+/// Asserts that the plan of the base scene with `from` replaced by `to` is refused with exactly one complaint.
+#[track_caller]
+fn refused(from: &str, to: &str, line: usize, key: &str, wrong: &str, right: &str) {
+    let loaded = Scene::from_str(&edited(from, to), "test.toml").unwrap();
+    let found = listed(&Plan::of(&loaded).unwrap_err());
+    let [complaint] = found.as_slice() else { panic!("expected one complaint, got {found:#?}") };
+    assert_eq!((complaint.line, complaint.key.as_str()), (line, key), "{complaint:?}");
+    assert!(complaint.wrong.contains(wrong) && complaint.right.contains(right), "{complaint:?}");
+}
+
+#[test]
+fn what_cannot_reach_the_highest_frequency_is_refused() {
+    let from = "elements = 512";
+    refused(from, "fmax = 9e3\nelements = 512", 26, "numerics.elements", "no texture above", "leave it out");
+    refused(from, "fmax = 2e3\nsubsteps = 1", 26, "numerics.substeps", "up to", "leave it out");
+    for keys in ["fmax = 2e3", "fmax = 2e3\nelements = 512"] {
+        assert!(planned(&edited(from, keys)).is_ok(), "{keys}");
+    }
+    let finest = format!("at least {} dB", FrontRow::finest_error());
+    let keys = "fmax = 1000\naccuracy = \"0.06 dB\"";
+    refused(from, keys, 26, "numerics.accuracy", "finer than any row", &finest);
+}
+
+#[test]
+fn elements_that_the_tyre_does_not_have_are_refused() {
+    let with = |elements: &str| format!("plots = true\n[outputs.vibration]\nelements = {elements}");
+    let key = "outputs.vibration.elements[1]";
+    refused("plots = true", &with("[511, 512]"), 29, key, "no element 512", "from 0 to 511");
+    assert!(planned(&edited("plots = true", &with("[511, 0]"))).is_ok());
+}
+
+/// The base scene on a made road, without what a row of the table chooses, with keys under `[numerics]`.
+fn open(keys: &str) -> String {
+    let chosen = ["elements", "substeps", "time_rule", "history"];
+    let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
+    let text = left.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
+    text.replace("[numerics]", &format!("[numerics]\nfmax = 1000\n{keys}"))
+}
+
+#[test]
+fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
+    for row in &FrontRow::ALL {
+        let (name, error) = (row.preset.name(), row.error);
+        let load = |wish: &str| planned(&open(wish)).unwrap_or_else(|error| panic!("{}", error.render(false)));
+        let (preset, accuracy) = (load(&format!("preset = \"{name}\"")), load(&format!("accuracy = \"{error} dB\"")));
+        let mut same = accuracy.scene.clone();
+        (same.numerics.preset, same.numerics.accuracy) = (Some(row.preset), None);
+        assert_eq!(same, preset.scene);
+        for (plan, wish) in [(&preset, "preset"), (&accuracy, "accuracy")] {
+            let keys: Vec<&str> = plan.choices.iter().map(|choice| choice.key).collect();
+            let first = format!("numerics.{wish}");
+            let mut expected = vec![
+                first.as_str(),
+                "numerics.time_rule",
+                "numerics.history",
+                "numerics.pole_tolerance",
+                "contact.slice_tolerance",
+                "contact.cells_across",
+                "numerics.elements",
+                "numerics.substeps",
+                "contact.cells_along",
+            ];
+            // The standard row's is the default.
+            expected.retain(|key| *key != "contact.slice_tolerance" || row.preset != Preset::Standard);
+            assert_eq!(keys, expected);
+            assert!(plan.choices[0].reason.contains(&format!("within {error} dB")));
+            assert!(plan.choices.iter().all(|choice| !choice.reason.is_empty()));
+            let found = &plan.scene;
+            assert_eq!(
+                found.contact.cells_across,
+                Some(Road::cells(found.tyre.contact_width, row.cell_for(found, found.numerics.fmax.unwrap())))
+            );
+            assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
+            // The effective settings read back as they are; all of them are given then.
+            let again = planned(&found.to_toml().unwrap()).unwrap();
+            assert_eq!(again.scene, *found);
+            assert!(again.choices.is_empty(), "{:?}", again.choices);
+        }
+    }
+}
+
+#[test]
+fn keys_that_are_given_stay_beside_a_preset() {
+    let keys =
+        "preset = \"draft\"\nelements = 1000\ntime_rule = \"sdirk2\"\nhistory = \"direct\"\npole_tolerance = 1e-8";
+    let plan = planned(&open(keys)).unwrap();
+    let numerics = &plan.scene.numerics;
+    assert_eq!((numerics.elements, numerics.time_rule, numerics.history), (1000, TimeRule::Sdirk2, History::Direct));
+    assert!((numerics.pole_tolerance - 1e-8).abs() < 1e-20);
+    let chosen: Vec<&str> = plan.choices.iter().map(|choice| choice.key).collect();
+    let expected = [
+        "numerics.preset",
+        "contact.slice_tolerance",
+        "contact.cells_across",
+        "numerics.substeps",
+        "contact.cells_along",
+    ];
+    assert_eq!(chosen, expected);
+}
+
+#[test]
+fn the_estimate_knows_how_the_past_is_carried() {
+    let text = DEFAULT.replace("elements = 512", "elements = 4096").replace("speed_kmh = 80.0", "speed_kmh = 250.0");
+    let mut loaded = Scene::from_str(&text, "estimate").unwrap();
+    loaded.scene.rolling.duration = 1.0;
+    let core_seconds = |plan: &Plan| plan.forecast(&UnitCosts::default(), 1, 0.0).core_seconds();
+    let modal = Plan::new(&loaded.scene);
+    assert!(modal.check(&loaded).is_ok(), "{} core seconds", core_seconds(&modal));
+    loaded.scene.numerics.memory *= 2.0;
+    let longer = Plan::new(&loaded.scene);
+    assert_eq!(core_seconds(&longer).to_bits(), core_seconds(&modal).to_bits(), "poles have no memory");
+    loaded.scene.numerics.history = History::Direct;
+    let direct = Plan::new(&loaded.scene);
+    assert!(core_seconds(&direct) > 100.0 * core_seconds(&modal));
+    assert!(direct.amounts.memory_on(1) > modal.amounts.memory_on(1));
+    assert!(direct.check(&loaded).is_err());
+}
+
+#[test]
+fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
+    let rough = Plan::new(&Scene::from_str(DEFAULT, "default").unwrap().scene);
+    let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
+    let behind = |plan: &Plan, of_road: bool| -> f64 {
+        let stages = of(plan, 2).stages;
+        let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
+        stages.iter().filter(|it| it.background && road(it.stage) == of_road).map(|it| it.seconds).sum()
+    };
+    // What is done behind the march is nobody's time to wait.
+    assert!(behind(&rough, true) > 0.0 && behind(&rough, false) > 0.0);
+    assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
+    assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
+    let text = DEFAULT.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
+    let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
+    let road = behind(&smooth, true);
+    assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");
+    assert!(of(&smooth, 1).memory < of(&rough, 1).memory);
+}

@@ -2,9 +2,9 @@
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it: [`scene`] -> [`tyre`] and
 //! [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`run`] -> [`profile`]. [`numeric`] and
-//! [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on an elastic
-//! half-space, knows no tyre and serves the road's slices. The command line is the program's own and uses what everybody
-//! can.
+//! [`counters`] know no physics and serve all of them, as does [`storage`], which keeps states and caches in files;
+//! [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's slices.
+//! The command line is the program's own and uses what everybody can.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.
@@ -21,5 +21,6 @@ pub mod results;
 pub mod road;
 pub mod run;
 pub mod scene;
+pub mod storage;
 pub mod study;
 pub mod tyre;

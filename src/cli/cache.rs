@@ -1,7 +1,8 @@
-//! `tyrewave cache`: the influence models kept on disk.
+//! `tyrewave cache`: what is kept on disk for the next run.
 
 use clap::{Args, Subcommand};
-use tyrewave::tyre::rational::cache::Cache;
+use tyrewave::storage::{Cache, Cached};
+use tyrewave::tyre::rational::RationalModel;
 
 use super::{CliError, print};
 
@@ -46,7 +47,7 @@ impl CacheArguments {
             }
             CacheAction::List => {
                 let mut text = String::new();
-                let entries = cache.list()?;
+                let entries = cache.list(&[RationalModel::KIND])?;
                 for entry in &entries {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());

@@ -11,9 +11,9 @@ use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
+use tyrewave::storage::CacheError;
 use tyrewave::study::sweep::SweepError;
 use tyrewave::tyre::cases::CasesError;
-use tyrewave::tyre::rational::cache::CacheError;
 
 use super::heights::HeightsError;
 

@@ -15,11 +15,12 @@
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
 use pulp::Arch;
+use serde::{Deserialize, Serialize};
 
-use super::factors::{FactorCache, FactorCounts, Singular};
+use super::factors::{FactorCache, FactorCounts, FactorState, Singular};
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::counters::{Clocks, Spent, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, fill};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 pub(super) const PATIENCE: u32 = 10;
@@ -33,7 +34,7 @@ pub(super) const SWEEPS: usize = 2;
 pub const HISTOGRAM_BINS: usize = 12;
 
 /// What the search has done over all steps.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SearchCounts {
     /// Linear solves.
     pub solves: u64,
@@ -50,7 +51,7 @@ pub struct SearchCounts {
 }
 
 /// How far the contact conditions are missed, at worst.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Residuals {
     /// max(-F) \[N\].
     pub tension: f64,
@@ -101,6 +102,14 @@ pub struct ActiveSet {
     /// Forces of the last step, moved with the road: where the guess starts from.
     estimate: Vec<f64>,
     counts: SearchCounts,
+}
+
+/// What evolves of an [`ActiveSet`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct ActiveSetState {
+    estimate: Vec<f64>,
+    counts: SearchCounts,
+    factors: FactorState,
 }
 
 impl ActiveSet {
@@ -225,27 +234,20 @@ impl ActiveSet {
         self.factors.take_making_time()
     }
 
-    /// Takes the state down: what the next search starts from, what was done so far, which factors are held.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.numbers(&self.estimate);
-        let SearchCounts { solves, fallbacks, work: Work { multiply_adds, bytes }, .. } = self.counts;
-        state.counts(&[solves, fallbacks, multiply_adds, bytes]);
-        state.counts(&self.counts.histogram);
-        self.factors.save(state);
+    /// Takes the state down.
+    pub fn save(&self) -> ActiveSetState {
+        ActiveSetState { estimate: self.estimate.clone(), counts: self.counts.clone(), factors: self.factors.save() }
     }
 
     /// Goes on from the state of an equal search.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        state.numbers_into(&mut self.estimate)?;
-        let mut counts = [0; 4];
-        state.counts_into(&mut counts)?;
-        let work = &mut self.counts.work;
-        [self.counts.solves, self.counts.fallbacks, work.multiply_adds, work.bytes] = counts;
-        state.counts_into(&mut self.counts.histogram)?;
-        self.factors.restore(&self.influence, state)
+    pub fn restore(&mut self, state: ActiveSetState) -> Result<(), StateError> {
+        let ActiveSetState { estimate, counts, factors } = state;
+        self.counts = counts;
+        fill(&mut self.estimate, &estimate)?;
+        self.factors.restore(&self.influence, factors)
     }
 
     /// Columns that break a condition: on the set F < 0, off it d - u > tolerance.

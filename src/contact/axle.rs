@@ -4,12 +4,14 @@
 //! the height is then corrected three times within the warm-up by (load - mean force)/stiffness and stays fixed
 //! afterwards: what is left is reported as found, not hidden. An axle that has a mass moves on: [`super::moving_axle`].
 
+use serde::{Deserialize, Serialize};
+
 use super::active_set::ActiveSet;
 use super::error::ContactError;
 use super::geometry::Geometry;
 use super::moving_axle::MovingAxle;
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Axle;
+use crate::storage::StateError;
 
 /// Static contact on a smooth road.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,7 +154,7 @@ pub fn matched(
 }
 
 /// Indentation step by step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum AxleHeight {
     /// Rises linearly to a fixed value.
     Fixed {
@@ -198,30 +200,21 @@ impl AxleHeight {
         }
     }
 
-    /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        match self {
-            Self::Fixed { .. } => {}
-            Self::Loaded(control) => control.save(state),
-            Self::Moving(axle) => axle.save(state),
-        }
-    }
-
-    /// Goes on from the state of an axle held in the same way.
+    /// Goes on as an axle held in the same way did.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        match self {
-            Self::Fixed { .. } => Ok(()),
-            Self::Loaded(control) => control.restore(state),
-            Self::Moving(axle) => axle.restore(state),
+    pub fn restore(&mut self, state: Self) -> Result<(), StateError> {
+        if std::mem::discriminant(self) != std::mem::discriminant(&state) {
+            return Err(StateError::Value);
         }
+        *self = state;
+        Ok(())
     }
 }
 
 /// Height control towards a mean force.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LoadControl {
     load: f64,
     stiffness: f64,
@@ -267,26 +260,6 @@ impl LoadControl {
     /// Where the present ramp ends \[m\].
     pub(super) fn target(&self) -> f64 {
         self.to
-    }
-
-    pub(super) fn save(&self, state: &mut StateWriter) {
-        state.numbers(&[self.stiffness, self.from, self.to, self.sum]);
-        state.counts(&[self.turn.0, self.turn.1, self.count]);
-        state.numbers(&self.previous.map_or(Vec::new(), |(height, force)| vec![height, force]));
-    }
-
-    pub(super) fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut numbers, mut counts) = ([0.0; 4], [0; 3]);
-        state.numbers_into(&mut numbers)?;
-        state.counts_into(&mut counts)?;
-        [self.stiffness, self.from, self.to, self.sum] = numbers;
-        [self.turn.0, self.turn.1, self.count] = counts;
-        self.previous = match state.numbers()?[..] {
-            [] => None,
-            [height, force] => Some((height, force)),
-            _ => return Err(StateError::Value),
-        };
-        Ok(())
     }
 
     pub(super) fn indentation(&self, steps: f64) -> f64 {

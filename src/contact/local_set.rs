@@ -33,14 +33,15 @@
 //! (m^2) and m x columns.
 
 use pulp::Arch;
+use serde::{Deserialize, Serialize};
 
 use super::active_set::{HISTOGRAM_BINS, PATIENCE, Residuals, SWEEPS, SearchCounts};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::slice_queue::SliceQueue;
 use super::sweeps::{OwnForce, Sweeps, displace, mirrored, move_on};
 use crate::counters::{Clocks, Laps, Spent, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;
+use crate::storage::state::{StateError, fill};
 
 /// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
 const NO_SLOPE: f64 = f64::EPSILON;
@@ -127,6 +128,13 @@ pub struct LocalSet {
     counts: SearchCounts,
     factorisation_time: Spent,
     clocks: Clocks,
+}
+
+/// What evolves of a [`LocalSet`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct LocalSetState {
+    estimate: Vec<f64>,
+    counts: SearchCounts,
 }
 
 impl LocalSet {
@@ -348,28 +356,18 @@ impl LocalSet {
         self.points.len()
     }
 
-    /// Takes the state down: what the next search starts from, what was done so far.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.numbers(&self.estimate);
-        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &self.counts;
-        state.counts(&[*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes]);
-        state.counts(&[factorisation.multiply_adds, factorisation.bytes]);
-        state.counts(&self.counts.histogram);
+    /// Takes the state down.
+    pub fn save(&self) -> LocalSetState {
+        LocalSetState { estimate: self.estimate.clone(), counts: self.counts.clone() }
     }
 
     /// Goes on from the state of an equal search.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        state.numbers_into(&mut self.estimate)?;
-        let (mut counts, mut parts) = ([0; 5], [0; 2]);
-        state.counts_into(&mut counts)?;
-        state.counts_into(&mut parts)?;
-        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &mut self.counts;
-        [*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes] = counts;
-        [factorisation.multiply_adds, factorisation.bytes] = parts;
-        state.counts_into(&mut self.counts.histogram)
+    pub fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
+        self.counts = state.counts;
+        fill(&mut self.estimate, &state.estimate)
     }
 }
 

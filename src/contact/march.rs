@@ -12,18 +12,20 @@
 //!    the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
+use serde::{Deserialize, Serialize};
+
 use super::active_set::{Residuals, SearchCounts};
 use super::axle::AxleHeight;
 use super::error::ContactError;
 use super::geometry::Geometry;
-use super::history::{HistoryTimes, HistoryWork, PastForces};
+use super::history::{HistoryState, HistoryTimes, HistoryWork, PastForces};
 use super::local_set::SlicesUnder;
-use super::search::{Search, SliceLaw};
+use super::search::{Search, SearchState, SliceLaw};
 use super::slice_queue::SliceQueue;
 use super::tread::ContactKernel;
 use crate::counters::{Clocks, Laps, Spent, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
+use crate::storage::state::{StateError, fill};
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +41,7 @@ pub struct StepResult {
 }
 
 /// Totals over all steps.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct MarchTotals {
     /// Worst residuals, absolute.
     pub residuals: Residuals,
@@ -106,6 +108,16 @@ pub struct March {
     totals: MarchTotals,
     clocks: Clocks,
     times: StepTimes,
+}
+
+/// What evolves of a [`March`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct MarchState {
+    step: u64,
+    totals: MarchTotals,
+    forces: Vec<f64>,
+    search: SearchState,
+    history: HistoryState,
 }
 
 impl March {
@@ -305,49 +317,26 @@ impl March {
 
 /// The state between two steps.
 impl March {
-    /// Takes down all that the next steps and the final totals depend on.
-    pub fn save(&self, state: &mut StateWriter) {
-        let totals = &self.totals;
-        state.counts(&[self.step, totals.edge_contacts, totals.instants, totals.history.passes]);
-        for work in [totals.history.sums, totals.history.transforms, totals.slices] {
-            state.counts(&[work.multiply_adds, work.bytes]);
+    /// Takes the state down.
+    pub fn save(&self) -> MarchState {
+        MarchState {
+            step: self.step,
+            totals: self.totals.clone(),
+            forces: self.forces.clone(),
+            search: self.search.save(),
+            history: self.history.save(),
         }
-        let Residuals { tension, penetration, complementarity } = totals.residuals;
-        state.numbers(&[tension, penetration, complementarity, totals.largest_force, totals.largest_displacement]);
-        state.numbers(&self.forces);
-        self.search.save(state);
-        self.history.save(state);
     }
 
     /// Goes on from the state of an equal march.
     ///
     /// # Errors
     /// [`StateError`]; the march is of no use then.
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut numbers) = ([0; 4], [0.0; 5]);
-        state.counts_into(&mut counts)?;
-        let mut works = [Work::default(); 3];
-        for work in &mut works {
-            let mut counts = [0; 2];
-            state.counts_into(&mut counts)?;
-            [work.multiply_adds, work.bytes] = counts;
-        }
-        let [sums, transforms, slices] = works;
-        state.numbers_into(&mut numbers)?;
-        let [step, edge_contacts, instants, passes] = counts;
-        let [tension, penetration, complementarity, largest_force, largest_displacement] = numbers;
-        self.step = step;
-        self.totals = MarchTotals {
-            residuals: Residuals { tension, penetration, complementarity },
-            largest_force,
-            largest_displacement,
-            edge_contacts,
-            history: HistoryWork { sums, transforms, passes, times: HistoryTimes::default() },
-            slices,
-            instants,
-        };
-        state.numbers_into(&mut self.forces)?;
-        self.search.restore(state)?;
-        self.history.restore(state)
+    pub fn restore(&mut self, state: MarchState) -> Result<(), StateError> {
+        let MarchState { step, totals, forces, search, history } = state;
+        (self.step, self.totals) = (step, totals);
+        fill(&mut self.forces, &forces)?;
+        self.search.restore(search)?;
+        self.history.restore(history)
     }
 }

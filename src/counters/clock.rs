@@ -3,6 +3,8 @@
 use std::ops::{AddAssign, SubAssign};
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 use super::process::thread_cpu_time;
 
 /// Which clocks are read.
@@ -21,7 +23,7 @@ impl Clocks {
 }
 
 /// Time of a piece of work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Spent {
     /// Wall time.
     pub wall: Duration,

@@ -21,7 +21,9 @@ pub use unit::{Unit, UnitCosts};
 
 use crate::run::past::{contact_field, fit_options};
 use crate::scene::{Axle, Choice, History, LoadedScene, Need, Resolution, Scene, SceneError};
-use crate::tyre::rational::cache::{Cache, key};
+use crate::storage::Cache;
+use crate::tyre::rational::RationalModel;
+use crate::tyre::rational::cache::key;
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
@@ -192,7 +194,7 @@ impl Plan {
 fn kept_poles(scene: &Scene, plan: &Plan) -> Option<usize> {
     let options = fit_options(scene, contact_field(plan.decisions.tread));
     let key = key(&plan.decisions.tyre, &options).ok()?;
-    let model = Cache::open().ok()?.load(&key).ok()??.ok()?;
+    let model: RationalModel = Cache::open().ok()?.load(&key).ok()??.ok()?;
     Some(model.order())
 }
 

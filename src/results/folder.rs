@@ -422,7 +422,7 @@ mod tests {
     fn killed(target: &Path) -> PathBuf {
         let mut folder = ResultsFolder::create(target).unwrap();
         folder.write_text("time.npy", "half").unwrap();
-        super::super::checkpoint::write(folder.working(), b"state").unwrap();
+        super::super::checkpoint::write(folder.working(), &"state").unwrap();
         folder.keep_if_stopped();
         let working = folder.working().to_owned();
         drop(folder);

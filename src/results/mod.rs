@@ -11,7 +11,6 @@ pub mod cost;
 pub mod error;
 pub mod folder;
 pub mod npy;
-pub mod pending_file;
 pub mod plots;
 pub mod profile_table;
 pub mod spectra;

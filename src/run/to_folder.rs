@@ -16,7 +16,7 @@ use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Planned, Summary};
 use crate::results::unfinished::unfinished;
-use crate::run::checkpoint::{Checkpoint, Checkpoints, Identity};
+use crate::run::checkpoint::{Checkpoint, Checkpoints};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::run::prepare::{Prepared, prepare};
@@ -132,7 +132,7 @@ pub fn resume_watched(
     plan.check(&loaded)?;
     let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, planned: expected(&plan, threads) };
     let kept = folder.working().to_owned();
-    planned.carry_out(begin, || Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
+    planned.carry_out(begin, || Ok(folder), Some(checkpoint), stop, progress).map_err(|error| match error {
         // Before its first step: there is what there was.
         RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
         other => other,
@@ -172,7 +172,7 @@ impl PlannedRun<'_> {
         &self,
         begin: Begin,
         folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
-        checkpoint: Option<&Checkpoint>,
+        checkpoint: Option<Checkpoint>,
         stop: &AtomicBool,
         progress: &mut dyn Progress,
     ) -> Result<RunReport, RunError> {
@@ -188,19 +188,17 @@ impl PlannedRun<'_> {
             return Err(RunError::Interrupted { kept: None });
         }
 
-        let identity = Identity::of(loaded)?;
         let mut folder = folder()?;
         let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
-        let rows = checkpoint.map(|checkpoint| checkpoint.steps);
+        let rows = checkpoint.as_ref().map(|checkpoint| checkpoint.steps);
         let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
         record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
         record.vibration = vibration;
         let mut run = Run::new(plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
-        let interval = loaded.scene.outputs.checkpoint_interval;
-        let mut checkpoints = Checkpoints::new(identity, interval, (wall, cpu), earlier);
+        let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
         // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the

@@ -22,7 +22,7 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::compliance::{Stack, StackAt};
 use super::half_space_bands::{self, BAND_TERMS};
@@ -32,7 +32,7 @@ use crate::numeric::Ring;
 use crate::scene::{Numerics, Tyre};
 
 /// Which displacement a force on the tread element is related to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Field {
     /// The tread surface.
     Surface,

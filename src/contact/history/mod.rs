@@ -5,6 +5,7 @@
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
 //! - [`recursion`]: that recursion for one pole and each time rule;
 //! - [`scaled`]: another history with its influence functions scaled;
+//! - `state`: what evolves of a history;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 //!
@@ -31,20 +32,24 @@ mod far;
 pub mod modes;
 pub mod recursion;
 pub mod scaled;
+mod state;
 pub mod transfer;
 mod wavenumber_group;
 
 pub use direct::DirectHistory;
 pub use modes::ModalHistory;
 pub use scaled::ScaledHistory;
+pub use state::HistoryState;
 
 use std::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
+
 use crate::counters::{Clocks, Spent, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::StateError;
 
 /// What a history has done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct HistoryWork {
     /// Sums and recursions.
     pub sums: Work,
@@ -53,6 +58,7 @@ pub struct HistoryWork {
     /// Times that transforms were gone through.
     pub passes: u64,
     /// Not a part of the state.
+    #[serde(skip)]
     pub times: HistoryTimes,
 }
 
@@ -95,12 +101,12 @@ pub trait PastForces: Send {
     /// Which clocks are read from now on; none at first.
     fn set_clocks(&mut self, _clocks: Clocks) {}
 
-    /// Takes the state down; the same bytes for any number of threads.
-    fn save(&self, state: &mut StateWriter);
+    /// Takes the state down; the same for any number of threads.
+    fn save(&self) -> HistoryState;
 
     /// Goes on from the state of an equal history, on any number of threads.
     ///
     /// # Errors
     /// [`StateError`].
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
+    fn restore(&mut self, state: HistoryState) -> Result<(), StateError>;
 }

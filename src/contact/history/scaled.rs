@@ -1,8 +1,8 @@
 //! A history whose influence functions are scaled.
 
-use super::{HistoryWork, PastForces};
+use super::{HistoryState, HistoryWork, PastForces};
 use crate::counters::Clocks;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::StateError;
 
 /// Another history with all displacements multiplied by a factor.
 pub struct ScaledHistory {
@@ -32,11 +32,11 @@ impl PastForces for ScaledHistory {
         self.history.set_clocks(clocks);
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        self.history.save(state);
+    fn save(&self) -> HistoryState {
+        self.history.save()
     }
 
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+    fn restore(&mut self, state: HistoryState) -> Result<(), StateError> {
         self.history.restore(state)
     }
 }

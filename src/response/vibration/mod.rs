@@ -43,8 +43,8 @@ pub mod stage_transfer;
 mod tests;
 pub mod transfer;
 
-pub use accumulator::{PatchSpectra, VibrationAccumulator};
-pub use contact_power::ContactPower;
+pub use accumulator::{PatchSpectra, VibrationAccumulator, VibrationState};
+pub use contact_power::{ContactPower, PowerState};
 pub use dispersion::{DispersionBranch, dispersion_branches};
 pub use elements::ElementVelocities;
 pub use layout::SegmentLayout;

@@ -7,7 +7,7 @@
 //! - [`wavenumber`]: the adaptive fit of one wavenumber;
 //! - [`tree`]: which wavenumber starts from which;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
-//! - [`cache`]: models on disk;
+//! - [`cache`]: models in the cache on disk;
 //! - [`scaling`]: what a fit costs.
 //!
 //! What the tolerance means. The error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
@@ -23,7 +23,6 @@
 //! but not near it: so the positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
 
 pub mod cache;
-mod codec;
 pub mod fit;
 pub mod ladder;
 pub mod model;
@@ -33,6 +32,5 @@ pub mod scaling;
 pub mod tree;
 pub mod wavenumber;
 
-pub use cache::Cache;
 pub use fit::{FitError, FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};

@@ -7,7 +7,8 @@ use tyrewave::tyre::rational::RationalModel;
 use super::{CliError, print};
 
 const EXAMPLES: &str = "\
-A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \
+A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache \
+folder. An entry that is damaged or of \
 another version is rebuilt when it is needed.
 
 Examples:

@@ -46,10 +46,11 @@ impl RunArguments {
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = Scene::load(&self.scene)?;
-        let options = RunOptions { target: self.results_folder(), threads: context.threads };
-        let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
+        let watch = self.profile.watch(context);
+        let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
+        let profile = self.profile.begin()?;
         let mut progress = context.progress();
-        let report = run::run_watched(&loaded, &options, watch, context.interrupt.flag(), &mut progress)?;
+        let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         print_report(&report, context, &profile.complete(&report)?)
     }

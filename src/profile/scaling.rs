@@ -370,7 +370,7 @@ fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> 
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|_| ProfileError::Interrupted)?;
         let mut best = f64::INFINITY;
         for _ in 0..3 {
-            let options = RunOptions { target: scratch.join("threads"), threads };
+            let options = RunOptions { target: scratch.join("threads"), threads, watch: Watch::default() };
             let report = pool.install(|| run(&loaded, &options, stop, &mut Unwatched)).map_err(failed)?;
             let before: Duration =
                 [Stage::Influence, Stage::Fit, Stage::Axle].iter().map(|&stage| report.meter.cost(stage).wall).sum();

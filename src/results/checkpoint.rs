@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::disk::sync_folder;
 use super::error::ResultsError;
-use super::folder::sync_folder;
 use crate::storage::sealed_file::{self, Body, Format};
 use crate::storage::{PendingFile, StateError};
 
@@ -28,7 +28,10 @@ const FORMAT: Format = Format { magic: b"TWAVECHK", version: 5, name: "a checkpo
 #[derive(Debug, Error)]
 pub enum CheckpointError {
     /// No unfinished run of that name.
-    #[error("nothing to resume: there is no unfinished run {0} (looked for {0}.partial and {0}.partial-*)", path.display())]
+    #[error(
+        "nothing to resume: there is no unfinished run {0} (looked for {0}.partial and {0}.partial-*)",
+        path.display()
+    )]
     Nothing {
         /// The place named by the caller.
         path: PathBuf,

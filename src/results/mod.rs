@@ -3,11 +3,11 @@
 //! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run
 //! beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run goes on; [`summary`],
 //! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal,
-//! [`mod@trace`] for those who want to see when what happened. [`cost`] says what it took; [`pending_file`] is for
-//! single files beside a folder.
+//! [`mod@trace`] for those who want to see when what happened. [`cost`] says what it took.
 
 pub mod checkpoint;
 pub mod cost;
+mod disk;
 pub mod error;
 pub mod folder;
 pub mod npy;

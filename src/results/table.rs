@@ -1,6 +1,10 @@
-//! Aligned tables for the terminal.
+//! Tables as text: aligned for the terminal, comma-separated for files.
+
+use std::path::Path;
 
 use comfy_table::{Cell, CellAlignment, LineStyle, Table, TableStyle};
+
+use super::error::ResultsError;
 
 /// A table with a line under its header, words in the first column to the left, numbers in the others to the right; a
 /// newline last.
@@ -34,6 +38,25 @@ fn table<R: AsRef<[String]>>(
         table.add_row(row.as_ref().iter().map(String::as_str).enumerate().map(cell).collect::<Vec<_>>());
     }
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+/// Comma-separated values with a header. Numbers written by `to_string` come back with the same bits.
+///
+/// # Errors
+/// [`ResultsError::Write`] naming `path`, where it is going to be.
+pub fn comma_separated<R: IntoIterator<Item = String>>(
+    header: &[&str],
+    rows: impl IntoIterator<Item = R>,
+    path: &Path,
+) -> Result<String, ResultsError> {
+    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header).map_err(failed)?;
+    for row in rows {
+        writer.write_record(row).map_err(failed)?;
+    }
+    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// A number with thin groups of three: 21 233 664.

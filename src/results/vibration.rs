@@ -5,10 +5,10 @@
 
 use std::path::Path;
 
-use csv::Writer;
 use serde::Serialize;
 
 use super::error::ResultsError;
+use super::table::comma_separated;
 use crate::response::{BandLevel, PowerSpectrum};
 
 /// Third octaves.
@@ -61,22 +61,6 @@ impl NamedSpectrum {
     }
 }
 
-/// A table as text. Numbers are written so that reading gives the same bits.
-fn table<R: IntoIterator<Item = String>>(
-    header: &[&str],
-    rows: impl Iterator<Item = R>,
-    path: &Path,
-) -> Result<String, ResultsError> {
-    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
-    let mut writer = Writer::from_writer(Vec::new());
-    writer.write_record(header).map_err(failed)?;
-    for row in rows {
-        writer.write_record(row).map_err(failed)?;
-    }
-    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
 /// the run vouches for it and 0 beyond, of all bands from `lowest` \[Hz\] on.
 ///
@@ -101,7 +85,7 @@ pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path)
             named.names().into_iter().chain(numbers.map(|number| number.to_string()))
         })
     });
-    table(&header, rows, path)
+    comma_separated(&header, rows, path)
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
@@ -116,7 +100,7 @@ pub fn vibration_narrow_csv(spectra: &[NamedSpectrum], path: &Path) -> Result<St
             .density()
             .map(|(frequency, density)| named.names().into_iter().chain([frequency, density].map(|x| x.to_string())))
     });
-    table(&header, rows, path)
+    comma_separated(&header, rows, path)
 }
 
 /// What `summary.json` says of the vibration.

@@ -212,8 +212,8 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Of a scene's run, as often as it wants; the run began at `begin`, by when the process had taken so much processor
-    /// time, and had taken `earlier` (wall, processor) before.
+    /// Of a scene's run, as often as it wants; the run began at `begin`, by when the process had taken so much
+    /// processor time, and had taken `earlier` (wall, processor) before.
     ///
     /// # Errors
     /// A scene that TOML cannot hold, a road file that cannot be read.

@@ -12,7 +12,7 @@ use crate::plan::{Plan, SEGMENT};
 use crate::response::{PowerSpectrum, SpectrumAccumulator, SpectrumState};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
-use crate::results::npy::{NpyNumber, NpyWriter, Row};
+use crate::results::npy::{NpyWriter, Row};
 use crate::results::summary::{AxleMotion, RollingResistance};
 use crate::run::error::RunError;
 use crate::run::rolling_resistance::{PowerRecorder, ResistanceState};
@@ -33,24 +33,12 @@ struct Arrays {
 impl Arrays {
     /// Begins the arrays, or goes on with them after that many rows.
     fn open(folder: &ResultsFolder, columns: usize, moves: bool, rows: Option<u64>) -> Result<Self, ResultsError> {
-        fn array<T: NpyNumber>(
-            folder: &ResultsFolder,
-            name: &str,
-            row: Row,
-            rows: Option<u64>,
-        ) -> Result<NpyWriter<T>, ResultsError> {
-            let path = folder.path(name);
-            match rows {
-                None => NpyWriter::create(&path, row),
-                Some(rows) => NpyWriter::reopen(&path, row, rows),
-            }
-        }
         Ok(Self {
-            time: array(folder, "time.npy", Row::Scalar, rows)?,
-            total_force: array(folder, "total_force.npy", Row::Scalar, rows)?,
-            patch_force: array(folder, "patch_force.npy", Row::Columns(columns), rows)?,
-            patch_element: array(folder, "patch_element.npy", Row::Scalar, rows)?,
-            axle: if moves { Some(array(folder, "axle.npy", Row::Scalar, rows)?) } else { None },
+            time: NpyWriter::open(&folder.path("time.npy"), Row::Scalar, rows)?,
+            total_force: NpyWriter::open(&folder.path("total_force.npy"), Row::Scalar, rows)?,
+            patch_force: NpyWriter::open(&folder.path("patch_force.npy"), Row::Columns(columns), rows)?,
+            patch_element: NpyWriter::open(&folder.path("patch_element.npy"), Row::Scalar, rows)?,
+            axle: if moves { Some(NpyWriter::open(&folder.path("axle.npy"), Row::Scalar, rows)?) } else { None },
         })
     }
 }

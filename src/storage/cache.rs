@@ -23,7 +23,7 @@ use super::sealed_file::{Body, Format, Unusable};
 use crate::numeric::digest::hexadecimal;
 
 /// Largest size of all entries together unless set otherwise \[bytes\].
-pub const DEFAULT_LIMIT: u64 = 512 << 20;
+const DEFAULT_LIMIT: u64 = 512 << 20;
 
 /// What stops the cache from being used.
 #[derive(Debug, Error)]

@@ -14,8 +14,8 @@ pub struct PendingFile {
 }
 
 impl PendingFile {
-    /// Begins the file, which has a name of its own for every writer until it is complete; nothing stands under its name
-    /// yet, or what stood there before.
+    /// Begins the file, which has a name of its own for every writer until it is complete; nothing stands under its
+    /// final name yet, or what stood there before.
     ///
     /// # Errors
     /// Of the file system.

@@ -247,7 +247,8 @@ fn check_memory(
         return Ok(());
     }
     let wrong = format!(
-        "{} revolutions in a segment, {points} points and {elements} elements need {} of memory, with the rest more than numerics.memory_limit = {limit} GB",
+        "{} revolutions in a segment, {points} points and {elements} elements need {} of memory, \
+         with the rest more than numerics.memory_limit = {limit} GB",
         layout.revolutions,
         bytes(needed)
     );

@@ -11,12 +11,12 @@ use crate::response::{BandLevel, PowerSpectrum};
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
+use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
     FieldSummary, NamedSpectrum, Place, PowerSummary, VIBRATION_FILE, VIBRATION_NARROW_FILE, VibrationSummary,
     vibration_levels_csv, vibration_narrow_csv,
 };
 use crate::run::error::RunError;
-use crate::run::to_folder::LOWEST_FREQUENCY;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::{LoadedScene, TimeRule, Vibration};
 use crate::tyre::influence::Field;
@@ -232,11 +232,7 @@ fn draw_spectra<'a>(
 /// A whole array at once.
 fn write_rows(folder: &ResultsFolder, name: &str, values: &[f64], row: Row, meter: &mut Meter) -> Result<(), RunError> {
     let mut writer = NpyWriter::<f64>::create(&folder.path(name), row)?;
-    let length = match row {
-        Row::Scalar => 1,
-        Row::Columns(columns) => columns,
-    };
-    values.chunks_exact(length).try_for_each(|row| writer.push(row))?;
+    values.chunks_exact(row.length()).try_for_each(|row| writer.push(row))?;
     meter.count(Counter::BytesWritten, writer.bytes());
     writer.finish()?;
     Ok(())

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use crate::counters::Stage;
+use crate::counters::{Stage, Watch};
 use crate::plan::Decisions;
 use crate::plan::Plan;
 use crate::response::BandLevel;
@@ -155,9 +155,9 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
     let target = target.join(&variant.name);
     let mut progress = VariantProgress { name: &variant.name, watch, done: 0 };
     let report = match resumable(variant, &target, watch) {
-        true => run::resume(&target, threads, stop, &mut progress),
+        true => run::resume(&target, threads, Watch::default(), stop, &mut progress),
         false => {
-            let options = RunOptions { target: target.clone(), threads };
+            let options = RunOptions { target: target.clone(), threads, watch: Watch::default() };
             run::run(&variant.loaded, &options, stop, &mut progress)
         }
     };

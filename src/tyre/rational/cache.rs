@@ -46,8 +46,8 @@ pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
     crate::storage::cache::key::<RationalModel>(&(tyre, options)).map_err(not_finite)
 }
 
-/// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored. Trouble
-/// with the cache only ever gives warnings.
+/// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored.
+/// Trouble with the cache only ever gives warnings.
 ///
 /// # Errors
 /// As [`fit_timed`].

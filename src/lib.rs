@@ -4,9 +4,9 @@
 //! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`plan`] -> [`run`] -> [`study`]
 //! -> [`performance`].
 //!
-//! [`numeric`] and [`counters`] know no physics and serve all of them; [`half_space`], the contact of rough surfaces on
-//! an elastic half-space, knows no tyre and serves the road's slices; [`time_rule`] is how a run goes from one step to
-//! the next, a choice that a scene names. The command line is the program's own and uses what everybody can;
+//! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
+//! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
+//! slices; [`time_rule`] is how a run goes from one step to the next, a choice that a scene names. The command line is the program's own and uses what everybody can;
 //! `test_models` is for tests alone.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
@@ -23,6 +23,7 @@ pub mod results;
 pub mod road;
 pub mod run;
 pub mod scene;
+pub mod storage;
 pub mod study;
 #[doc(hidden)]
 pub mod test_models;

@@ -1,13 +1,15 @@
-//! `tyrewave cache`: the influence models kept on disk.
+//! `tyrewave cache`: what is kept on disk for the next run.
 
 use clap::{Args, Subcommand};
-use tyrewave::tyre::poles::cache::Cache;
+use tyrewave::storage::{Cache, Cached};
+use tyrewave::tyre::poles::RationalModel;
 
 use super::context::print;
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \
+A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache \
+folder. An entry that is damaged or of \
 another version is rebuilt when it is needed.
 
 Examples:
@@ -47,7 +49,7 @@ impl CacheArguments {
             }
             CacheAction::List => {
                 let mut text = String::new();
-                let entries = cache.list()?;
+                let entries = cache.list(&[RationalModel::KIND])?;
                 for entry in &entries {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());

@@ -10,8 +10,8 @@ use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
+use tyrewave::storage::CacheError;
 use tyrewave::study::sweep::SweepError;
-use tyrewave::tyre::poles::cache::CacheError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;

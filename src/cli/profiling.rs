@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use tyrewave::counters::{Timing, Watch};
-use tyrewave::results::pending_file::PendingFile;
+use tyrewave::results::ResultsError;
 use tyrewave::results::profile_table::cost_table;
 use tyrewave::results::table::Report;
 use tyrewave::results::trace::{chrome_trace, folded_stacks};
 use tyrewave::run::RunReport;
+use tyrewave::storage::PendingFile;
 
 use super::context::Context;
 use super::error::CliError;
@@ -32,7 +33,7 @@ pub struct ProfileOptions {
 #[derive(Debug)]
 pub struct PendingProfile {
     profile: bool,
-    trace: Option<(PathBuf, PendingFile)>,
+    trace: Option<PendingFile>,
     folded: Option<PendingFile>,
 }
 
@@ -53,9 +54,10 @@ impl ProfileOptions {
     /// # Errors
     /// As [`PendingFile::create`].
     pub fn begin(self) -> Result<PendingProfile, CliError> {
-        let trace = self.trace.map(|path| PendingFile::create(&path).map(|file| (path, file))).transpose()?;
-        let folded = self.folded.map(|path| PendingFile::create(&path)).transpose()?;
-        Ok(PendingProfile { profile: self.profile, trace, folded })
+        let begin = |path: Option<PathBuf>| {
+            path.map(|path| PendingFile::create(&path).map_err(ResultsError::creating(&path))).transpose()
+        };
+        Ok(PendingProfile { profile: self.profile, trace: begin(self.trace)?, folded: begin(self.folded)? })
     }
 }
 
@@ -66,11 +68,16 @@ impl PendingProfile {
     /// Of the files.
     pub fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
         if let Some(trace) = report.meter.trace() {
-            if let Some((path, file)) = self.trace {
-                file.complete(&chrome_trace(trace, &report.summary.title, &path)?)?;
+            let complete = |file: PendingFile, text: String| {
+                let path = file.path().to_owned();
+                file.complete(text).map_err(ResultsError::writing(&path))
+            };
+            if let Some(file) = self.trace {
+                let text = chrome_trace(trace, &report.summary.title, file.path())?;
+                complete(file, text)?;
             }
             if let Some(file) = self.folded {
-                file.complete(&folded_stacks(trace))?;
+                complete(file, folded_stacks(trace))?;
             }
         }
         Ok(self.profile.then(|| cost_table(&report.summary.cost)))

@@ -39,7 +39,7 @@ impl ResumeArguments {
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
         let (stop, mut progress) = (context.interrupt.flag(), context.progress());
-        let report = run::resume_watched(&self.results, context.threads, watch, stop, &mut progress)?;
+        let report = run::resume(&self.results, context.threads, watch, stop, &mut progress)?;
         drop(progress);
         end(&report, context, profile.complete(&report)?)
     }

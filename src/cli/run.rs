@@ -44,10 +44,11 @@ impl RunArguments {
     /// Runs the scene and says where the results are.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = Scene::load(&self.scene)?;
-        let options = RunOptions { target: self.results_folder(), threads: context.threads };
-        let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
+        let watch = self.profile.watch(context);
+        let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
+        let profile = self.profile.begin()?;
         let mut progress = context.progress();
-        let report = run::run_watched(&loaded, &options, watch, context.interrupt.flag(), &mut progress)?;
+        let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         end(&report, context, profile.complete(&report)?)
     }

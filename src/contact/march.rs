@@ -13,15 +13,16 @@
 //! 4. the forces join the history.
 
 use super::axle::AxleHeight;
-use super::complementarity::{Residuals, Search, SearchCounts, SliceLaw, SlicesUnder};
+use super::complementarity::{Residuals, Search, SearchCounts, SearchState, SliceLaw, SlicesUnder};
 use super::error::ContactError;
 use super::geometry::Geometry;
-use super::history::PastForces;
+use super::history::{HistoryState, PastForces};
 use super::kernel::ContactKernel;
 use super::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
+use crate::storage::state::{StateError, fill};
+use serde::{Deserialize, Serialize};
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +38,7 @@ pub struct StepResult {
 }
 
 /// Totals over all steps.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct MarchTotals {
     /// Worst residuals, absolute.
     pub residuals: Residuals,
@@ -80,6 +81,16 @@ pub struct March {
     weights: [f64; 3],
     time_step: f64,
     totals: MarchTotals,
+}
+
+/// What evolves of a [`March`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct MarchState {
+    step: u64,
+    totals: MarchTotals,
+    mean: Vec<f64>,
+    search: SearchState,
+    history: HistoryState,
 }
 
 impl March {
@@ -255,36 +266,26 @@ impl March {
 
 /// The state between two steps.
 impl March {
-    /// Takes down all that the next steps and the final totals depend on.
-    pub fn save(&self, state: &mut StateWriter) {
-        let totals = &self.totals;
-        state.counts(&[self.step, totals.edge_contacts]);
-        let Residuals { tension, penetration, complementarity } = totals.residuals;
-        state.numbers(&[tension, penetration, complementarity, totals.largest_force, totals.largest_displacement]);
-        state.numbers(&self.mean);
-        self.search.save(state);
-        self.history.save(state);
+    /// Takes the state down.
+    pub fn save(&self) -> MarchState {
+        MarchState {
+            step: self.step,
+            totals: self.totals.clone(),
+            mean: self.mean.clone(),
+            search: self.search.save(),
+            history: self.history.save(),
+        }
     }
 
     /// Goes on from the state of an equal march.
     ///
     /// # Errors
     /// [`StateError`]; the march is of no use then.
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut numbers) = ([0; 2], [0.0; 5]);
-        state.counts_into(&mut counts)?;
-        state.numbers_into(&mut numbers)?;
-        let [step, edge_contacts] = counts;
-        let [tension, penetration, complementarity, largest_force, largest_displacement] = numbers;
-        self.step = step;
-        self.totals = MarchTotals {
-            residuals: Residuals { tension, penetration, complementarity },
-            largest_force,
-            largest_displacement,
-            edge_contacts,
-        };
-        state.numbers_into(&mut self.mean)?;
-        self.search.restore(state)?;
-        self.history.restore(state)
+    pub fn restore(&mut self, state: MarchState) -> Result<(), StateError> {
+        let MarchState { step, totals, mean, search, history } = state;
+        (self.step, self.totals) = (step, totals);
+        fill(&mut self.mean, &mean)?;
+        self.search.restore(search)?;
+        self.history.restore(history)
     }
 }

@@ -3,8 +3,10 @@
 use std::ops::{AddAssign, Sub};
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 /// Time of a piece of work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Spent {
     /// Wall time.
     pub wall: Duration,

@@ -2,11 +2,13 @@
 
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use super::clock::Spent;
 
 /// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches
 /// make of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Work {
     /// Multiply-adds, two flops each.
     pub multiply_adds: u64,
@@ -34,7 +36,7 @@ impl std::ops::Sub for Work {
 }
 
 /// Memory asked for so far, or within a stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Allocations {
     /// Allocations and reallocations.
     pub count: u64,
@@ -61,7 +63,7 @@ impl std::ops::Sub for Allocations {
 pub type AllocationProbe = fn() -> Allocations;
 
 /// Calls and time of one stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct StageCost {
     /// How often the stage was entered.
     pub calls: u64,

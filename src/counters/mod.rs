@@ -33,6 +33,7 @@ pub mod process;
 mod stage;
 pub mod trace;
 
+use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
 pub use clock::{Clock, CpuClock, Spent};
@@ -95,7 +96,7 @@ impl Watch {
 }
 
 /// What a run has cost so far, as plain numbers.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub struct Counters {
     /// By [`Stage`]; the steps since they were last settled are not in it.
     pub stages: [StageCost; Stage::ALL.len()],

@@ -3,10 +3,10 @@
 //! Welford's recurrence (1962, *Technometrics* 4, 419) on the differences from the first value: a signal that hardly
 //! moves on a large mean keeps its variance to rounding of the movement, not of the mean.
 
-use super::state::{StateError, StateReader, StateWriter};
+use serde::{Deserialize, Serialize};
 
 /// Moments so far.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct RunningMoments {
     count: u64,
     /// The first value.
@@ -53,24 +53,6 @@ impl RunningMoments {
     /// Mean square of the values less their mean, if there is any value.
     pub fn variance(&self) -> Option<f64> {
         (self.count > 0).then(|| self.squares / self.count as f64)
-    }
-
-    /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.count(self.count);
-        state.numbers(&[self.shift, self.mean, self.squares]);
-    }
-
-    /// Goes on from a state.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let mut numbers = [0.0; 3];
-        self.count = state.count()?;
-        state.numbers_into(&mut numbers)?;
-        [self.shift, self.mean, self.squares] = numbers;
-        Ok(())
     }
 }
 

@@ -16,7 +16,6 @@ use super::workload::{Truth, Workload};
 use crate::counters::machine::instruction_set;
 use crate::counters::process::thread_cpu_time;
 use crate::counters::{Counter, Meter, Stage, Watch};
-use crate::numeric::nanoseconds;
 use crate::plan::Plan;
 use crate::run::{Run, RunError};
 use crate::scene::{DEFAULT, History, LoadedScene, Scene, Tyre};
@@ -78,6 +77,11 @@ impl Found {
 struct BlockClock {
     wall: Instant,
     processor: Option<Duration>,
+}
+
+/// A time in whole nanoseconds.
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 impl BlockClock {

@@ -363,7 +363,7 @@ fn on_threads(elements: usize, scratch: &std::path::Path, stop: &AtomicBool) -> 
         let pool = pool.map_err(|_| PerformanceError::Interrupted)?;
         let mut best = f64::INFINITY;
         for _ in 0..3 {
-            let options = RunOptions { target: scratch.join("threads"), threads };
+            let options = RunOptions { target: scratch.join("threads"), threads, watch: Watch::default() };
             let report = pool.install(|| run(&loaded, &options, stop, &mut Unwatched)).map_err(failed)?;
             let of = |stages: &[Stage]| -> f64 {
                 stages.iter().map(|&stage| report.meter.cost(stage).spent.wall.as_secs_f64()).sum()

@@ -28,9 +28,10 @@ pub use unit::{Unit, UnitCosts};
 
 use crate::road::{Lattice, RoadError};
 use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread};
+use crate::storage::Cache;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::FitOptions;
-use crate::tyre::poles::cache::{Cache, key};
+use crate::tyre::poles::cache::key;
+use crate::tyre::poles::{FitOptions, RationalModel};
 use resolution::{Need, Resolution};
 pub use settle::{Choice, settled};
 
@@ -252,7 +253,7 @@ pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
 /// used.
 fn kept_poles(plan: &Plan) -> Option<usize> {
     let key = key(&plan.decisions.tyre, &plan.fit).ok().filter(|_| plan.needs_model())?;
-    let model = Cache::open().ok()?.load(&key).ok()??.ok()?;
+    let model: RationalModel = Cache::open().ok()?.load(&key).ok()??.ok()?;
     Some(model.order())
 }
 

@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::unit::UnitCosts;
 use crate::counters::machine::{instruction_set, processor};
 use crate::numeric::digest::sha256;
-use crate::results::pending_file::PendingFile;
-use crate::tyre::poles::cache::Cache;
+use crate::storage::{Cache, PendingFile};
 
 /// Name of the record in the cache folder.
 const FILE: &str = "calibration.json";

@@ -17,9 +17,11 @@ use std::sync::Arc;
 
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
+use serde::{Deserialize, Serialize};
 
 use super::spectrum::{PowerSpectrum, SpectrumError};
-use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter, transform_length};
+use crate::numeric::{RunningMoments, transform_length};
+use crate::storage::state::{StateError, fill_all};
 
 /// Fewest samples that are transformed.
 const FEWEST_SAMPLES: usize = 8;
@@ -58,6 +60,16 @@ impl PowerSpectrum {
         signal.iter().for_each(|&value| accumulator.push(value));
         accumulator.finish()
     }
+}
+
+/// What evolves of a [`SpectrumAccumulator`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct SpectrumState {
+    moments: RunningMoments,
+    not_finite: Option<(u64, f64)>,
+    open: u64,
+    segments: [Vec<f64>; 2],
+    sums: [Vec<f64>; 3],
 }
 
 impl SpectrumAccumulator {
@@ -213,28 +225,28 @@ impl SpectrumAccumulator {
     }
 
     /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        self.moments.save(state);
-        state.count(self.open);
-        let (index, value) = self.not_finite.unwrap_or((u64::MAX, 0.0));
-        state.count(index);
-        state.number(value);
-        self.segments.iter().chain(&self.sums).for_each(|values| state.numbers(values));
+    pub fn save(&self) -> SpectrumState {
+        SpectrumState {
+            moments: self.moments.clone(),
+            not_finite: self.not_finite,
+            open: self.open,
+            segments: self.segments.clone(),
+            sums: self.sums.clone(),
+        }
     }
 
     /// Goes on from the state of an accumulator for the same record.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.moments.restore(state)?;
-        self.open = state.count()?;
-        if self.open > self.hops || self.moments.count() > self.samples {
+    pub fn restore(&mut self, state: SpectrumState) -> Result<(), StateError> {
+        let SpectrumState { moments, not_finite, open, segments, sums } = state;
+        if open > self.hops || moments.count() > self.samples {
             return Err(StateError::Value);
         }
-        let (index, value) = (state.count()?, state.number()?);
-        self.not_finite = (index != u64::MAX).then_some((index, value));
-        self.segments.iter_mut().chain(&mut self.sums).try_for_each(|values| state.numbers_into(values))
+        (self.moments, self.not_finite, self.open) = (moments, not_finite, open);
+        fill_all(self.segments.iter_mut().map(Vec::as_mut_slice), &segments)?;
+        fill_all(self.sums.iter_mut().map(Vec::as_mut_slice), &sums)
     }
 }
 
@@ -250,6 +262,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::storage::state::read_back;
 
     /// The oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
@@ -305,13 +318,8 @@ mod tests {
             let new = || SpectrumAccumulator::new(samples, 1e-3, Some(0.05)).unwrap();
             let mut first = new();
             signal[..stop].iter().for_each(|&value| first.push(value));
-            let mut state = StateWriter::default();
-            first.save(&mut state);
-            let bytes = state.into_bytes();
             let mut second = new();
-            let mut reader = StateReader::new(&bytes);
-            second.restore(&mut reader).unwrap();
-            reader.end().unwrap();
+            second.restore(read_back(&first.save())).unwrap();
             signal[stop..].iter().for_each(|&value| second.push(value));
             let whole = PowerSpectrum::of(&signal, 1e-3, Some(0.05)).unwrap();
             let bits = |spectrum: &PowerSpectrum| spectrum.power.iter().map(|x| x.to_bits()).collect::<Vec<_>>();

@@ -14,7 +14,7 @@ pub mod speed_exponent;
 pub mod third_octave;
 pub mod vibration;
 
-pub use accumulator::SpectrumAccumulator;
+pub use accumulator::{SpectrumAccumulator, SpectrumState};
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub use speed_exponent::SpeedExponent;
 pub use third_octave::ThirdOctaveBand;

@@ -49,7 +49,8 @@ pub enum ResultsError {
     },
     /// A results folder to which somebody has added something.
     #[error(
-        "{} holds {entry}, which tyrewave did not write; the folder is left alone (move {entry} away or choose another --out)",
+        "{} holds {entry}, which tyrewave did not write; the folder is left alone \
+         (move {entry} away or choose another --out)",
         path.display()
     )]
     ForeignEntry {
@@ -69,7 +70,10 @@ pub enum ResultsError {
         got: usize,
     },
     /// An array to be gone on with is not the one that was begun.
-    #[error("{} is not the array that was begun: it lacks some of its first {rows} rows, or has another type or width", path.display())]
+    #[error(
+        "{} is not the array that was begun: it lacks some of its first {rows} rows, or has another type or width",
+        path.display()
+    )]
     NotThisArray {
         /// The array's file.
         path: PathBuf,

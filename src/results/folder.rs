@@ -15,12 +15,12 @@
 //! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were
 //!    made for it, too.
 
-use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{CHECKPOINT_FILE, CheckpointError, SCENE_FILE, TEMPORARY_FILE};
+use super::disk::{entries, missing_parents, replace, sync_folder, with_suffix, write_file};
 use super::error::ResultsError;
 use super::summary::{FORMAT, Marker, SUMMARY_FILE, Summary};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
@@ -197,12 +197,6 @@ impl Drop for ResultsFolder {
     }
 }
 
-/// Writes a file and brings it to the disk.
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
-    let mut file = File::create(path).map_err(ResultsError::creating(path))?;
-    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(ResultsError::writing(path))
-}
-
 /// Ok if nothing, an empty folder, or an untouched results folder stands at `target`.
 fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
     let present = match fs::symlink_metadata(target) {
@@ -227,34 +221,6 @@ fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
     }
 }
 
-/// Gives `working` the name `target`; what stood there is deleted after that, or gets its name back on failure.
-fn replace(working: &Path, target: &Path) -> Result<(), ResultsError> {
-    let rename = |from: &Path, to: &Path| {
-        fs::rename(from, to).map_err(|source| ResultsError::Rename { from: from.to_owned(), to: to.to_owned(), source })
-    };
-    let old = if fs::symlink_metadata(target).is_ok() {
-        let aside = with_suffix(working, "-old");
-        rename(target, &aside)?;
-        Some(aside)
-    } else {
-        None
-    };
-    if let Err(error) = rename(working, target) {
-        if let Some(aside) = old {
-            rename(&aside, target)?;
-        }
-        return Err(error);
-    }
-    // The new results are in place: trouble from here on is none of theirs.
-    if let Some(parent) = target.parent().filter(|parent| !parent.as_os_str().is_empty()) {
-        let _ = sync_folder(parent);
-    }
-    if let Some(aside) = old {
-        let _ = fs::remove_dir_all(aside);
-    }
-    Ok(())
-}
-
 /// Makes `<target>.partial-<pid>`, or with a number added if a dead process of the same id has left one.
 fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
     let process = std::process::id();
@@ -269,32 +235,6 @@ fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
             Err(source) => return Err(ResultsError::Create { path, source }),
         }
     }
-}
-
-/// Names of what is in a folder.
-pub(super) fn entries(folder: &Path) -> io::Result<Vec<String>> {
-    fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
-}
-
-/// Parents of `target` that do not exist, innermost first.
-fn missing_parents(target: &Path) -> Vec<PathBuf> {
-    target
-        .ancestors()
-        .skip(1)
-        .take_while(|parent| !parent.as_os_str().is_empty() && !parent.exists())
-        .map(Path::to_owned)
-        .collect()
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name: OsString = path.file_name().unwrap_or(OsStr::new("results")).to_owned();
-    name.push(suffix);
-    path.with_file_name(name)
-}
-
-/// Brings the names in a folder to the disk, where the system can do that.
-pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
 #[cfg(test)]
@@ -422,7 +362,7 @@ mod tests {
     fn killed(target: &Path) -> PathBuf {
         let mut folder = ResultsFolder::create(target).unwrap();
         folder.write_text("time.npy", "half").unwrap();
-        super::super::checkpoint::write(folder.working(), b"state").unwrap();
+        super::super::checkpoint::write(folder.working(), &"state").unwrap();
         folder.keep_if_stopped();
         let working = folder.working().to_owned();
         drop(folder);

@@ -2,16 +2,15 @@
 //!
 //! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run
 //! beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run goes on; [`summary`],
-//! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal, [`mod@table`] how tables look,
-//! [`mod@trace`] for those who want to see when what happened. [`cost`] says what it took; [`pending_file`] is for
-//! single files beside a folder.
+//! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal, [`mod@table`]
+//! how tables look, [`mod@trace`] for those who want to see when what happened. [`cost`] says what it took.
 
 pub mod checkpoint;
 pub mod cost;
+mod disk;
 pub mod error;
 pub mod folder;
 pub mod npy;
-pub mod pending_file;
 pub mod plots;
 pub mod profile_table;
 pub mod spectra;

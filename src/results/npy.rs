@@ -3,12 +3,14 @@
 //! The number of rows is known only at the end (a run may be interrupted), so the header is written first with room to
 //! spare and patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format
 //! asks. A header on disk is valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`]. The crate
-//! npyz reads these files (see the tests) but patches one-dimensional shapes only.
+//! npyz reads these headers but patches one-dimensional shapes only.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
+
+use npyz::{NpyHeader, Order};
 
 use super::error::ResultsError;
 
@@ -49,10 +51,19 @@ pub enum Row {
 }
 
 impl Row {
-    fn length(self) -> usize {
+    /// Numbers in a row.
+    pub fn length(self) -> usize {
         match self {
             Self::Scalar => 1,
             Self::Columns(columns) => columns,
+        }
+    }
+
+    /// Whether an array of that shape has such rows.
+    fn fits(self, shape: &[u64]) -> bool {
+        match self {
+            Self::Scalar => shape.len() == 1,
+            Self::Columns(columns) => shape.len() == 2 && shape[1] == columns as u64,
         }
     }
 }
@@ -68,19 +79,26 @@ pub struct NpyWriter<T> {
 }
 
 impl<T: NpyNumber> NpyWriter<T> {
+    fn of(path: &Path, file: File, row: Row, rows: u64) -> Self {
+        let file = BufWriter::with_capacity(BUFFER_BYTES, file);
+        Self { path: path.to_owned(), file, row, rows, number: PhantomData }
+    }
+
+    /// Begins the file, or goes on with it after that many rows.
+    ///
+    /// # Errors
+    /// As [`Self::create`] and [`Self::reopen`].
+    pub fn open(path: &Path, row: Row, rows: Option<u64>) -> Result<Self, ResultsError> {
+        rows.map_or_else(|| Self::create(path, row), |rows| Self::reopen(path, row, rows))
+    }
+
     /// Creates the file with a header that says zero rows.
     ///
     /// # Errors
     /// [`ResultsError::Create`], [`ResultsError::Write`].
     pub fn create(path: &Path, row: Row) -> Result<Self, ResultsError> {
         let file = File::create(path).map_err(ResultsError::creating(path))?;
-        let mut writer = Self {
-            path: path.to_owned(),
-            file: BufWriter::with_capacity(BUFFER_BYTES, file),
-            row,
-            rows: 0,
-            number: PhantomData,
-        };
+        let mut writer = Self::of(path, file, row, 0);
         let header = header(T::DESCRIPTOR, row, 0);
         writer.file.write_all(&header).map_err(ResultsError::writing(path))?;
         Ok(writer)
@@ -93,26 +111,16 @@ impl<T: NpyNumber> NpyWriter<T> {
     pub fn reopen(path: &Path, row: Row, rows: u64) -> Result<Self, ResultsError> {
         let writing = || ResultsError::writing(path);
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(writing())?;
-        let mut found = [0; HEADER_BYTES];
-        let complete = file.read_exact(&mut found).is_ok();
+        let found = NpyHeader::from_reader(&mut file);
+        let at = file.stream_position().map_err(writing())?;
         let length = file.metadata().map_err(writing())?.len();
-        let mut writer = Self {
-            path: path.to_owned(),
-            file: BufWriter::with_capacity(BUFFER_BYTES, file),
-            row,
-            rows,
-            number: PhantomData,
-        };
+        let mut writer = Self::of(path, file, row, rows);
         // Everything but the number of rows, which the file may not know yet.
-        let same = (0..=length / 8).contains(&rows) && {
-            let text = |bytes: &[u8]| {
-                let text = String::from_utf8_lossy(&bytes[10..]).into_owned();
-                let (before, shape) = text.split_once('(').unwrap_or((&text, ""));
-                (before.to_owned(), shape.split_once(',').unwrap_or(("", shape)).1.trim_end().to_owned())
-            };
-            found[..10] == header(T::DESCRIPTOR, row, 0)[..10] && text(&found) == text(&header(T::DESCRIPTOR, row, 0))
-        };
-        if !complete || !same || length < writer.bytes() {
+        let same = found.is_ok_and(|found| {
+            let number = found.dtype().descr().trim_matches('\'') == T::DESCRIPTOR;
+            at == HEADER_BYTES as u64 && number && found.order() == Order::C && row.fits(found.shape())
+        });
+        if !same || rows > length / 8 || length < writer.bytes() {
             return Err(ResultsError::NotThisArray { path: path.to_owned(), rows });
         }
         let bytes = writer.bytes();
@@ -149,11 +157,6 @@ impl<T: NpyNumber> NpyWriter<T> {
         }
         self.rows += 1;
         Ok(())
-    }
-
-    /// Rows so far.
-    pub fn rows(&self) -> u64 {
-        self.rows
     }
 
     /// Bytes so far, header included.
@@ -313,7 +316,8 @@ mod tests {
         let check = "import sys, numpy as np\n\
                      a, b = np.load(sys.argv[1]), np.load(sys.argv[2])\n\
                      assert a.shape == (3, 2) and a.dtype == np.float64 and a.flags.c_contiguous, (a.shape, a.dtype)\n\
-                     assert a[0, 0] == 0.1 and a[0, 1] == -2.5 and np.isnan(a[1, 0]) and a[1, 1] == 1e300 and a[2, 1] == 4\n\
+                     assert a[0, 0] == 0.1 and a[0, 1] == -2.5 and np.isnan(a[1, 0])\n\
+                     assert a[1, 1] == 1e300 and a[2, 1] == 4\n\
                      assert b.shape == (2,) and b.dtype == np.int64 and b[0] == -2**63 and b[1] == 7";
         let status = Command::new("python3").arg("-c").arg(check).args([&real, &whole]).status().unwrap();
         assert!(status.success());

@@ -1,49 +1,34 @@
 //! `spectra.csv`: third-octave levels, one row per band.
 
-use std::path::Path;
-
-use csv::Writer;
-
-use super::error::ResultsError;
+use super::table::csv;
 use crate::response::{BandLevel, ThirdOctaveBand};
 
 /// Name of the file in a results folder.
 pub const SPECTRA_FILE: &str = "spectra.csv";
 
+/// Lowest band \[Hz\]: below, a run of seconds says little.
+pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
+
 /// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
 /// re 1 N\], 1 where the run vouches for the level and 0 beyond. Numbers are written so that reading gives the same
 /// bits; the level of silence is `-inf`.
-///
-/// # Errors
-/// [`ResultsError::Write`] naming `path`, where it is going to be.
-pub fn force_levels_csv(levels: &[BandLevel], path: &Path) -> Result<String, ResultsError> {
-    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
-    let mut writer = Writer::from_writer(Vec::new());
-    writer
-        .write_record([
-            "nominal_hz",
-            "mid_frequency_hz",
-            "lower_edge_hz",
-            "upper_edge_hz",
-            "mean_square_n2",
-            "level_db_re_1n",
-            "valid",
-        ])
-        .map_err(failed)?;
-    for BandLevel { band, mean_square, level, valid } in levels {
-        let numbers = [
-            band.nominal_frequency(),
-            band.mid_frequency(),
-            band.lower_edge(),
-            band.upper_edge(),
-            *mean_square,
-            *level,
-            f64::from(u8::from(*valid)),
-        ];
-        writer.write_record(numbers.map(|number| number.to_string())).map_err(failed)?;
-    }
-    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+pub fn force_levels_csv(levels: &[BandLevel]) -> String {
+    let header = [
+        "nominal_hz",
+        "mid_frequency_hz",
+        "lower_edge_hz",
+        "upper_edge_hz",
+        "mean_square_n2",
+        "level_db_re_1n",
+        "valid",
+    ];
+    let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
+        let valid = f64::from(u8::from(valid));
+        let edges = [band.lower_edge(), band.upper_edge()];
+        let numbers = [band.nominal_frequency(), band.mid_frequency(), edges[0], edges[1], mean_square, level, valid];
+        numbers.map(|number| number.to_string()).to_vec()
+    });
+    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
 }
 
 /// The levels in such a text, bit by bit; `None` where it is none.
@@ -82,7 +67,7 @@ mod tests {
             valid: n < -14,
         };
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
-        let text = force_levels_csv(&levels, Path::new("spectra.csv")).unwrap();
+        let text = force_levels_csv(&levels);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<Vec<f64>> =
             reader.records().map(|row| row.unwrap().iter().map(|field| field.parse().unwrap()).collect()).collect();

@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{CHECKPOINT_FILE, CheckpointError};
-use super::folder::entries;
+use super::disk::entries;
 use super::summary::SUMMARY_FILE;
 
 /// Locked while a process writes to the folder.

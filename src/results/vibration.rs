@@ -3,12 +3,9 @@
 //! One row for each field, frame, place and band (or frequency). A position or the number of an element stands where
 //! the spectrum is that of a point; without either it is the mean over the circumference.
 
-use std::path::Path;
-
-use csv::Writer;
 use serde::Serialize;
 
-use super::error::ResultsError;
+use super::table::csv;
 use crate::response::{BandLevel, PowerSpectrum};
 
 /// Third octaves.
@@ -61,28 +58,9 @@ impl NamedSpectrum {
     }
 }
 
-/// A table as text. Numbers are written so that reading gives the same bits.
-fn table<R: IntoIterator<Item = String>>(
-    header: &[&str],
-    rows: impl Iterator<Item = R>,
-    path: &Path,
-) -> Result<String, ResultsError> {
-    let failed = |error: csv::Error| ResultsError::writing(path)(error.into());
-    let mut writer = Writer::from_writer(Vec::new());
-    writer.write_record(header).map_err(failed)?;
-    for row in rows {
-        writer.write_record(row).map_err(failed)?;
-    }
-    let bytes = writer.into_inner().map_err(|error| ResultsError::writing(path)(error.into_error()))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
 /// the run vouches for it and 0 beyond, of all bands from `lowest` \[Hz\] on.
-///
-/// # Errors
-/// [`ResultsError::Write`] naming `path`.
-pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path) -> Result<String, ResultsError> {
+pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64) -> String {
     let header = [
         "field",
         "frame",
@@ -98,25 +76,21 @@ pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, path: &Path)
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
             let valid = f64::from(u8::from(valid));
             let numbers = [band.nominal_frequency(), band.mid_frequency(), mean_square, level, valid];
-            named.names().into_iter().chain(numbers.map(|number| number.to_string()))
+            named.names().into_iter().chain(numbers.map(|number| number.to_string())).collect()
         })
     });
-    table(&header, rows, path)
+    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
-///
-/// # Errors
-/// [`ResultsError::Write`] naming `path`.
-pub fn vibration_narrow_csv(spectra: &[NamedSpectrum], path: &Path) -> Result<String, ResultsError> {
+pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
     let header = ["field", "frame", "position_m", "element", "frequency_hz", "density_m2_s2_hz"];
     let rows = spectra.iter().flat_map(|named| {
-        named
-            .spectrum
-            .density()
-            .map(|(frequency, density)| named.names().into_iter().chain([frequency, density].map(|x| x.to_string())))
+        named.spectrum.density().map(|(frequency, density)| {
+            named.names().into_iter().chain([frequency, density].map(|x| x.to_string())).collect()
+        })
     });
-    table(&header, rows, path)
+    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
 }
 
 /// What `summary.json` says of the vibration.
@@ -187,8 +161,7 @@ mod tests {
         };
         let named = |place| NamedSpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };
         let spectra = [named(Place::Everywhere), named(Place::Position(-0.1)), named(Place::Element(7))];
-        let path = Path::new("x.csv");
-        let narrow = vibration_narrow_csv(&spectra, path).unwrap();
+        let narrow = vibration_narrow_csv(&spectra);
         assert_eq!(narrow.lines().count(), 1 + 3 * 601);
         let row: Vec<&str> = narrow.lines().nth(603).unwrap().split(',').collect();
         assert_eq!(&row[..5], ["belt", "non-rotating", "-0.1", "", "0.3333333333333333"]);
@@ -196,7 +169,7 @@ mod tests {
             row[5].parse::<f64>().unwrap().to_bits(),
             (1.0 / 7.0 / (1.5 * (1.0 / 3.0) - 0.5 * (1.0 / 3.0_f64))).to_bits()
         );
-        let levels = vibration_levels_csv(&spectra, 20.0, path).unwrap();
+        let levels = vibration_levels_csv(&spectra, 20.0);
         let bands = spectrum.third_octaves(20.0, 1.0).len();
         assert_eq!(levels.lines().count(), 1 + 3 * bands);
         assert!(levels.lines().nth(1).unwrap().starts_with("belt,non-rotating,,,25,"), "{levels}");

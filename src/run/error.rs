@@ -39,7 +39,10 @@ pub enum RunError {
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     /// The results could not be written to their end, but there is a checkpoint to go on from.
-    #[error("{source}; the run up to its last checkpoint is kept: when there is room, `tyrewave resume {}` goes on", kept.display())]
+    #[error(
+        "{source}; the run up to its last checkpoint is kept: when there is room, `tyrewave resume {}` goes on",
+        kept.display()
+    )]
     Kept {
         /// What went wrong.
         source: ResultsError,

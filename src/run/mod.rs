@@ -9,6 +9,7 @@
 pub mod checkpoint;
 pub mod error;
 pub mod in_memory;
+mod look_back;
 pub mod past;
 pub mod prepare;
 pub mod progress;
@@ -22,4 +23,4 @@ pub mod vibration;
 pub use error::RunError;
 pub use in_memory::{Results, Run};
 pub use progress::{Progress, Unwatched};
-pub use to_folder::{RunOptions, RunReport, resume, resume_watched, run, run_watched};
+pub use to_folder::{RunOptions, RunReport, resume, run};

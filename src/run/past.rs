@@ -10,10 +10,11 @@ use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::Plan;
 use crate::run::error::RunError;
 use crate::scene::{LoadedScene, SceneError, TimeRule, Tyre};
+use crate::storage::Cache;
 use crate::tyre::influence::InfluenceSum;
 use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::layers::operations;
-use crate::tyre::poles::cache::{Cache, Fetched};
+use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
 /// What a way to carry the past is made from.
@@ -38,7 +39,7 @@ pub struct Past<'a> {
 /// [`FitError`] for a fit that is refused, or stopped by `stop`.
 pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
     match Cache::open() {
-        Ok(cache) => cache.fetch(tyre, options, stop),
+        Ok(cache) => cache::fetch(&cache, tyre, options, stop),
         Err(error) => {
             let (model, times) = fit_timed(tyre, options, stop)?;
             let warnings = vec![format!("no cache of influence models: {error}")];

@@ -4,18 +4,21 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::counters::{Counter, Meter, Stage};
-use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
+use crate::numeric::RunningMoments;
 use crate::plan::{Plan, SEGMENT};
-use crate::response::{PowerSpectrum, SpectrumAccumulator};
+use crate::response::{PowerSpectrum, SpectrumAccumulator, SpectrumState};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
-use crate::results::npy::{NpyNumber, NpyWriter, Row};
+use crate::results::npy::{NpyWriter, Row};
 use crate::results::summary::{AxleMotion, RollingResistance};
 use crate::run::error::RunError;
-use crate::run::rolling_resistance::PowerRecorder;
-use crate::run::vibration::VibrationRecorder;
+use crate::run::rolling_resistance::{PowerRecorder, ResistanceState};
+use crate::run::vibration::{RecorderState, VibrationRecorder};
 use crate::scene::{Axle, Scene, TimeRule};
+use crate::storage::state::{StateError, restore_part};
 
 /// The arrays of a run.
 struct Arrays {
@@ -30,24 +33,12 @@ struct Arrays {
 impl Arrays {
     /// Begins the arrays, or goes on with them after that many rows.
     fn open(folder: &ResultsFolder, columns: usize, moves: bool, rows: Option<u64>) -> Result<Self, ResultsError> {
-        fn array<T: NpyNumber>(
-            folder: &ResultsFolder,
-            name: &str,
-            row: Row,
-            rows: Option<u64>,
-        ) -> Result<NpyWriter<T>, ResultsError> {
-            let path = folder.path(name);
-            match rows {
-                None => NpyWriter::create(&path, row),
-                Some(rows) => NpyWriter::reopen(&path, row, rows),
-            }
-        }
         Ok(Self {
-            time: array(folder, "time.npy", Row::Scalar, rows)?,
-            total_force: array(folder, "total_force.npy", Row::Scalar, rows)?,
-            patch_force: array(folder, "patch_force.npy", Row::Columns(columns), rows)?,
-            patch_element: array(folder, "patch_element.npy", Row::Scalar, rows)?,
-            axle: if moves { Some(array(folder, "axle.npy", Row::Scalar, rows)?) } else { None },
+            time: NpyWriter::open(&folder.path("time.npy"), Row::Scalar, rows)?,
+            total_force: NpyWriter::open(&folder.path("total_force.npy"), Row::Scalar, rows)?,
+            patch_force: NpyWriter::open(&folder.path("patch_force.npy"), Row::Columns(columns), rows)?,
+            patch_element: NpyWriter::open(&folder.path("patch_element.npy"), Row::Scalar, rows)?,
+            axle: if moves { Some(NpyWriter::open(&folder.path("axle.npy"), Row::Scalar, rows)?) } else { None },
         })
     }
 }
@@ -99,7 +90,7 @@ pub struct Record {
 }
 
 /// The steps of the force map.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Drawn {
     /// Time \[s\].
     pub time: Vec<f64>,
@@ -107,6 +98,18 @@ pub struct Drawn {
     pub first_element: Vec<i64>,
     /// Forces, row by row \[N\].
     pub force: Vec<f64>,
+}
+
+/// What evolves of a [`Record`].
+#[derive(Deserialize, Serialize)]
+pub(crate) struct RecordState {
+    force: RunningMoments,
+    indentation: Option<RunningMoments>,
+    sum_of_lengths: f64,
+    drawn: Drawn,
+    spectrum: Option<SpectrumState>,
+    power: Option<ResistanceState>,
+    vibration: Option<RecorderState>,
 }
 
 impl Record {
@@ -226,23 +229,15 @@ impl Record {
     }
 
     /// Takes the state down, the arrays' rows excepted.
-    pub fn save(&self, state: &mut StateWriter) {
-        self.force.save(state);
-        if let Some(indentation) = &self.indentation {
-            indentation.save(state);
-        }
-        state.number(self.sum_of_lengths);
-        state.numbers(&self.drawn.time);
-        state.wholes(&self.drawn.first_element);
-        state.numbers(&self.drawn.force);
-        if let Some(spectrum) = &self.spectrum {
-            spectrum.save(state);
-        }
-        if let Some(power) = &self.power {
-            power.save(state);
-        }
-        if let Some(vibration) = &self.vibration {
-            vibration.save(state);
+    pub(crate) fn save(&self) -> RecordState {
+        RecordState {
+            force: self.force.clone(),
+            indentation: self.indentation.clone(),
+            sum_of_lengths: self.sum_of_lengths,
+            drawn: self.drawn.clone(),
+            spectrum: self.spectrum.as_ref().map(SpectrumAccumulator::save),
+            power: self.power.as_ref().map(PowerRecorder::save),
+            vibration: self.vibration.as_ref().map(VibrationRecorder::save),
         }
     }
 
@@ -250,25 +245,23 @@ impl Record {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.force.restore(state)?;
-        if let Some(indentation) = &mut self.indentation {
-            indentation.restore(state)?;
+    pub(crate) fn restore(&mut self, state: RecordState) -> Result<(), StateError> {
+        let RecordState { force, indentation, sum_of_lengths, drawn, spectrum, power, vibration } = state;
+        (self.force, self.sum_of_lengths) = (force, sum_of_lengths);
+        restore_part(&mut self.indentation, indentation, |here, saved| {
+            *here = saved;
+            Ok(())
+        })?;
+        if drawn.first_element.len() != drawn.time.len() {
+            return Err(StateError::Value);
         }
-        self.sum_of_lengths = state.number()?;
-        self.drawn.time.extend(state.numbers()?);
-        self.drawn.first_element.extend(state.wholes()?);
-        self.drawn.force.extend(state.numbers()?);
-        if let Some(spectrum) = &mut self.spectrum {
-            spectrum.restore(state)?;
-        }
-        if let Some(power) = &mut self.power {
-            power.restore(state)?;
-        }
-        if let Some(vibration) = &mut self.vibration {
-            vibration.restore(state)?;
-        }
-        Ok(())
+        // In the room that is there for all rows.
+        self.drawn.time.extend(drawn.time);
+        self.drawn.first_element.extend(drawn.first_element);
+        self.drawn.force.extend(drawn.force);
+        restore_part(&mut self.spectrum, spectrum, SpectrumAccumulator::restore)?;
+        restore_part(&mut self.power, power, PowerRecorder::restore)?;
+        restore_part(&mut self.vibration, vibration, VibrationRecorder::restore)
     }
 
     /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a

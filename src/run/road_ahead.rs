@@ -3,15 +3,16 @@
 use std::ops::Range;
 
 use rayon::Scope;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Counter, Meter};
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::plan::CHUNK_ROWS;
 use crate::road::RoadSurface;
 use crate::road::slices::{SliceBuilder, StiffnessCurve};
 use crate::run::error::RunError;
 use crate::run::road_maker::RoadMaker;
+use crate::storage::StateError;
 
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
@@ -38,11 +39,14 @@ pub struct RoadAhead {
     slice_error: f64,
 }
 
-/// Slices that a state wants to be there.
-#[derive(Clone, Copy, Debug)]
-pub struct Missing {
-    first: i64,
-    end: i64,
+/// What evolves of a [`RoadAhead`].
+#[derive(Deserialize, Serialize)]
+pub(crate) struct RoadState {
+    /// Elements whose slices are in the queue.
+    queue: Range<i64>,
+    /// Elements made so far.
+    made: Range<i64>,
+    slice_error: f64,
 }
 
 impl RoadAhead {
@@ -121,26 +125,26 @@ impl RoadAhead {
         Ok(curves)
     }
 
-    /// Takes down which slices are there; not their curves, which [`Self::restore`] makes again.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.wholes(&[self.queue.first(), self.queue.end(), self.made.0, self.made.1]);
-        state.number(self.slice_error);
+    /// Takes down which slices are there; not their curves, which [`Self::refill`] makes again.
+    pub(crate) fn save(&self) -> RoadState {
+        let (first, end) = (self.queue.first(), self.queue.end());
+        RoadState { queue: first..end, made: self.made.0..self.made.1, slice_error: self.slice_error }
     }
 
-    /// Reads which slices are to be there; [`Self::refill`] then makes them.
+    /// Goes on from a state with an empty queue; [`Self::refill`] then makes the slices that were in it.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<Missing, StateError> {
-        let [first, end, from, to] = state.wholes()?[..] else { return Err(StateError::Value) };
-        if self.made.0 != from || first < from || end < first || to < from {
+    pub(crate) fn restore(&mut self, state: &RoadState) -> Result<(), StateError> {
+        let RoadState { queue, made, slice_error } = state;
+        if self.made.0 != made.start || queue.start < made.start || queue.end < queue.start || made.end < made.start {
             return Err(StateError::Value);
         }
-        self.slice_error = state.number()?;
-        self.made.1 = to;
-        self.begun = to;
-        self.queue = SliceQueue::starting_at(first);
-        Ok(Missing { first, end })
+        self.slice_error = *slice_error;
+        self.made.1 = made.end;
+        self.begun = made.end;
+        self.queue = SliceQueue::starting_at(queue.start);
+        Ok(())
     }
 
     /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not
@@ -148,10 +152,10 @@ impl RoadAhead {
     ///
     /// # Errors
     /// Of the road and of its slices.
-    pub fn refill(&mut self, missing: &Missing, meter: &mut Meter) -> Result<(), RunError> {
+    pub(crate) fn refill(&mut self, state: &RoadState, meter: &mut Meter) -> Result<(), RunError> {
         let repeats = !self.period.is_empty();
         let (mut begin, stop) = match self.period.len() as i64 {
-            0 => (missing.first, missing.end),
+            0 => (state.queue.start, state.queue.end),
             period => (self.made.0, self.made.1.min(self.made.0 + period)),
         };
         while begin < stop {
@@ -162,7 +166,7 @@ impl RoadAhead {
                 self.queue.extend(curves);
             }
         }
-        while repeats && self.queue.end() < missing.end {
+        while repeats && self.queue.end() < state.queue.end {
             let Some(curve) = self.kept(self.queue.end()) else { break };
             self.queue.extend([curve]);
         }

@@ -5,12 +5,15 @@
 //! one product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those of the
 //! tyre under the forces, and there is none.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::march::March;
-use crate::numeric::{RunningMoments, StateError, StateReader, StateWriter};
+use crate::numeric::RunningMoments;
 use crate::plan::Plan;
-use crate::response::vibration::ContactPower;
+use crate::response::vibration::{ContactPower, PowerState};
 use crate::results::summary::RollingResistance;
 use crate::scene::{TimeRule, Tread};
+use crate::storage::StateError;
 
 /// Takes in the power of every step after the warm-up.
 pub struct PowerRecorder {
@@ -20,6 +23,13 @@ pub struct PowerRecorder {
     warm_up: u64,
     /// Rolling speed \[m/s\].
     speed: f64,
+}
+
+/// What evolves of a [`PowerRecorder`].
+#[derive(Deserialize, Serialize)]
+pub(crate) struct ResistanceState {
+    power: PowerState,
+    mean: RunningMoments,
 }
 
 impl PowerRecorder {
@@ -54,18 +64,17 @@ impl PowerRecorder {
     }
 
     /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        self.power.save(state);
-        self.mean.save(state);
+    pub(crate) fn save(&self) -> ResistanceState {
+        ResistanceState { power: self.power.save(), mean: self.mean.clone() }
     }
 
     /// Goes on from the state of a recorder of the same run.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.power.restore(state)?;
-        self.mean.restore(state)
+    pub(crate) fn restore(&mut self, state: ResistanceState) -> Result<(), StateError> {
+        self.mean = state.mean;
+        self.power.restore(state.power)
     }
 }
 

@@ -1,43 +1,40 @@
 //! A run to a results folder: every step, then spectra, plots and summary.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ndarray::ArrayView2;
 use rayon::Scope;
 
 use crate::counters::process::{cpu_time, resident_memory};
 use crate::counters::{MachinePeak, Meter, Stage, Watch};
 use crate::plan::{Forecast, LENGTHS_DRAWN, Plan, unit_record};
 use crate::results::folder::ResultsFolder;
-use crate::results::plots::{ForceMap, ThirdOctavePlot};
-use crate::results::spectra::{SPECTRA_FILE, force_levels_csv};
-use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Planned, Summary};
+use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
-use crate::run::checkpoint::{Checkpoint, Checkpoints, Identity};
+use crate::run::checkpoint::{Checkpoint, Checkpoints};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
-use crate::run::prepare::{Prepared, prepare};
+use crate::run::look_back::LookBack;
+use crate::run::prepare::prepare;
 use crate::run::progress::Progress;
 use crate::run::record::Record;
 use crate::run::rolling_resistance::PowerRecorder;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::LoadedScene;
 
-/// Lowest band of the force spectrum \[Hz\]: below, a run of seconds says little.
-pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 /// Steps between two looks at the interrupt flag and the progress bar.
 const LOOK_EVERY: u64 = 16;
 
-/// Where results go and on how many threads the run is.
+/// Where results go, on how many threads the run is and how it is watched.
 #[derive(Clone, Debug)]
 pub struct RunOptions {
     /// Results folder.
     pub target: PathBuf,
     /// Threads of the pool that the run is executed on, for the record.
     pub threads: usize,
+    /// How closely its cost is watched; the results are the same bytes.
+    pub watch: Watch,
 }
 
 /// What a complete run hands back.
@@ -63,21 +60,7 @@ pub fn run(
     stop: &AtomicBool,
     progress: &mut dyn Progress,
 ) -> Result<RunReport, RunError> {
-    run_watched(loaded, options, Watch::default(), stop, progress)
-}
-
-/// As [`run`], its cost watched as closely as it is told: the results are the same bytes.
-///
-/// # Errors
-/// As [`run`].
-pub fn run_watched(
-    loaded: &LoadedScene,
-    options: &RunOptions,
-    watch: Watch,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<RunReport, RunError> {
-    let begin = Begin::now(watch);
+    let begin = Begin::now(options.watch);
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded)?.with_kept_model();
     let loaded = &loaded.clone().settled(plan.scene.clone());
@@ -92,30 +75,16 @@ pub fn run_watched(
             unfinished.display()
         ));
     }
-    let planned =
-        PlannedRun { loaded, plan: &plan, threads: options.threads, planned: expected(&plan, options.threads) };
+    let planned = PlannedRun::new(loaded, &plan, options.threads);
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
 /// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never
-/// stopped.
+/// stopped. The cost is watched from now on as closely as `watch` says.
 ///
 /// # Errors
 /// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to go on with.
 pub fn resume(
-    path: &Path,
-    threads: usize,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<RunReport, RunError> {
-    resume_watched(path, threads, Watch::default(), stop, progress)
-}
-
-/// As [`resume`], the cost watched from now on as closely as it is told.
-///
-/// # Errors
-/// As [`resume`].
-pub fn resume_watched(
     path: &Path,
     threads: usize,
     watch: Watch,
@@ -129,9 +98,9 @@ pub fn resume_watched(
     loaded.check_time_domain()?;
     let plan = Plan::of(&loaded)?.with_kept_model();
     plan.check(&loaded)?;
-    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, planned: expected(&plan, threads) };
+    let planned = PlannedRun::new(&loaded, &plan, threads);
     let kept = folder.working().to_owned();
-    planned.carry_out(begin, || Ok(folder), Some(&checkpoint), stop, progress).map_err(|error| match error {
+    planned.carry_out(begin, || Ok(folder), Some(checkpoint), stop, progress).map_err(|error| match error {
         // Before its first step: there is what there was.
         RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
         other => other,
@@ -159,19 +128,19 @@ impl Begin {
     }
 }
 
-/// What a plan expects of a run on so many threads.
-fn expected(plan: &Plan, threads: usize) -> Planned {
-    let process = resident_memory().unwrap_or_default() as f64;
-    let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit_record::known(), threads, process);
-    Planned { wall_seconds, memory, measured }
-}
+impl<'a> PlannedRun<'a> {
+    /// With what the plan expects of a run on so many threads.
+    fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize) -> Self {
+        let process = resident_memory().unwrap_or_default() as f64;
+        let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit_record::known(), threads, process);
+        Self { loaded, plan, threads, planned: Planned { wall_seconds, memory, measured } }
+    }
 
-impl PlannedRun<'_> {
     fn carry_out(
         &self,
         begin: Begin,
         folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
-        checkpoint: Option<&Checkpoint>,
+        checkpoint: Option<Checkpoint>,
         stop: &AtomicBool,
         progress: &mut dyn Progress,
     ) -> Result<RunReport, RunError> {
@@ -187,19 +156,17 @@ impl PlannedRun<'_> {
             return Err(RunError::Interrupted { kept: None });
         }
 
-        let identity = Identity::of(loaded)?;
         let mut folder = folder()?;
         let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
-        let rows = checkpoint.map(|checkpoint| checkpoint.steps);
+        let rows = checkpoint.as_ref().map(|checkpoint| checkpoint.steps);
         let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
         record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
         record.vibration = vibration;
         let mut run = Run::new(plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
-        let interval = loaded.scene.outputs.checkpoint_interval;
-        let mut checkpoints = Checkpoints::new(identity, interval, (wall, cpu), earlier);
+        let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
         // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the
@@ -244,11 +211,11 @@ impl PlannedRun<'_> {
         let Run { prepared, record, meter, .. } = run;
         record.finish(meter)?;
         progress.stage(Stage::Response);
-        let context = Context { loaded: self.loaded, plan: self.plan, prepared, record };
+        let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record };
         let mut vibration = None;
         if !interrupted {
             let open = meter.open();
-            context.spectra_and_plots(folder)?;
+            look_back.spectra_and_plots(folder)?;
             if let Some(recorder) = &record.vibration {
                 vibration = recorder.write(self.loaded, folder, meter)?;
             }
@@ -263,7 +230,7 @@ impl PlannedRun<'_> {
             // After the run, and after its peak memory was looked at.
             cost = cost.with_machine_peak(MachinePeak::measure());
         }
-        let mut summary = context.summary(cost)?;
+        let mut summary = look_back.summary(cost)?;
         summary.vibration = vibration;
         // A load that was missed is an error of the command, which tells it.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
@@ -303,108 +270,4 @@ fn roll(
     }
     run.settle();
     Ok(interrupted)
-}
-
-/// What the end of a run looks back at.
-struct Context<'a> {
-    loaded: &'a LoadedScene,
-    plan: &'a Plan,
-    prepared: &'a Prepared,
-    record: &'a Record,
-}
-
-impl Context<'_> {
-    fn spectra_and_plots(&self, folder: &ResultsFolder) -> Result<(), RunError> {
-        let outputs = &self.loaded.scene.outputs;
-        let title = self.loaded.title();
-        // A run too short for a spectrum has none: the summary's warnings say so.
-        if (outputs.spectra || outputs.plots)
-            && let Some(spectrum) = self.record.spectrum()
-        {
-            let spectrum = spectrum.valid_to(self.prepared.valid_to);
-            let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
-            if outputs.spectra {
-                folder.write_text(SPECTRA_FILE, &force_levels_csv(&levels, Path::new(SPECTRA_FILE))?)?;
-            }
-            if outputs.plots && !levels.is_empty() {
-                let plot = ThirdOctavePlot {
-                    title: &title,
-                    quantity: "Contact force level [dB re 1 N]",
-                    spectra: vec![("", &levels)],
-                };
-                folder.write_text("force_spectrum.svg", &plot.to_svg()?)?;
-            }
-        }
-        let drawn = &self.record.drawn;
-        if outputs.plots && drawn.time.len() >= 2 {
-            let geometry = self.prepared.march.geometry();
-            let shape = (drawn.time.len(), geometry.columns);
-            if let Ok(force) = ArrayView2::from_shape(shape, &drawn.force) {
-                let map = ForceMap {
-                    title: &title,
-                    time: &drawn.time,
-                    first_element: &drawn.first_element,
-                    force,
-                    element_length: self.plan.element,
-                    speed: self.plan.speed,
-                    start: geometry.start,
-                    shown: drawn.time[0]..f64::INFINITY,
-                };
-                folder.write_text("patch_force.svg", &map.to_svg()?)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn summary(&self, cost: Cost) -> Result<Summary, RunError> {
-        let march = &self.prepared.march;
-        let (totals, counts) = (march.totals(), march.search_counts());
-        let steps = march.next_step();
-        let mean_force = self.record.mean_force();
-        let load = self.loaded.scene.rolling.axle.load().zip(mean_force).map(|((wanted, tolerance), mean)| {
-            let relative_error = (mean - wanted) / wanted;
-            LoadResult { wanted, relative_error, tolerance, met: relative_error.abs() <= tolerance }
-        });
-        let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
-        summary.outcome = Outcome {
-            steps,
-            time_step: self.plan.time_step,
-            simulated_time: steps as f64 * self.plan.time_step,
-            mean_force,
-            rms_force_variation: self.record.rms_force_variation(),
-            mean_contact_length: self.record.mean_contact_length(),
-            indentation: Some(self.prepared.axle.indentation(steps)),
-            load,
-            axle: self.record.axle_motion(),
-            rolling_resistance: self.record.rolling_resistance(),
-        };
-        let residuals = totals.relative_residuals();
-        summary.contact = ContactQuality {
-            tension: residuals.tension,
-            penetration: residuals.penetration,
-            complementarity: residuals.complementarity,
-            slice_error: self.prepared.road.slice_error(),
-            local_compliance: self.prepared.local_compliance,
-            aborted_searches: 0,
-            solves_per_step: counts
-                .histogram
-                .iter()
-                .enumerate()
-                .filter(|(_, steps)| **steps > 0)
-                .map(|(solves, &steps)| (solves as u32, steps))
-                .collect::<BTreeMap<_, _>>(),
-        };
-        summary.warnings.clone_from(&self.prepared.warnings);
-        summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
-        if totals.edge_contacts > 0 {
-            summary.warnings.push(format!(
-                "in {} steps the outermost element of the window was in contact: the patch may be longer than the window",
-                totals.edge_contacts
-            ));
-        }
-        if self.record.lacks_spectrum() && self.loaded.scene.outputs.spectra {
-            summary.warnings.push("the run is too short for a spectrum".into());
-        }
-        Ok(summary)
-    }
 }

@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::counters::Stage;
+use tyrewave::counters::{Stage, Watch};
 use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};
 use tyrewave::test_models::{edit, scene, with_road};
@@ -27,7 +27,8 @@ fn rolled_scene(text: &str, change: impl Fn(&mut Scene), folder: &Path) -> (Vec<
     loaded.scene.numerics.influence_tolerance = 1e-9;
     loaded.scene.outputs.plots = false;
     change(&mut loaded.scene);
-    let options = RunOptions { target: folder.join("out"), threads: rayon::current_num_threads() };
+    let options =
+        RunOptions { target: folder.join("out"), threads: rayon::current_num_threads(), watch: Watch::default() };
     let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     let bytes = std::fs::read(report.folder.join("total_force.npy")).unwrap();
     let force = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<f64>().unwrap();

@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use num_complex::Complex64;
 use tyrewave::scene::{Law, Layer, Material, TimeRule, Tyre};
+use tyrewave::storage::{Cache, Cached, Unusable};
 use tyrewave::test_models::wide_tyre;
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::poles::cache::{Cache, Unusable, key};
+use tyrewave::tyre::poles::cache::{fetch, key};
 use tyrewave::tyre::poles::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
 
 /// Nobody stops a test.
@@ -234,10 +235,10 @@ fn a_fit_that_is_stopped_says_so_before_it_begins_and_on_its_way() {
             std::thread::sleep(Duration::from_millis(30));
             stop.store(true, Ordering::Relaxed);
         });
-        cache.fetch(&tyre, &long, &stop)
+        fetch(&cache, &tyre, &long, &stop)
     });
     assert!(matches!(fetched, Err(FitError::Stopped)));
-    assert!(cache.list().unwrap().is_empty(), "half a model is none");
+    assert!(cache.list(&[RationalModel::KIND]).unwrap().is_empty(), "half a model is none");
 }
 
 #[test]
@@ -261,18 +262,18 @@ fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_
     let cache = Cache::at(folder.path().join("models"), u64::MAX);
     let tyre = wide_tyre();
     let options = options(&tyre, 8, 1e-3, 2e3);
-    let cold = cache.fetch(&tyre, &options, &NEVER).unwrap();
+    let cold = fetch(&cache, &tyre, &options, &NEVER).unwrap();
     assert!(!cold.warm && cold.warnings.is_empty());
-    let warm = cache.fetch(&tyre, &options, &NEVER).unwrap();
+    let warm = fetch(&cache, &tyre, &options, &NEVER).unwrap();
     assert!(warm.warm && warm.warnings.is_empty());
     assert_eq!(cold.model, warm.model);
 
-    let path = cache.path(&key(&tyre, &options).unwrap());
+    let path = cache.path::<RationalModel>(&key(&tyre, &options).unwrap());
     let sound = fs::read(&path).unwrap();
     let mut cases: Vec<(Vec<u8>, Option<Unusable>)> = vec![
         (sound[..sound.len() / 2].to_vec(), Some(Unusable::Truncated)),
         (Vec::new(), Some(Unusable::Truncated)),
-        (b"a letter home".to_vec(), Some(Unusable::Foreign)),
+        (b"a letter home".to_vec(), Some(Unusable::Foreign { wanted: "an influence model" })),
         ([&sound[..], b"more"].concat(), Some(Unusable::Damaged)),
     ];
     for position in [20, 60, sound.len() / 2, sound.len() - 1] {
@@ -282,12 +283,12 @@ fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_
     }
     let mut older = sound.clone();
     older[8] = 0;
-    cases.push((older, Some(Unusable::Version { found: 0 })));
+    cases.push((older, Some(Unusable::Version { found: 0, wanted: RationalModel::KIND.format.version })));
     for (bytes, reason) in cases {
         fs::write(&path, &bytes).unwrap();
-        let found = cache.load(&key(&tyre, &options).unwrap()).unwrap().unwrap().unwrap_err();
+        let found = cache.load::<RationalModel>(&key(&tyre, &options).unwrap()).unwrap().unwrap().unwrap_err();
         assert!(reason.is_none_or(|reason| reason == found), "{found:?} for {reason:?}");
-        let again = cache.fetch(&tyre, &options, &NEVER).unwrap();
+        let again = fetch(&cache, &tyre, &options, &NEVER).unwrap();
         assert!(!again.warm && again.warnings.len() == 1, "{:?}", again.warnings);
         assert_eq!(again.model, cold.model);
         assert_eq!(fs::read(&path).unwrap(), sound, "rebuilt to the same bytes");
@@ -295,12 +296,12 @@ fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_
 
     // A sound entry under another model's name.
     let other = FitOptions { tolerance: 2e-3, ..options };
-    fs::copy(&path, cache.path(&key(&tyre, &other).unwrap())).unwrap();
-    let load = cache.load(&key(&tyre, &other).unwrap()).unwrap().unwrap();
+    fs::copy(&path, cache.path::<RationalModel>(&key(&tyre, &other).unwrap())).unwrap();
+    let load = cache.load::<RationalModel>(&key(&tyre, &other).unwrap()).unwrap().unwrap();
     assert_eq!(load.unwrap_err(), Unusable::Key);
-    assert_eq!(cache.list().unwrap().len(), 2);
+    assert_eq!(cache.list(&[RationalModel::KIND]).unwrap().len(), 2);
     assert_eq!(cache.clear().unwrap(), 2);
-    assert!(cache.list().unwrap().is_empty());
+    assert!(cache.list(&[RationalModel::KIND]).unwrap().is_empty());
 }
 
 #[test]
@@ -347,21 +348,21 @@ fn writers_and_readers_at_once_see_whole_entries_only_and_the_size_stays_bounded
             scope.spawn(|| {
                 for _ in 0..25 {
                     cache.store(&name, &model).unwrap();
-                    assert_eq!(cache.load(&name).unwrap().unwrap().unwrap(), model);
+                    assert_eq!(cache.load::<RationalModel>(&name).unwrap().unwrap().unwrap(), model);
                 }
             });
         }
     });
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
 
-    let size = cache.list().unwrap()[0].bytes;
+    let size = cache.list(&[RationalModel::KIND]).unwrap()[0].bytes;
     let bounded = Cache::at(folder.path().to_path_buf(), 3 * size);
     for index in 0..6_u8 {
         bounded.store(&[index; 32], &model).unwrap();
     }
-    let total: u64 = bounded.list().unwrap().iter().map(|entry| entry.bytes).sum();
+    let total: u64 = bounded.list(&[RationalModel::KIND]).unwrap().iter().map(|entry| entry.bytes).sum();
     assert!(total <= 3 * size);
-    assert!(bounded.load(&[5; 32]).unwrap().unwrap().is_ok(), "the newest stays");
+    assert!(bounded.load::<RationalModel>(&[5; 32]).unwrap().unwrap().is_ok(), "the newest stays");
 }
 
 #[test]
@@ -370,6 +371,6 @@ fn a_folder_that_cannot_be_used_costs_a_warning_only() {
     let file = folder.path().join("file");
     fs::write(&file, "in the way").unwrap();
     let tyre = wide_tyre();
-    let fetched = Cache::at(file, u64::MAX).fetch(&tyre, &options(&tyre, 8, 1e-2, 1e3), &NEVER).unwrap();
+    let fetched = fetch(&Cache::at(file, u64::MAX), &tyre, &options(&tyre, 8, 1e-2, 1e3), &NEVER).unwrap();
     assert!(!fetched.warm && !fetched.warnings.is_empty());
 }

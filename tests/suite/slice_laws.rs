@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use tyrewave::counters::Watch;
 use tyrewave::run::{RunOptions, Unwatched, run};
 use tyrewave::scene::DEFAULT;
 use tyrewave::test_models::{default_scene, edit, scene, with_road};
@@ -21,7 +22,8 @@ fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64
     loaded.scene.numerics.influence_tolerance = 1e-5;
     loaded.scene.rolling.duration = 2.0;
     loaded.scene.outputs.plots = false;
-    let options = RunOptions { target: folder.join(law), threads: rayon::current_num_threads() };
+    let options =
+        RunOptions { target: folder.join(law), threads: rayon::current_num_threads(), watch: Watch::default() };
     let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     let table = std::fs::read_to_string(report.folder.join("spectra.csv")).unwrap();
     let rows = table.lines().skip(1).map(|line| {
@@ -121,7 +123,7 @@ fn a_repeated_road_has_its_slices_made_once() {
     loaded.scene.rolling.warm_up = 0.05;
     loaded.scene.rolling.duration = 1.5;
     loaded.scene.outputs.plots = false;
-    let options = RunOptions { target: folder.path().join("out"), threads: 1 };
+    let options = RunOptions { target: folder.path().join("out"), threads: 1, watch: Watch::default() };
     let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     let made = report.meter.counted(tyrewave::counters::Counter::Slices);
     let steps = report.meter.counted(tyrewave::counters::Counter::Steps);

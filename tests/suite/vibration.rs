@@ -12,8 +12,7 @@ use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::counters::{Counter, Meter, Stage};
-use tyrewave::plan::Plan;
-use tyrewave::plan::fit_options;
+use tyrewave::plan::{Plan, fit_options};
 use tyrewave::response::vibration::{
     SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField,
     field_spectra, point_spectrum,

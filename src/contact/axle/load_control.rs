@@ -1,10 +1,10 @@
 //! Corrections of an axle's height within the warm-up until the mean force is the load.
 
 use crate::contact::static_contact::StaticContact;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use serde::{Deserialize, Serialize};
 
 /// Height control towards a mean force.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LoadControl {
     load: f64,
     stiffness: f64,
@@ -50,26 +50,6 @@ impl LoadControl {
     /// Where the present ramp ends \[m\].
     pub(super) fn target(&self) -> f64 {
         self.to
-    }
-
-    pub(super) fn save(&self, state: &mut StateWriter) {
-        state.numbers(&[self.stiffness, self.from, self.to, self.sum]);
-        state.counts(&[self.turn.0, self.turn.1, self.count]);
-        state.numbers(&self.previous.map_or(Vec::new(), |(height, force)| vec![height, force]));
-    }
-
-    pub(super) fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut numbers, mut counts) = ([0.0; 4], [0; 3]);
-        state.numbers_into(&mut numbers)?;
-        state.counts_into(&mut counts)?;
-        [self.stiffness, self.from, self.to, self.sum] = numbers;
-        [self.turn.0, self.turn.1, self.count] = counts;
-        self.previous = match state.numbers()?[..] {
-            [] => None,
-            [height, force] => Some((height, force)),
-            _ => return Err(StateError::Value),
-        };
-        Ok(())
     }
 
     pub(super) fn indentation(&self, steps: f64) -> f64 {

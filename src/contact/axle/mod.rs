@@ -11,10 +11,11 @@ pub use load_control::LoadControl;
 pub(crate) use moving::LARGEST_RATE;
 pub use moving::{MovingAxle, SprungMass};
 
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::StateError;
+use serde::{Deserialize, Serialize};
 
 /// Indentation step by step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum AxleHeight {
     /// Rises linearly to a fixed value.
     Fixed {
@@ -60,25 +61,16 @@ impl AxleHeight {
         }
     }
 
-    /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        match self {
-            Self::Fixed { .. } => {}
-            Self::Loaded(control) => control.save(state),
-            Self::Moving(axle) => axle.save(state),
-        }
-    }
-
-    /// Goes on from the state of an axle held in the same way.
+    /// Goes on as an axle held in the same way did.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        match self {
-            Self::Fixed { .. } => Ok(()),
-            Self::Loaded(control) => control.restore(state),
-            Self::Moving(axle) => axle.restore(state),
+    pub fn restore(&mut self, state: Self) -> Result<(), StateError> {
+        if std::mem::discriminant(self) != std::mem::discriminant(&state) {
+            return Err(StateError::Value);
         }
+        *self = state;
+        Ok(())
     }
 }
 

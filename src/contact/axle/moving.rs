@@ -28,13 +28,13 @@
 //! above [`LARGEST_RATE`] is to be refused.
 
 use super::load_control::LoadControl;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use serde::{Deserialize, Serialize};
 
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
 pub(crate) const LARGEST_RATE: f64 = 0.5;
 
 /// What moves, and what holds it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SprungMass {
     /// Load m g, spring's part included \[N\].
     pub load: f64,
@@ -66,7 +66,7 @@ impl SprungMass {
 }
 
 /// The axle's motion.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct MovingAxle {
     sprung: SprungMass,
     /// Ramp, then rest of the spring.
@@ -124,31 +124,13 @@ impl MovingAxle {
             self.rest.observe(step, force);
         }
     }
-
-    /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.count(self.next);
-        state.numbers(&[self.height, self.velocity, self.acceleration]);
-        self.rest.save(state);
-    }
-
-    /// Goes on from the state of an equal axle.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.next = state.count()?;
-        let mut numbers = [0.0; 3];
-        state.numbers_into(&mut numbers)?;
-        [self.height, self.velocity, self.acceleration] = numbers;
-        self.rest.restore(state)
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::contact::static_contact::StaticContact;
+    use crate::storage::state::read_back;
 
     const STIFFNESS: f64 = 3e5;
     const LOAD: f64 = 3000.0;
@@ -258,15 +240,9 @@ mod tests {
             heights
         };
         for cut in [50, 333, 900] {
-            let new = || axle(2e4, 100.0, 0.0, 1000, 2e-4, 0.5);
-            let (mut whole, mut restored) = (new(), new());
+            let mut whole = axle(2e4, 100.0, 0.0, 1000, 2e-4, 0.5);
             go(&mut whole, 0..cut);
-            let mut state = StateWriter::default();
-            whole.save(&mut state);
-            let bytes = state.into_bytes();
-            let mut reader = StateReader::new(&bytes);
-            restored.restore(&mut reader).unwrap();
-            reader.end().unwrap();
+            let mut restored: MovingAxle = read_back(&whole);
             assert_eq!(go(&mut whole, cut..1500), go(&mut restored, cut..1500));
         }
     }

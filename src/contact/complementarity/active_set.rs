@@ -14,11 +14,13 @@
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 
-use super::factors::FactorCache;
+use serde::{Deserialize, Serialize};
+
+use super::factors::{FactorCache, FactorState};
 use super::ldlt::Singular;
 use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
-use crate::counters::{Meter, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::counters::Meter;
+use crate::storage::state::{StateError, fill};
 
 /// What a search for the forces is expected to take, for each time at which they are sought.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +36,7 @@ pub struct ExpectedSearch {
 }
 
 /// How far the contact conditions are missed, at worst.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Residuals {
     /// max(-F) \[N\].
     pub tension: f64,
@@ -77,6 +79,14 @@ pub struct ActiveSet {
     active: Vec<bool>,
     points: Vec<usize>,
     values: Vec<f64>,
+}
+
+/// What evolves of an [`ActiveSet`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct ActiveSetState {
+    estimate: Vec<f64>,
+    counts: SearchCounts,
+    factors: FactorState,
 }
 
 impl ActiveSet {
@@ -182,27 +192,21 @@ impl ActiveSet {
         counts
     }
 
-    /// Takes the state down: what the next search starts from, what was done so far, which factors are held.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.numbers(&self.surface.estimate);
-        let SearchCounts { solves, fallbacks, work: Work { multiply_adds, bytes }, .. } = self.surface.counts;
-        state.counts(&[solves, fallbacks, multiply_adds, bytes]);
-        state.counts(&self.surface.counts.histogram);
-        self.factors.save(state);
+    /// Takes the state down.
+    pub fn save(&self) -> ActiveSetState {
+        let Surface { estimate, counts, .. } = &self.surface;
+        ActiveSetState { estimate: estimate.clone(), counts: counts.clone(), factors: self.factors.save() }
     }
 
     /// Goes on from the state of an equal search.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        state.numbers_into(&mut self.surface.estimate)?;
-        let mut counts = [0; 4];
-        state.counts_into(&mut counts)?;
-        let SearchCounts { solves, fallbacks, work, histogram, .. } = &mut self.surface.counts;
-        [*solves, *fallbacks, work.multiply_adds, work.bytes] = counts;
-        state.counts_into(histogram)?;
-        self.factors.restore(&self.surface.influence, state)
+    pub fn restore(&mut self, state: ActiveSetState) -> Result<(), StateError> {
+        let ActiveSetState { estimate, counts, factors } = state;
+        self.surface.counts = counts;
+        fill(&mut self.surface.estimate, &estimate)?;
+        self.factors.restore(&self.surface.influence, factors)
     }
 
     /// Columns that break a condition: on the set F < 0, off it d - u > tolerance.

@@ -16,16 +16,17 @@
 //! changes its forces by rounding.
 
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, assemble, finite, room};
-use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
+use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet, NeighbourState};
 use super::pattern_index::PatternIndex;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, fill};
+use serde::{Deserialize, Serialize};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;
 
 /// Exact counts of what the cache did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct FactorCounts {
     /// Factorisations.
     pub factorisations: u64,
@@ -88,6 +89,25 @@ pub struct FactorCache {
     work: Work,
     /// The part of the work that made factors.
     making: Work,
+}
+
+/// What evolves of a [`FactorCache`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct FactorState {
+    counts: FactorCounts,
+    work: Work,
+    making: Work,
+    hand: usize,
+    neighbour: NeighbourState,
+    /// By slot.
+    sets: Vec<HeldSet>,
+}
+
+/// A set whose factor is held.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+struct HeldSet {
+    used: bool,
+    pattern: Vec<u64>,
 }
 
 impl FactorCache {
@@ -245,19 +265,16 @@ impl FactorCache {
         done
     }
 
-    /// Takes down which sets are held, in which order and since when; not their factors, which [`Self::restore`] makes
-    /// again.
-    pub fn save(&self, state: &mut StateWriter) {
-        let FactorCounts { factorisations, hits, misses, neighbours, evictions } = self.counts;
-        state.counts(&[factorisations, hits, misses, neighbours, evictions]);
-        for Work { multiply_adds, bytes } in [self.work, self.making] {
-            state.counts(&[multiply_adds, bytes]);
-        }
-        state.counts(&[self.hand as u64, self.filled as u64]);
-        self.neighbour.save(state);
-        for slot in 0..self.filled {
-            state.count(u64::from(self.used[slot]));
-            state.counts(self.index.pattern(slot));
+    /// Takes the state down: which sets are held, not their factors, which [`Self::restore`] makes again.
+    pub fn save(&self) -> FactorState {
+        let set = |slot: usize| HeldSet { used: self.used[slot], pattern: self.index.pattern(slot).to_vec() };
+        FactorState {
+            counts: self.counts,
+            work: self.work,
+            making: self.making,
+            hand: self.hand,
+            neighbour: self.neighbour.save(),
+            sets: (0..self.filled).map(set).collect(),
         }
     }
 
@@ -266,46 +283,36 @@ impl FactorCache {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, influence: &[f64], state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let (mut counts, mut works, mut places) = ([0; 5], [0; 4], [0; 2]);
-        state.counts_into(&mut counts)?;
-        state.counts_into(&mut works[..2])?;
-        state.counts_into(&mut works[2..])?;
-        state.counts_into(&mut places)?;
-        let [factorisations, hits, misses, neighbours, evictions] = counts;
-        let [hand, filled] = places;
-        self.neighbour.restore(state)?;
-        if filled > self.sizes.slots as u64 || hand >= self.sizes.slots as u64 || self.filled > 0 {
+    pub fn restore(&mut self, influence: &[f64], state: FactorState) -> Result<(), StateError> {
+        let FactorState { counts, work, making, hand, neighbour, sets } = state;
+        self.neighbour.restore(neighbour)?;
+        let slots = self.sizes.slots;
+        if sets.len() > slots || hand >= slots || self.filled > 0 {
+            return Err(StateError::Value);
+        }
+        if self.neighbour.slot().is_some_and(|slot| slot >= sets.len()) {
             return Err(StateError::Value);
         }
         let mut points = Vec::with_capacity(self.sizes.points);
         // They were counted when they were made.
         let mut meter = Meter::default();
-        for slot in 0..filled as usize {
-            self.used[slot] = state.count()? != 0;
-            state.counts_into(&mut self.pattern)?;
+        for (slot, HeldSet { used, pattern }) in sets.iter().enumerate() {
+            self.used[slot] = *used;
+            fill(&mut self.pattern, pattern)?;
             points.clear();
-            let pattern = &self.pattern;
             points.extend((0..64 * pattern.len()).filter(|point| pattern[point / 64] >> (point % 64) & 1 == 1));
             let fits = points.last().is_some_and(|&last| last < self.sizes.points);
-            if !fits || self.index.find(&self.pattern).is_some() {
+            if !fits || self.index.find(pattern).is_some() {
                 return Err(StateError::Value);
             }
             if self.neighbour.slot() == Some(slot) && self.neighbour.kept_points() != points.len() {
                 return Err(StateError::Value);
             }
             self.factorise(slot, &points, influence, &mut meter).map_err(|Singular| StateError::Value)?;
-            self.index.insert(slot, &self.pattern);
+            self.index.insert(slot, pattern);
         }
-        if self.neighbour.slot().is_some_and(|slot| slot >= filled as usize) {
-            return Err(StateError::Value);
-        }
-        self.filled = filled as usize;
-        self.hand = hand as usize;
-        self.counts = FactorCounts { factorisations, hits, misses, neighbours, evictions };
-        let [multiply_adds, bytes, making, made_bytes] = works;
-        self.work = Work { multiply_adds, bytes };
-        self.making = Work { multiply_adds: making, bytes: made_bytes };
+        (self.filled, self.hand) = (sets.len(), hand);
+        (self.counts, self.work, self.making) = (counts, work, making);
         Ok(())
     }
 }
@@ -313,6 +320,7 @@ impl FactorCache {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::storage::state::read_back;
 
     fn influence(distance: usize) -> f64 {
         1.0 / (1.0 + distance as f64).powi(2)
@@ -376,13 +384,8 @@ mod tests {
         let mixed = |number: usize| number.pow(3) % 23;
         let mut whole = FactorCache::new(9, 40);
         (0..57).for_each(|number| drop(round(&mut whole, mixed(number))));
-        let mut state = StateWriter::default();
-        whole.save(&mut state);
-        let bytes = state.into_bytes();
         let mut restored = FactorCache::new(9, 40);
-        let mut reader = StateReader::new(&bytes);
-        restored.restore(&row, &mut reader).unwrap();
-        reader.end().unwrap();
+        restored.restore(&row, read_back(&whole.save())).unwrap();
         // Nothing is ever found here.
         let mut forgetful = FactorCache::new(1, 40);
         for number in 57..200 {

@@ -37,8 +37,9 @@ use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room
 use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
 use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::road::slices::StiffnessCurve;
+use crate::storage::state::{StateError, fill};
+use serde::{Deserialize, Serialize};
 
 /// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
 const NO_SLOPE: f64 = f64::EPSILON;
@@ -115,6 +116,13 @@ pub struct LocalSet {
     matrix: Aligned,
     right: Aligned,
     solver: Ldlt,
+}
+
+/// What evolves of a [`LocalSet`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct LocalSetState {
+    estimate: Vec<f64>,
+    counts: SearchCounts,
 }
 
 impl LocalSet {
@@ -323,28 +331,18 @@ impl LocalSet {
         self.points.len()
     }
 
-    /// Takes the state down: what the next search starts from, what was done so far.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.numbers(&self.surface.estimate);
-        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &self.surface.counts;
-        state.counts(&[*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes]);
-        state.counts(&[factorisation.multiply_adds, factorisation.bytes]);
-        state.counts(&self.surface.counts.histogram);
+    /// Takes the state down.
+    pub fn save(&self) -> LocalSetState {
+        LocalSetState { estimate: self.surface.estimate.clone(), counts: self.surface.counts.clone() }
     }
 
     /// Goes on from the state of an equal search.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        state.numbers_into(&mut self.surface.estimate)?;
-        let (mut counts, mut parts) = ([0; 5], [0; 2]);
-        state.counts_into(&mut counts)?;
-        state.counts_into(&mut parts)?;
-        let SearchCounts { solves, fallbacks, factors, work, factorisation, .. } = &mut self.surface.counts;
-        [*solves, *fallbacks, factors.factorisations, work.multiply_adds, work.bytes] = counts;
-        [factorisation.multiply_adds, factorisation.bytes] = parts;
-        state.counts_into(&mut self.surface.counts.histogram)
+    pub fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
+        self.surface.counts = state.counts;
+        fill(&mut self.surface.estimate, &state.estimate)
     }
 }
 

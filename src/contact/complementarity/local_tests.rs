@@ -4,6 +4,7 @@ use proptest::prelude::*;
 
 use super::super::active_set::ActiveSet;
 use super::*;
+use crate::storage::state::read_back;
 
 /// A curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`.
 fn curve(first: f64, steps: &[(f64, f64)]) -> StiffnessCurve {
@@ -267,13 +268,8 @@ fn a_restored_search_goes_on_in_the_same_bits() {
     };
     let mut whole = LocalSet::new(influence.clone(), 0.8, 16, 1e-13);
     (0..20).for_each(|round| drop(step(&mut whole, round)));
-    let mut state = StateWriter::default();
-    whole.save(&mut state);
-    let bytes = state.into_bytes();
     let mut restored = LocalSet::new(influence, 0.8, 16, 1e-13);
-    let mut reader = StateReader::new(&bytes);
-    restored.restore(&mut reader).unwrap();
-    reader.end().unwrap();
+    restored.restore(read_back(&whole.save())).unwrap();
     for round in 20..40 {
         assert_eq!(step(&mut whole, round), step(&mut restored, round));
     }

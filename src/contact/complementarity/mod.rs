@@ -21,5 +21,5 @@ pub(crate) use factors::largest_memory;
 pub use factors::{FactorCache, FactorCounts};
 pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
 pub use local_set::{LocalSet, SlicesUnder};
-pub use search::{Search, SliceLaw};
+pub use search::{Search, SearchState, SliceLaw};
 pub use sweeps::SearchCounts;

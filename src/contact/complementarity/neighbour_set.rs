@@ -17,8 +17,10 @@
 
 use std::cmp::Ordering;
 
+use serde::{Deserialize, Serialize};
+
 use super::ldlt::assemble_entries;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::StateError;
 
 /// Most points by which a set may differ.
 pub(crate) const MOST_DIFFERENT: usize = 16;
@@ -38,6 +40,13 @@ pub struct NeighbourSet {
     come: Vec<usize>,
     /// R, as positions in S0.
     gone: Vec<usize>,
+}
+
+/// What evolves of a [`NeighbourSet`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct NeighbourState {
+    slot: Option<usize>,
+    kept: Vec<i64>,
 }
 
 impl NeighbourSet {
@@ -98,22 +107,20 @@ impl NeighbourSet {
         self.slot
     }
 
-    /// Takes down which set is kept.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.count(self.slot.map_or(0, |slot| slot as u64 + 1));
-        state.wholes(&self.kept);
+    /// Takes the state down.
+    pub fn save(&self) -> NeighbourState {
+        NeighbourState { slot: self.slot, kept: self.kept.clone() }
     }
 
     /// Goes on from a state.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.slot = state.size()?.checked_sub(1);
-        let kept = state.wholes()?;
+    pub fn restore(&mut self, NeighbourState { slot, kept }: NeighbourState) -> Result<(), StateError> {
         if kept.len() > self.kept.capacity() || !kept.is_sorted() {
             return Err(StateError::Value);
         }
+        self.slot = slot;
         self.kept.clear();
         self.kept.extend(kept);
         Ok(())

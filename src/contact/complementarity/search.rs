@@ -1,12 +1,15 @@
 //! The ways to find the forces of a step.
 
+use super::active_set::ActiveSetState;
 use super::active_set::{ActiveSet, Residuals};
+use super::local_set::LocalSetState;
 use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
 use super::sweeps::{SearchCounts, move_on};
 use crate::contact::ContactError;
 use crate::counters::Meter;
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::scene::Numerics;
+use crate::storage::StateError;
+use serde::{Deserialize, Serialize};
 
 /// By how much a slice yields more than the element as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +37,17 @@ pub enum Search {
         /// Where in its curve every column was looked for last.
         near: Vec<u32>,
     },
+}
+
+/// What evolves of a [`Search`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub enum SearchState {
+    /// Of [`Search::Explicit`].
+    Explicit(ActiveSetState),
+    /// Of [`Search::Local`].
+    Local(LocalSetState),
+    /// Of [`Search::Alone`], which keeps nothing from step to step.
+    Alone,
 }
 
 impl Search {
@@ -125,11 +139,11 @@ impl Search {
     }
 
     /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
+    pub fn save(&self) -> SearchState {
         match self {
-            Self::Explicit(search) => search.save(state),
-            Self::Local(search) => search.save(state),
-            Self::Alone { .. } => {}
+            Self::Explicit(search) => SearchState::Explicit(search.save()),
+            Self::Local(search) => SearchState::Local(search.save()),
+            Self::Alone { .. } => SearchState::Alone,
         }
     }
 
@@ -137,11 +151,12 @@ impl Search {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        match self {
-            Self::Explicit(search) => search.restore(state),
-            Self::Local(search) => search.restore(state),
-            Self::Alone { .. } => Ok(()),
+    pub fn restore(&mut self, state: SearchState) -> Result<(), StateError> {
+        match (self, state) {
+            (Self::Explicit(search), SearchState::Explicit(state)) => search.restore(state),
+            (Self::Local(search), SearchState::Local(state)) => search.restore(state),
+            (Self::Alone { .. }, SearchState::Alone) => Ok(()),
+            _ => Err(StateError::Value),
         }
     }
 }

@@ -2,6 +2,7 @@
 //! over the points, and what was done.
 
 use pulp::{Arch, Simd, WithSimd};
+use serde::{Deserialize, Serialize};
 
 use super::factors::FactorCounts;
 use crate::contact::windows::{add_row, add_windows};
@@ -19,7 +20,7 @@ pub(crate) const SWEEPS: usize = 2;
 pub(crate) const HISTOGRAM_BINS: usize = 12;
 
 /// What the search has done over all steps.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SearchCounts {
     /// Linear solves.
     pub solves: u64,

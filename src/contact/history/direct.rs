@@ -11,14 +11,18 @@
 //! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
 //! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
 
+use std::ops::Range;
+
 use pulp::Arch;
 use rayon::prelude::*;
 
 use super::PastForces;
 
+use super::state::{DirectState, HistoryState};
 use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::{Ring, StateError, StateReader, StateWriter};
+use crate::numeric::Ring;
+use crate::storage::state::{StateError, fill};
 use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
@@ -154,25 +158,26 @@ impl PastForces for DirectHistory {
         self.steps += 1;
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        state.count(self.steps);
-        state.numbers(&self.forces);
-        for mark in &self.marks {
-            state.whole(mark.first_element);
-            state.count(u64::from(mark.from) << 32 | u64::from(mark.to));
-        }
+    fn save(&self) -> HistoryState {
+        HistoryState::Direct(DirectState {
+            steps: self.steps,
+            forces: self.forces.clone(),
+            marks: self.marks.iter().map(|mark| (mark.first_element, mark.from..mark.to)).collect(),
+        })
     }
 
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.steps = state.count()?;
-        state.numbers_into(&mut self.forces)?;
-        for mark in &mut self.marks {
-            let (first_element, columns) = (state.whole()?, state.count()?);
-            *mark = Mark { first_element, from: (columns >> 32) as u32, to: columns as u32 };
-            if mark.from > mark.to || mark.to as usize > self.columns {
-                return Err(StateError::Value);
-            }
+    fn restore(&mut self, state: HistoryState) -> Result<(), StateError> {
+        let HistoryState::Direct(DirectState { steps, forces, marks }) = state else { return Err(StateError::Value) };
+        self.steps = steps;
+        fill(&mut self.forces, &forces)?;
+        if marks.iter().any(|(_, columns)| columns.start > columns.end || columns.end as usize > self.columns) {
+            return Err(StateError::Value);
         }
-        Ok(())
+        let mark = |(first_element, columns): &(i64, Range<u32>)| Mark {
+            first_element: *first_element,
+            from: columns.start,
+            to: columns.end,
+        };
+        fill(&mut self.marks, &marks.iter().map(mark).collect::<Vec<_>>())
     }
 }

@@ -3,6 +3,7 @@
 //! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
+//! - `state`: what evolves of a history;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
 //! - [`transfer`]: the transfer function that such a recursion is.
 //!
@@ -17,14 +18,16 @@ mod behind;
 mod direct;
 mod far;
 mod modes;
+mod state;
 pub(super) mod transfer;
 mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};
 pub use modes::{INSTANTS, ModalHistory};
+pub use state::HistoryState;
 
 use crate::counters::Meter;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::StateError;
 
 /// A way to carry the past along.
 pub trait PastForces: Send {
@@ -36,12 +39,12 @@ pub trait PastForces: Send {
     /// Takes note of the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
 
-    /// Takes the state down; the same bytes for any number of threads.
-    fn save(&self, state: &mut StateWriter);
+    /// Takes the state down; the same for any number of threads.
+    fn save(&self) -> HistoryState;
 
     /// Goes on from the state of an equal history, on any number of threads.
     ///
     /// # Errors
     /// [`StateError`].
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
+    fn restore(&mut self, state: HistoryState) -> Result<(), StateError>;
 }

@@ -24,11 +24,13 @@ use pulp::Arch;
 use super::PastForces;
 use super::behind::Behind;
 use super::far::Far;
+use super::state::{HistoryState, ModalState};
 use super::transfer::first_weight;
 use super::wavenumber_group::expected_multiply_adds;
 use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::{Ring, StateError, StateReader, StateWriter, transform_multiply_adds};
+use crate::numeric::{Ring, transform_multiply_adds};
+use crate::storage::state::{StateError, fill_all};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
@@ -219,40 +221,42 @@ impl PastForces for ModalHistory {
         self.instant = (self.instant + 1) % self.old.len();
     }
 
-    fn save(&self, state: &mut StateWriter) {
-        state.count(self.instant as u64);
-        for row in &self.rows {
-            state.count(row.first as u64);
-            state.counts(&row.forces.iter().map(|&(distance, _)| distance as u64).collect::<Vec<_>>());
-            state.numbers(&row.forces.iter().map(|&(_, force)| force).collect::<Vec<_>>());
-        }
+    fn save(&self) -> HistoryState {
         let far = self.far.take();
-        self.old.iter().chain(&far.rings).for_each(|ring| state.numbers(ring));
-        far.states().for_each(|states| state.numbers(states));
+        let state = ModalState {
+            instant: self.instant,
+            rows: self.rows.iter().map(|row| (row.first, row.forces.clone())).collect(),
+            old: self.old.clone(),
+            rings: far.rings.clone(),
+            poles: far.states().map(<[f64]>::to_vec).collect(),
+        };
         self.far.give_back(far);
+        HistoryState::Modal(state)
     }
 
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.instant = state.size()?;
-        let mut fits = self.instant < self.old.len();
-        for row in &mut self.rows {
-            row.first = state.size()?;
-            let distances = state.counts()?;
-            let forces = state.numbers()?;
-            fits &= row.first < self.elements && distances.len() == forces.len();
-            fits &= distances.iter().all(|&distance| distance < self.elements as u64);
-            row.forces.clear();
-            row.forces.extend(distances.iter().map(|&distance| distance as usize).zip(forces));
-        }
-        if !fits {
+    fn restore(&mut self, state: HistoryState) -> Result<(), StateError> {
+        let HistoryState::Modal(ModalState { instant, rows, old, rings, poles }) = state else {
+            return Err(StateError::Value);
+        };
+        let on_ring = |(first, forces): &(usize, Vec<(usize, f64)>)| {
+            *first < self.elements && forces.iter().all(|&(distance, _)| distance < self.elements)
+        };
+        if instant >= self.old.len() || rows.len() != self.rows.len() || !rows.iter().all(on_ring) {
             return Err(StateError::Value);
         }
+        self.instant = instant;
+        for (row, (first, forces)) in self.rows.iter_mut().zip(rows) {
+            row.first = first;
+            // In place: the room that a row has is enough for any step.
+            row.forces.clear();
+            row.forces.extend(forces);
+        }
+        fill_all(self.old.iter_mut().map(Vec::as_mut_slice), &old)?;
         let mut far = self.far.take();
-        let rings = self.old.iter_mut().chain(&mut far.rings);
-        let mut read = rings.map(Vec::as_mut_slice).try_for_each(|ring| state.numbers_into(ring));
-        read = read.and_then(|()| far.states_mut().try_for_each(|states| state.numbers_into(states)));
+        let mut filled = fill_all(far.rings.iter_mut().map(Vec::as_mut_slice), &rings);
+        filled = filled.and_then(|()| fill_all(far.states_mut().collect::<Vec<_>>().into_iter(), &poles));
         self.far.give_back(far);
-        read
+        filled
     }
 }
 
@@ -260,6 +264,7 @@ impl PastForces for ModalHistory {
 mod tests {
     use super::*;
     use crate::scene::{DEFAULT, Scene};
+    use crate::storage::state::read_back;
     use crate::tyre::poles::{FitOptions, fit};
 
     const COLUMNS: usize = 11;
@@ -313,13 +318,8 @@ mod tests {
             for stop in 29..50 {
                 let mut whole = history();
                 roll(&mut whole, 0, stop);
-                let mut state = StateWriter::default();
-                whole.save(&mut state);
-                let bytes = state.into_bytes();
                 let mut restored = history();
-                let mut reader = StateReader::new(&bytes);
-                restored.restore(&mut reader).unwrap();
-                reader.end().unwrap();
+                restored.restore(read_back(&whole.save())).unwrap();
                 assert_eq!(roll(&mut whole, stop, 90), roll(&mut restored, stop, 90), "{rule:?}, {stop}");
             }
         }

@@ -21,13 +21,14 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::FftPlanner;
+use serde::{Deserialize, Serialize};
 
-use super::elements::ElementVelocities;
+use super::elements::{ElementState, ElementVelocities};
 use super::layout::SegmentLayout;
 use super::products;
 use super::share::Share;
 use super::velocity_table::VelocityTable;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, fill, fill_all, restore_part};
 
 /// Base bins in which the mean pattern is corrected.
 const LOWEST: usize = 8;
@@ -59,6 +60,28 @@ pub struct VibrationAccumulator {
     spectra: Vec<Complex64>,
     series: Vec<f64>,
     scratch: Vec<Complex64>,
+}
+
+/// What evolves of a [`VibrationAccumulator`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct VibrationState {
+    segments: u64,
+    weighted_power: f64,
+    /// Of the steps so far.
+    forces: Vec<f64>,
+    powers: Vec<f64>,
+    reference: Vec<f64>,
+    weighted: Vec<f64>,
+    lowest: Vec<Complex64>,
+    shares: Vec<ShareState>,
+    elements: Option<ElementState>,
+}
+
+/// What evolves of a [`Share`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+struct ShareState {
+    powers: Vec<f64>,
+    point_powers: Vec<Vec<f64>>,
 }
 
 impl VibrationAccumulator {
@@ -263,25 +286,19 @@ impl VibrationAccumulator {
     }
 
     /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        state.count(self.filled as u64);
-        state.count(self.segments);
-        state.number(self.weighted_power);
-        for values in [
-            &self.forces[..self.filled * self.layout.width()],
-            &self.powers[..self.filled],
-            &self.reference,
-            &self.weighted,
-        ] {
-            state.numbers(values);
-        }
-        let parts: Vec<f64> = self.lowest.iter().flat_map(|value| [value.re, value.im]).collect();
-        state.numbers(&parts);
-        for share in &self.shares {
-            std::iter::once(&share.powers).chain(&share.point_powers).for_each(|values| state.numbers(values));
-        }
-        if let Some(elements) = &self.elements {
-            elements.save(state);
+    pub fn save(&self) -> VibrationState {
+        let share =
+            |share: &Share| ShareState { powers: share.powers.clone(), point_powers: share.point_powers.clone() };
+        VibrationState {
+            segments: self.segments,
+            weighted_power: self.weighted_power,
+            forces: self.forces[..self.filled * self.layout.width()].to_vec(),
+            powers: self.powers[..self.filled].to_vec(),
+            reference: self.reference.clone(),
+            weighted: self.weighted.clone(),
+            lowest: self.lowest.clone(),
+            shares: self.shares.iter().map(share).collect(),
+            elements: self.elements.as_ref().map(ElementVelocities::save),
         }
     }
 
@@ -289,28 +306,23 @@ impl VibrationAccumulator {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.filled = state.size()?;
-        self.segments = state.count()?;
-        self.weighted_power = state.number()?;
-        if self.filled >= self.layout.length() {
+    pub fn restore(&mut self, state: VibrationState) -> Result<(), StateError> {
+        self.filled = state.powers.len();
+        self.segments = state.segments;
+        self.weighted_power = state.weighted_power;
+        if self.filled >= self.layout.length() || state.shares.len() != self.shares.len() {
             return Err(StateError::Value);
         }
-        state.numbers_into(&mut self.forces[..self.filled * self.layout.width()])?;
-        state.numbers_into(&mut self.powers[..self.filled])?;
-        state.numbers_into(&mut self.reference)?;
-        state.numbers_into(&mut self.weighted)?;
-        let mut parts = vec![0.0; 2 * self.lowest.len()];
-        state.numbers_into(&mut parts)?;
-        for (value, part) in self.lowest.iter_mut().zip(parts.chunks_exact(2)) {
-            *value = Complex64::new(part[0], part[1]);
+        fill(&mut self.forces[..self.filled * self.layout.width()], &state.forces)?;
+        fill(&mut self.powers[..self.filled], &state.powers)?;
+        fill(&mut self.reference, &state.reference)?;
+        fill(&mut self.weighted, &state.weighted)?;
+        fill(&mut self.lowest, &state.lowest)?;
+        for (share, ShareState { powers, point_powers }) in self.shares.iter_mut().zip(&state.shares) {
+            fill(&mut share.powers, powers)?;
+            fill_all(share.point_powers.iter_mut().map(Vec::as_mut_slice), point_powers)?;
         }
-        for share in &mut self.shares {
-            std::iter::once(&mut share.powers)
-                .chain(&mut share.point_powers)
-                .try_for_each(|values| state.numbers_into(values))?;
-        }
-        self.elements.as_mut().map_or(Ok(()), |elements| elements.restore(state))
+        restore_part(&mut self.elements, state.elements, ElementVelocities::restore)
     }
 }
 

@@ -14,8 +14,9 @@
 //! (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are not those of the tyre under its
 //! forces, and nothing is balanced.
 
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, fill};
 use crate::time_rule::{RungeKutta, TimeRule};
+use serde::{Deserialize, Serialize};
 
 /// Displacements of the last steps.
 #[derive(Clone, Debug)]
@@ -28,7 +29,7 @@ pub struct ContactPower {
 }
 
 /// A window of elements.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 struct Window {
     first: i64,
     displacement: Vec<f64>,
@@ -40,6 +41,12 @@ impl Window {
     fn at(&self, values: &[f64], element: i64) -> Option<f64> {
         usize::try_from(element - self.first).ok().and_then(|column| values.get(column)).copied()
     }
+}
+
+/// What evolves of a [`ContactPower`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct PowerState {
+    earlier: [Window; 2],
 }
 
 impl ContactPower {
@@ -101,23 +108,19 @@ impl ContactPower {
     }
 
     /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        for window in &self.earlier {
-            state.whole(window.first);
-            state.numbers(&window.displacement);
-            state.numbers(&window.force);
-        }
+    pub fn save(&self) -> PowerState {
+        PowerState { earlier: self.earlier.clone() }
     }
 
     /// Goes on from the state of an equal one.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        for window in &mut self.earlier {
-            window.first = state.whole()?;
-            state.numbers_into(&mut window.displacement)?;
-            state.numbers_into(&mut window.force)?;
+    pub fn restore(&mut self, state: PowerState) -> Result<(), StateError> {
+        for (window, saved) in self.earlier.iter_mut().zip(state.earlier) {
+            window.first = saved.first;
+            fill(&mut window.displacement, &saved.displacement)?;
+            fill(&mut window.force, &saved.force)?;
         }
         Ok(())
     }

@@ -22,10 +22,11 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
+use serde::{Deserialize, Serialize};
 
 use super::layout::SegmentLayout;
 use super::velocity_table::VelocityTable;
-use crate::numeric::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, fill, fill_all};
 
 /// Parts that the elements are shared out in: enough for the threads of a desk, the same for any number of them.
 const PARTS: usize = 16;
@@ -45,6 +46,14 @@ pub struct ElementVelocities {
     /// Sums of v over the segments of either kind: points x bins.
     sums: [Vec<Complex64>; 2],
     /// Sums of |v|^2: points x bins.
+    powers: Vec<f64>,
+}
+
+/// What evolves of [`ElementVelocities`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(super) struct ElementState {
+    segments: [u64; 2],
+    sums: [Vec<Complex64>; 2],
     powers: Vec<f64>,
 }
 
@@ -133,26 +142,14 @@ impl ElementVelocities {
         powers.chunks_exact(self.layout.bins()).map(<[f64]>::to_vec).collect()
     }
 
-    pub(super) fn save(&self, state: &mut StateWriter) {
-        self.segments.iter().for_each(|&count| state.count(count));
-        for sums in &self.sums {
-            state.numbers(&sums.iter().flat_map(|value| [value.re, value.im]).collect::<Vec<f64>>());
-        }
-        state.numbers(&self.powers);
+    pub(super) fn save(&self) -> ElementState {
+        ElementState { segments: self.segments, sums: self.sums.clone(), powers: self.powers.clone() }
     }
 
-    pub(super) fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        for count in &mut self.segments {
-            *count = state.count()?;
-        }
-        let mut numbers = vec![0.0; 2 * self.powers.len()];
-        for sums in &mut self.sums {
-            state.numbers_into(&mut numbers)?;
-            for (value, parts) in sums.iter_mut().zip(numbers.chunks_exact(2)) {
-                *value = Complex64::new(parts[0], parts[1]);
-            }
-        }
-        state.numbers_into(&mut self.powers)
+    pub(super) fn restore(&mut self, state: ElementState) -> Result<(), StateError> {
+        self.segments = state.segments;
+        fill_all(self.sums.iter_mut().map(Vec::as_mut_slice), &state.sums)?;
+        fill(&mut self.powers, &state.powers)
     }
 }
 

@@ -48,8 +48,8 @@ pub mod velocity_table;
 
 use crate::scene::Vibration;
 
-pub use accumulator::{PatchSpectra, VibrationAccumulator};
-pub use contact_power::ContactPower;
+pub use accumulator::{PatchSpectra, VibrationAccumulator, VibrationState};
+pub use contact_power::{ContactPower, PowerState};
 pub use dispersion::{DispersionBranch, dispersion_branches};
 pub use elements::ElementVelocities;
 pub use layout::SegmentLayout;

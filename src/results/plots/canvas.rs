@@ -22,7 +22,7 @@ const TICK_LABEL: i32 = 13;
 /// The backend divides font sizes by this.
 const BACKEND_FONT_SCALE: f64 = 1.24;
 
-const INK: RGBColor = RGBColor(30, 30, 30);
+pub(super) const INK: RGBColor = RGBColor(30, 30, 30);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const FAINT_GRID: RGBColor = RGBColor(240, 240, 240);
 
@@ -258,22 +258,6 @@ impl Sheet<'_> {
         }
     }
 
-    /// Entry `row` of the legend right of the frame: a mark and a name.
-    pub(super) fn marked_entry(
-        &mut self,
-        frame: &Frame,
-        row: usize,
-        name: &str,
-        form: Form,
-        colours: (RGBColor, RGBColor),
-    ) {
-        let y = frame.y.start + (12 + 22 * row as i32) * FINE;
-        let x = frame.x.end + 14 * FINE;
-        self.line(vec![(x, y), (x + 22 * FINE, y)], colours.0, 1.5);
-        self.mark((x + 11 * FINE, y), form, MARK, colours.0, colours.1);
-        self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
-    }
-
     /// One line of text, `size` in shown pixels.
     fn sized_text(&mut self, text: &str, at: (i32, i32), anchor: Anchor, size: i32) {
         let font = FontDesc::new(FontFamily::SansSerif, f64::from(size * FINE) * BACKEND_FONT_SCALE, FontStyle::Normal);
@@ -292,22 +276,16 @@ impl Sheet<'_> {
     /// Title over the frame, grid lines (`grid`), frame, ticks and axis titles.
     pub(super) fn axes(&mut self, title: &str, frame: &Frame, x: &Axis, y: &Axis, grid: Grid) {
         if grid == Grid::Both {
-            for (colour, places) in
-                [(FAINT_GRID, x.minor_ticks().collect::<Vec<_>>()), (GRID, x.ticks().map(|tick| tick.0).collect())]
-            {
-                for place in places {
-                    self.vertical(frame, place, colour);
-                }
-            }
+            self.grid_lines(x, |place| {
+                let at = frame.across(place);
+                [(at, frame.y.start), (at, frame.y.end)]
+            });
         }
         if grid != Grid::None {
-            for (colour, places) in
-                [(FAINT_GRID, y.minor_ticks().collect::<Vec<_>>()), (GRID, y.ticks().map(|tick| tick.0).collect())]
-            {
-                for place in places {
-                    self.horizontal(frame, place, colour);
-                }
-            }
+            self.grid_lines(y, |place| {
+                let at = frame.up(place);
+                [(frame.x.start, at), (frame.x.end, at)]
+            });
         }
         let middle = frame.across(0.5);
         self.sized_text(title, (middle, frame.y.start - 32 * FINE), Anchor::Below, TITLE);
@@ -321,11 +299,21 @@ impl Sheet<'_> {
         self.ticks_beside(frame, y, frame.x.start, -1);
     }
 
-    /// Entry `row` of the legend right of the frame, where it hides nothing.
-    pub(super) fn legend_entry(&mut self, frame: &Frame, row: usize, name: &str, colour: RGBColor) {
-        let y = frame.y.start + (12 + 22 * row as i32) * FINE;
-        let x = frame.x.end + 14 * FINE;
-        self.line(vec![(x, y), (x + 22 * FINE, y)], colour, 2.5);
+    /// Entry `row` of the legend right of the frame, where it hides nothing: a line, thinner where a mark of a form and
+    /// with an inside lies on it, and a name.
+    pub(super) fn legend_entry(
+        &mut self,
+        frame: &Frame,
+        row: usize,
+        name: &str,
+        colour: RGBColor,
+        mark: Option<(Form, RGBColor)>,
+    ) {
+        let (x, y) = (frame.x.end + 14 * FINE, frame.y.start + (12 + 22 * row as i32) * FINE);
+        self.line(vec![(x, y), (x + 22 * FINE, y)], colour, if mark.is_some() { 1.5 } else { 2.5 });
+        if let Some((form, inside)) = mark {
+            self.mark((x + 11 * FINE, y), form, MARK, colour, inside);
+        }
         self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
     }
 
@@ -365,14 +353,12 @@ impl Sheet<'_> {
         }
     }
 
-    fn vertical(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
-        let at = frame.across(place);
-        self.line(vec![(at, frame.y.start), (at, frame.y.end)], colour, 1.0);
-    }
-
-    fn horizontal(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
-        let at = frame.up(place);
-        self.line(vec![(frame.x.start, at), (frame.x.end, at)], colour, 1.0);
+    /// Lines at an axis' ticks, from one end to the other of where a place is.
+    fn grid_lines(&mut self, axis: &Axis, ends: impl Fn(f64) -> [(i32, i32); 2]) {
+        let minor = axis.minor_ticks().map(|place| (place, FAINT_GRID));
+        for (place, colour) in minor.chain(axis.ticks().map(|(place, _)| (place, GRID))) {
+            self.line(ends(place).to_vec(), colour, 1.0);
+        }
     }
 }
 

@@ -69,10 +69,11 @@ impl HeatMap<'_> {
         let bar = Axis::linear(self.quantity, range);
         let width = 640;
         let height = (f64::from(width) * self.aspect.unwrap_or(0.68)).round().clamp(90.0, 900.0) as i32;
-        let frame = Frame::of(85..85 + width, 50..50 + height);
-        let bar_frame = Frame::of(frame_right(width) + 22..frame_right(width) + 42, 50..50 + height);
+        let right = 85 + width;
+        let frame = Frame::of(85..right, 50..50 + height);
+        let bar_frame = Frame::of(right + 22..right + 42, 50..50 + height);
         let beneath = cells_as_paths(&cells, &frame, |value| bar.place(value));
-        draw(picture, (frame_right(width) + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
+        draw(picture, (right + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
             for curve in curves {
                 let placed: Vec<_> = curve.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y))).collect();
@@ -85,10 +86,6 @@ impl HeatMap<'_> {
             sheet.colour_bar(&bar_frame, &bar, viridis, LEVELS);
         })
     }
-}
-
-const fn frame_right(width: i32) -> i32 {
-    85 + width
 }
 
 /// Averages blocks of cells until there are few enough; NaN cells do not count.
@@ -126,8 +123,8 @@ fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, place: impl Fn(f64) -> f64
     let (width, height) = (f64::from(frame.x.end - frame.x.start), f64::from(frame.y.end - frame.y.start));
     let (cell_width, cell_height) = (width / columns as f64, height / rows as f64);
     let mut svg = format!(
-        "<g transform=\"translate({} {:.3}) scale({cell_width:.6} {cell_height:.6})\" fill=\"none\" stroke-width=\"1.02\" \
-         shape-rendering=\"crispEdges\">\n",
+        "<g transform=\"translate({} {:.3}) scale({cell_width:.6} {cell_height:.6})\" fill=\"none\" \
+         stroke-width=\"1.02\" shape-rendering=\"crispEdges\">\n",
         frame.x.start,
         f64::from(frame.y.start) + 0.5 * cell_height,
     );

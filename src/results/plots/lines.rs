@@ -49,7 +49,7 @@ impl LinePlot<'_> {
             }
             sheet.frame(&frame);
             for (row, (index, name)) in listed.into_iter().enumerate() {
-                sheet.legend_entry(&frame, row, name, colour::line(index));
+                sheet.legend_entry(&frame, row, name, colour::line(index), None);
             }
         })
     }

@@ -60,7 +60,7 @@ impl ThirdOctavePlot<'_> {
                     sheet.line(steps[..valid].to_vec(), colour::line(index), 2.0);
                 }
                 if !name.is_empty() {
-                    sheet.legend_entry(&frame, index, name, colour::line(index));
+                    sheet.legend_entry(&frame, index, name, colour::line(index), None);
                 }
             }
             sheet.frame(&frame);

@@ -4,10 +4,9 @@
 use plotters::style::RGBColor;
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Form, Frame, Grid, MARK, PlotError, Sheet, draw, legend_width};
+use super::canvas::{Anchor, Form, Frame, Grid, INK, MARK, PlotError, Sheet, draw, legend_width};
 use super::colour;
 
-const INK: RGBColor = RGBColor(30, 30, 30);
 const GREY: RGBColor = RGBColor(150, 150, 150);
 const PALE: RGBColor = RGBColor(215, 215, 215);
 const WHITE: RGBColor = RGBColor(255, 255, 255);
@@ -67,8 +66,15 @@ impl WorkPrecisionPlot<'_> {
     /// # Errors
     /// [`PlotError::Draw`].
     pub fn to_svg(&self) -> Result<String, PlotError> {
-        let others = ["combinations", "front, by work", "marked"];
-        let legend = legend_width(self.knobs.iter().copied().chain(others));
+        let knobs = self.knobs.iter().enumerate();
+        let knobs = knobs.map(|(index, name)| (*name, colour::line(index), Some((form(index), WHITE))));
+        let others = [
+            ("combinations", GREY, Some((Form::Circle, PALE))),
+            ("front, by work", INK, None),
+            ("marked", INK, Some((Form::Star, GOLD))),
+        ];
+        let entries: Vec<_> = knobs.chain(others).collect();
+        let legend = legend_width(entries.iter().map(|(name, ..)| *name));
         let frames: Vec<Frame> = (0..self.panels.len() as i32)
             .map(|panel| Frame::of(panel * PANEL + MARGIN..(panel + 1) * PANEL - 10, TOP..BOTTOM))
             .collect();
@@ -81,14 +87,9 @@ impl WorkPrecisionPlot<'_> {
             for (panel, frame) in self.panels.iter().zip(&frames) {
                 self.panel(sheet, panel, frame);
             }
-            let mut row = 0;
-            for (index, name) in self.knobs.iter().enumerate() {
-                sheet.marked_entry(last, row, name, form(index), (colour::line(index), WHITE));
-                row += 1;
+            for (row, (name, line, mark)) in entries.into_iter().enumerate() {
+                sheet.legend_entry(last, row, name, line, mark);
             }
-            sheet.marked_entry(last, row, others[0], Form::Circle, (GREY, PALE));
-            sheet.legend_entry(last, row + 1, others[1], INK);
-            sheet.marked_entry(last, row + 2, others[2], Form::Star, (INK, GOLD));
         })
     }
 

@@ -6,18 +6,20 @@ mod results;
 
 use std::sync::atomic::AtomicBool;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::march::March;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::numeric::{StateError, StateReader, StateWriter};
 use crate::plan::{Plan, bytes};
 use crate::response::vibration::{
-    ContactPower, ElementVelocities, SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator,
-    VibrationField, point_bytes,
+    ContactPower, ElementVelocities, PowerState, SegmentLayout, TransferKind, TyreResponse, VelocityTable,
+    VibrationAccumulator, VibrationField, VibrationState, point_bytes,
 };
 use crate::run::error::RunError;
 use crate::run::past::planned_model;
 use crate::run::prepare::Prepared;
 use crate::scene::{LoadedScene, SceneError, Vibration};
+use crate::storage::StateError;
 use crate::tyre::poles::{RationalModel, TangentialModel, tangential_model};
 
 /// Takes in the patch forces of every step.
@@ -35,6 +37,13 @@ pub struct VibrationRecorder {
     warm_up: u64,
     /// Steps after the warm-up.
     steps: u64,
+}
+
+/// What evolves of a [`VibrationRecorder`].
+#[derive(Deserialize, Serialize)]
+pub(crate) struct RecorderState {
+    accumulator: VibrationState,
+    power: PowerState,
 }
 
 impl VibrationRecorder {
@@ -194,18 +203,17 @@ impl VibrationRecorder {
     }
 
     /// Takes the state down.
-    pub fn save(&self, state: &mut StateWriter) {
-        self.accumulator.save(state);
-        self.power.save(state);
+    pub(crate) fn save(&self) -> RecorderState {
+        RecorderState { accumulator: self.accumulator.save(), power: self.power.save() }
     }
 
     /// Goes on from the state of a recorder of the same run.
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.accumulator.restore(state)?;
-        self.power.restore(state)
+    pub(crate) fn restore(&mut self, state: RecorderState) -> Result<(), StateError> {
+        self.accumulator.restore(state.accumulator)?;
+        self.power.restore(state.power)
     }
 }
 
@@ -227,7 +235,8 @@ fn check_memory(
         return Ok(());
     }
     let wrong = format!(
-        "{} revolutions in a segment, {points} points and {elements} elements need {} of memory, with the rest more than numerics.memory_limit = {limit} GB",
+        "{} revolutions in a segment, {points} points and {elements} elements need {} of memory, \
+         with the rest more than numerics.memory_limit = {limit} GB",
         layout.revolutions,
         bytes(needed)
     );

@@ -1,7 +1,5 @@
 //! What a run's vibration is written as: tables, maps, pictures, the summary.
 
-use std::path::Path;
-
 use crate::counters::{Counter, Meter};
 use crate::response::vibration::{
     FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, dispersion_branches, element_spectrum,
@@ -11,12 +9,12 @@ use crate::response::{BandLevel, PowerSpectrum};
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
+use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
     FieldSummary, NamedSpectrum, Place, PowerSummary, VIBRATION_FILE, VIBRATION_NARROW_FILE, VibrationSummary,
     vibration_levels_csv, vibration_narrow_csv,
 };
 use crate::run::error::RunError;
-use crate::run::to_folder::LOWEST_FREQUENCY;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::{LoadedScene, TimeRule, Vibration};
 use crate::tyre::influence::Field;
@@ -57,9 +55,9 @@ impl VibrationRecorder {
             spectra.into_iter().filter(|field| self.fields.contains(&field.field)).collect();
 
         let named = self.named(vibration, &patch, &spectra);
-        let levels = vibration_levels_csv(&named, LOWEST_FREQUENCY, Path::new(VIBRATION_FILE))?;
+        let levels = vibration_levels_csv(&named, LOWEST_FREQUENCY);
         folder.write_text(VIBRATION_FILE, &levels)?;
-        folder.write_text(VIBRATION_NARROW_FILE, &vibration_narrow_csv(&named, Path::new(VIBRATION_NARROW_FILE))?)?;
+        folder.write_text(VIBRATION_NARROW_FILE, &vibration_narrow_csv(&named))?;
         if loaded.scene.outputs.plots {
             draw_levels(loaded, &named, folder)?;
         }
@@ -232,11 +230,7 @@ fn draw_spectra<'a>(
 /// A whole array at once.
 fn write_rows(folder: &ResultsFolder, name: &str, values: &[f64], row: Row, meter: &mut Meter) -> Result<(), RunError> {
     let mut writer = NpyWriter::<f64>::create(&folder.path(name), row)?;
-    let length = match row {
-        Row::Scalar => 1,
-        Row::Columns(columns) => columns,
-    };
-    values.chunks_exact(length).try_for_each(|row| writer.push(row))?;
+    values.chunks_exact(row.length()).try_for_each(|row| writer.push(row))?;
     meter.count(Counter::BytesWritten, writer.bytes());
     writer.finish()?;
     Ok(())

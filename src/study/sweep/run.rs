@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use crate::counters::Stage;
+use crate::counters::{self, Stage};
 use crate::response::BandLevel;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
@@ -175,9 +175,9 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
     let target = target.join(&variant.name);
     let mut progress = VariantProgress { name: &variant.name, watch, done: 0, time_step: 0.0 };
     let report = if resumable(variant, &target, &mut progress) {
-        run::resume(&target, threads, stop, &mut progress)
+        run::resume(&target, threads, counters::Watch::default(), stop, &mut progress)
     } else {
-        let options = RunOptions { target, threads };
+        let options = RunOptions { target, threads, watch: counters::Watch::default() };
         run::run(&variant.loaded, &options, stop, &mut progress)
     };
     match report {

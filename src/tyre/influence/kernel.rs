@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 use pulp::Simd;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::numeric::{Lanes, MOST_LANES};
 use crate::scene::{Layer, Tyre};
@@ -17,7 +17,7 @@ use crate::tyre::layers::lane_compliance::LaneStack;
 use crate::tyre::layers::layer::LayerAt;
 
 /// Which displacement a force on the tread element is related to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Field {
     /// The tread surface.
     Surface,

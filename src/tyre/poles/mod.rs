@@ -9,7 +9,7 @@
 //! - `wavenumber`: the adaptive fit of one wavenumber; [`error`]: why it was refused;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
 //! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
-//! - [`cache`]: models on disk, `codec`: as bytes;
+//! - [`cache`]: models in the cache on disk;
 //! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
 //! - [`scaling`]: what a fit costs.
 //!
@@ -26,7 +26,6 @@
 //! but not near it: so the positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
 
 pub mod cache;
-mod codec;
 pub mod error;
 pub mod expected_fit;
 pub mod fit;
@@ -39,7 +38,6 @@ mod tangential;
 mod tree;
 mod wavenumber;
 
-pub use cache::Cache;
 pub use error::FitError;
 pub use fit::{FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};

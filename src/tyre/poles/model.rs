@@ -1,13 +1,13 @@
 //! Poles and residues of the folded influence functions of one tyre at one resolution.
 
 use num_complex::Complex64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::numeric::rational::partial_fractions::{evaluate, is_pair};
 use crate::tyre::influence::Field;
 
 /// What the fit of one wavenumber took and reached.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct FitStatistics {
     /// Poles, conjugates counted.
     pub order: usize,
@@ -36,7 +36,7 @@ pub struct FitStatistics {
 ///
 /// A complex pole is stored once, Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0
 /// and a real residue. Within a wavenumber the pairs come first.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RationalModel {
     /// Elements N round the tyre.
     pub elements: usize,

@@ -10,10 +10,9 @@
 use num_complex::Complex64;
 
 use super::ladder::{Ladder, REAL, RUNGS};
-use crate::numeric::rational::Samples;
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::numeric::rational::vector_fitting::residues;
-use crate::numeric::rational::{PartialFractions, Parts, RationalError};
+use crate::numeric::rational::{PartialFractions, Parts, RationalError, Samples};
 use crate::tyre::influence::FaceValues;
 
 /// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at

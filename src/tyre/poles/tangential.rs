@@ -17,9 +17,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::model::RationalModel;
-use crate::numeric::rational::RationalError;
-use crate::numeric::rational::Samples;
 use crate::numeric::rational::vector_fitting::regularised_residues;
+use crate::numeric::rational::{RationalError, Samples};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
 use crate::tyre::influence::kernel::{Kernel, Waves};

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
+use tyrewave::counters::Watch;
 use tyrewave::response::BandLevel;
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::results::spectra::read_force_levels;
@@ -26,7 +27,11 @@ pub struct Results {
 /// Runs a scene into a temporary folder.
 pub fn try_run(loaded: &LoadedScene) -> Result<Results, RunError> {
     let folder = tempfile::tempdir().unwrap();
-    let options = RunOptions { target: folder.path().join("run"), threads: rayon::current_num_threads() };
+    let options = RunOptions {
+        target: folder.path().join("run"),
+        threads: rayon::current_num_threads(),
+        watch: Watch::default(),
+    };
     let report = run::run(loaded, &options, &AtomicBool::new(false), &mut Unwatched)?;
     Ok(Results { folder, report })
 }

@@ -10,9 +10,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::numeric::{StateReader, StateWriter};
 use crate::response::PowerSpectrum;
 use crate::scene::{DEFAULT, Scene, TimeRule};
+use crate::storage::state::read_back;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{FitOptions, RationalModel, fit};
 
@@ -333,13 +333,8 @@ fn stopped_anywhere(layout: SegmentLayout) {
         let stopped = pool(2).install(|| {
             let mut first = new();
             push(&mut first, &forces[..stop]);
-            let mut state = StateWriter::default();
-            first.save(&mut state);
-            let bytes = state.into_bytes();
             let mut second = new();
-            let mut reader = StateReader::new(&bytes);
-            second.restore(&mut reader).unwrap();
-            reader.end().unwrap();
+            second.restore(read_back(&first.save())).unwrap();
             push(&mut second, &forces[stop..]);
             bits(&second.finish().unwrap())
         });

@@ -1,10 +1,9 @@
 //! Files that are whole or not there.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-
-use super::error::ResultsError;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A file that takes its name when it is complete. Begun before a long work, so that a place that cannot be written to
 /// is refused at once.
@@ -15,30 +14,47 @@ pub struct PendingFile {
 }
 
 impl PendingFile {
-    /// Begins the file; nothing stands under its name yet, or what stood there before.
+    /// Begins the file, which has a name of its own for every writer until it is complete; nothing stands under its
+    /// final name yet, or what stood there before.
     ///
     /// # Errors
-    /// [`ResultsError::Create`].
-    pub fn create(path: &Path) -> Result<Self, ResultsError> {
+    /// Of the file system.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        // Processes differ by number, the files of a process by a count.
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        Self::create_as(path, &format!(".{}-{count}.tmp", std::process::id()))
+    }
+
+    /// As [`Self::create`], its name so far that of the file with a suffix: for a file that only one process can write.
+    ///
+    /// # Errors
+    /// Of the file system.
+    pub fn create_as(path: &Path, suffix: &str) -> io::Result<Self> {
         if path.is_dir() {
-            return Err(ResultsError::creating(path)(std::io::ErrorKind::IsADirectory.into()));
+            return Err(io::ErrorKind::IsADirectory.into());
         }
         let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.tmp", std::process::id()));
+        name.push(suffix);
         let temporary = path.with_file_name(name);
-        File::create(&temporary).map_err(ResultsError::creating(path))?;
+        File::create(&temporary)?;
         Ok(Self { path: path.to_owned(), temporary })
     }
 
-    /// Completes the file.
+    /// The name that it will have.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Completes the file: brings its content to the disk, then gives it its name.
     ///
     /// # Errors
-    /// [`ResultsError::Write`]; nothing is left of it then.
-    pub fn complete(self, text: &str) -> Result<(), ResultsError> {
-        File::create(&self.temporary)
-            .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
-            .and_then(|()| fs::rename(&self.temporary, &self.path))
-            .map_err(ResultsError::writing(&self.path))
+    /// Of the file system; nothing is left of it then.
+    pub fn complete(self, content: impl AsRef<[u8]>) -> io::Result<()> {
+        let mut file = File::create(&self.temporary)?;
+        file.write_all(content.as_ref())?;
+        file.sync_all()?;
+        fs::rename(&self.temporary, &self.path)
     }
 }
 
@@ -65,7 +81,7 @@ mod tests {
         PendingFile::create(&path).unwrap().complete("{}").unwrap();
         assert_eq!((fs::read_to_string(&path).unwrap().as_str(), names()), ("{}", 1));
         for wrong in [folder.path().to_owned(), folder.path().join("none/trace.json")] {
-            assert!(matches!(PendingFile::create(&wrong), Err(ResultsError::Create { .. })), "{}", wrong.display());
+            assert!(PendingFile::create(&wrong).is_err(), "{}", wrong.display());
         }
     }
 }

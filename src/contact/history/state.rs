@@ -1,0 +1,36 @@
+//! What evolves of a history.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+/// What evolves of each kind of history; the same for any number of threads.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub enum HistoryState {
+    /// Of [`super::DirectHistory`].
+    Direct(DirectState),
+    /// Of [`super::ModalHistory`].
+    Modal(ModalState),
+}
+
+/// What evolves of a [`super::DirectHistory`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct DirectState {
+    pub(super) steps: u64,
+    pub(super) forces: Vec<f64>,
+    /// By row: first element, and the columns with force.
+    pub(super) marks: Vec<(i64, Range<u32>)>,
+}
+
+/// What evolves of a [`super::ModalHistory`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct ModalState {
+    pub(super) instant: usize,
+    /// By row: its first element, and its forces by distance from that.
+    pub(super) rows: Vec<(usize, Vec<(usize, f64)>)>,
+    /// What is left of the blocks before the last.
+    pub(super) old: Vec<Vec<f64>>,
+    /// The last pass: its rings, and the states of all poles.
+    pub(super) rings: Vec<Vec<f64>>,
+    pub(super) poles: Vec<Vec<f64>>,
+}

@@ -1,0 +1,128 @@
+//! What a run leaves behind at its end: spectra, pictures, the summary.
+
+use std::collections::BTreeMap;
+
+use ndarray::ArrayView2;
+
+use crate::plan::Plan;
+use crate::results::folder::ResultsFolder;
+use crate::results::plots::{ForceMap, ThirdOctavePlot};
+use crate::results::spectra::{LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
+use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::run::error::RunError;
+use crate::run::prepare::Prepared;
+use crate::run::record::Record;
+use crate::scene::LoadedScene;
+
+/// What the end of a run looks back at.
+pub(crate) struct LookBack<'a> {
+    pub(crate) loaded: &'a LoadedScene,
+    pub(crate) plan: &'a Plan,
+    pub(crate) prepared: &'a Prepared,
+    pub(crate) record: &'a Record,
+}
+
+impl LookBack<'_> {
+    /// Writes spectra and pictures, those that are wanted and can be had.
+    ///
+    /// # Errors
+    /// Of the files and pictures.
+    pub(crate) fn spectra_and_plots(&self, folder: &ResultsFolder) -> Result<(), RunError> {
+        let outputs = &self.loaded.scene.outputs;
+        let title = self.loaded.title();
+        // A run too short for a spectrum has none: the summary's warnings say so.
+        if (outputs.spectra || outputs.plots)
+            && let Some(spectrum) = self.record.spectrum()
+        {
+            let spectrum = spectrum.valid_to(self.prepared.valid_to);
+            let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
+            if outputs.spectra {
+                folder.write_text(SPECTRA_FILE, &force_levels_csv(&levels))?;
+            }
+            if outputs.plots && !levels.is_empty() {
+                let plot = ThirdOctavePlot {
+                    title: &title,
+                    quantity: "Contact force level [dB re 1 N]",
+                    spectra: vec![("", &levels)],
+                };
+                folder.write_text("force_spectrum.svg", &plot.to_svg()?)?;
+            }
+        }
+        let drawn = &self.record.drawn;
+        if outputs.plots && drawn.time.len() >= 2 {
+            let geometry = self.prepared.march.geometry();
+            let shape = (drawn.time.len(), geometry.columns);
+            if let Ok(force) = ArrayView2::from_shape(shape, &drawn.force) {
+                let map = ForceMap {
+                    title: &title,
+                    time: &drawn.time,
+                    first_element: &drawn.first_element,
+                    force,
+                    element_length: self.plan.element,
+                    speed: self.plan.speed,
+                    start: geometry.start,
+                    shown: drawn.time[0]..f64::INFINITY,
+                };
+                folder.write_text("patch_force.svg", &map.to_svg()?)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// All that the summary says but the vibration.
+    ///
+    /// # Errors
+    /// Settings that JSON cannot hold.
+    pub(crate) fn summary(&self, cost: Cost) -> Result<Summary, RunError> {
+        let march = &self.prepared.march;
+        let (totals, counts) = (march.totals(), march.search_counts());
+        let steps = march.next_step();
+        let mean_force = self.record.mean_force();
+        let load = self.loaded.scene.rolling.axle.load().zip(mean_force).map(|((wanted, tolerance), mean)| {
+            let relative_error = (mean - wanted) / wanted;
+            LoadResult { wanted, relative_error, tolerance, met: relative_error.abs() <= tolerance }
+        });
+        let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
+        summary.outcome = Outcome {
+            steps,
+            time_step: self.plan.time_step,
+            simulated_time: steps as f64 * self.plan.time_step,
+            mean_force,
+            rms_force_variation: self.record.rms_force_variation(),
+            mean_contact_length: self.record.mean_contact_length(),
+            indentation: Some(self.prepared.axle.indentation(steps)),
+            load,
+            axle: self.record.axle_motion(),
+            rolling_resistance: self.record.rolling_resistance(),
+        };
+        let residuals = totals.relative_residuals();
+        summary.contact = ContactQuality {
+            tension: residuals.tension,
+            penetration: residuals.penetration,
+            complementarity: residuals.complementarity,
+            slice_error: self.prepared.road.slice_error(),
+            local_compliance: self.prepared.local_compliance,
+            aborted_searches: 0,
+            solves_per_step: counts
+                .histogram
+                .iter()
+                .enumerate()
+                .filter(|(_, steps)| **steps > 0)
+                .map(|(solves, &steps)| (solves as u32, steps))
+                .collect::<BTreeMap<_, _>>(),
+        };
+        summary.warnings.clone_from(&self.prepared.warnings);
+        summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
+        if totals.edge_contacts > 0 {
+            summary.warnings.push(format!(
+                "in {} steps the outermost element of the window was in contact: \
+                 the patch may be longer than the window",
+                totals.edge_contacts
+            ));
+        }
+        if self.record.lacks_spectrum() && self.loaded.scene.outputs.spectra {
+            summary.warnings.push("the run is too short for a spectrum".into());
+        }
+        Ok(summary)
+    }
+}

@@ -1,0 +1,299 @@
+//! Results that take long, kept on disk for the next run.
+//!
+//! An entry is a sealed file `<key>.<extension>`, the extension that of its kind and the key a SHA-256 of everything
+//! that the value depends on, its kind's version too. It takes its name when it is whole, so a reader sees all of an
+//! entry or nothing, and two processes may store the same one at once.
+//!
+//! Whatever does not check out (truncated, damaged, another version, another key) is no error: the caller gets the
+//! reason, makes the value again and replaces it. When the entries exceed the size limit the least recently used ones
+//! go first, those that older versions have left among them.
+
+use std::fs::{self, File};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use super::pending_file::PendingFile;
+use super::sealed_file::{Body, Format, Unusable};
+use crate::numeric::digest::hexadecimal;
+
+/// Largest size of all entries together unless set otherwise \[bytes\].
+const DEFAULT_LIMIT: u64 = 512 << 20;
+
+/// What stops the cache from being used.
+#[derive(Debug, Error)]
+pub enum CacheError {
+    /// No folder: the environment names none and the platform's is unknown.
+    #[error("no cache folder: set TYREWAVE_CACHE_DIR")]
+    NoFolder,
+    /// The folder or an entry cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+impl CacheError {
+    /// For `map_err`: of a file or folder.
+    fn of(path: &Path) -> impl Fn(std::io::Error) -> Self + use<'_> {
+        |source| Self::Io { path: path.to_owned(), source }
+    }
+}
+
+/// A kind of entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kind {
+    /// Extension of its files.
+    pub extension: &'static str,
+    /// Their format; its version is also that of the algorithm, and to be raised whenever the same input may give
+    /// another value.
+    pub format: Format,
+}
+
+/// A value that the cache keeps.
+pub trait Cached: Serialize + DeserializeOwned {
+    /// Its kind.
+    const KIND: Kind;
+
+    /// Whether a value that was read makes sense.
+    fn is_sound(&self) -> bool;
+}
+
+/// The key of a value: SHA-256 over its kind's version and all that it depends on, in JSON form (numbers are written
+/// with all digits).
+///
+/// # Errors
+/// Content that JSON cannot hold.
+pub fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8; 32]> {
+    Ok(Sha256::digest(serde_json::to_vec(&(T::KIND.format.version, content))?).into())
+}
+
+/// One entry, as listed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CacheEntry {
+    /// The file.
+    pub path: PathBuf,
+    /// Its size \[bytes\].
+    pub bytes: u64,
+    /// Whether it can be used: complete, of this version, checksum right.
+    pub usable: Result<(), Unusable>,
+}
+
+/// An entry's file.
+struct EntryFile {
+    /// When it was last used.
+    used: SystemTime,
+    path: PathBuf,
+    bytes: u64,
+}
+
+/// A folder of entries.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cache {
+    folder: PathBuf,
+    limit: u64,
+}
+
+impl Cache {
+    /// The user's cache: `TYREWAVE_CACHE_DIR`, else the platform's cache folder (`XDG_CACHE_HOME`, `LOCALAPPDATA`,
+    /// `~/Library/Caches`, `~/.cache`).
+    ///
+    /// # Errors
+    /// [`CacheError::NoFolder`].
+    pub fn open() -> Result<Self, CacheError> {
+        let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        let own = |base: PathBuf| base.join("tyrewave");
+        let home = |below: &str| variable("HOME").map(|home| home.join(below));
+        let platform = if cfg!(target_os = "macos") { home("Library/Caches") } else { home(".cache") };
+        variable("TYREWAVE_CACHE_DIR")
+            .or_else(|| variable("XDG_CACHE_HOME").map(own))
+            .or_else(|| variable("LOCALAPPDATA").map(own))
+            .or_else(|| platform.map(own))
+            .map(|folder| Self::at(folder, DEFAULT_LIMIT))
+            .ok_or(CacheError::NoFolder)
+    }
+
+    /// A cache in a given folder, bounded to `limit` bytes.
+    pub fn at(folder: PathBuf, limit: u64) -> Self {
+        Self { folder, limit }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The file of a key.
+    pub fn path<T: Cached>(&self, key: &[u8; 32]) -> PathBuf {
+        self.folder.join(hexadecimal(key)).with_extension(T::KIND.extension)
+    }
+
+    /// Reads an entry, which counts as its use: `None` where there is none.
+    ///
+    /// # Errors
+    /// [`CacheError::Io`].
+    pub fn load<T: Cached>(&self, key: &[u8; 32]) -> Result<Option<Result<T, Unusable>>, CacheError> {
+        let path = self.path::<T>(key);
+        let body = match T::KIND.format.read(&path) {
+            Ok(body) => body,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(CacheError::of(&path)(error)),
+        };
+        // Where the time cannot be set the entry only goes earlier than it should.
+        let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
+        Ok(Some(body.and_then(|body| value(body, key))))
+    }
+
+    /// Writes an entry and drops those that were not used for longest, past the size limit.
+    ///
+    /// # Errors
+    /// [`CacheError::Io`].
+    pub fn store<T: Cached>(&self, key: &[u8; 32], value: &T) -> Result<(), CacheError> {
+        let path = self.path::<T>(key);
+        fs::create_dir_all(&self.folder).map_err(CacheError::of(&self.folder))?;
+        let file = PendingFile::create(&path).map_err(CacheError::of(&path))?;
+        T::KIND.format.write(file, &(key, value)).map_err(CacheError::of(&path))?;
+        self.shrink(&path)
+    }
+
+    /// Drops entries until the rest fits the limit; the one just written stays.
+    fn shrink(&self, keep: &Path) -> Result<(), CacheError> {
+        let mut entries = self.files()?;
+        entries.sort_by(|a, b| (a.used, &a.path).cmp(&(b.used, &b.path)));
+        let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+        for EntryFile { path, bytes, .. } in entries {
+            if total <= self.limit {
+                break;
+            }
+            if path != keep {
+                remove(&path)?;
+                total -= bytes;
+            }
+        }
+        Ok(())
+    }
+
+    /// The files of all entries, of whatever kind: those that are named after a key.
+    fn files(&self) -> Result<Vec<EntryFile>, CacheError> {
+        let folder = match fs::read_dir(&self.folder) {
+            Ok(folder) => folder,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(CacheError::of(&self.folder)(error)),
+        };
+        let is_key = |name: &str| name.len() == 64 && name.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let mut files = Vec::new();
+        for entry in folder {
+            let path = entry.map_err(CacheError::of(&self.folder))?.path();
+            if path.file_stem().and_then(|stem| stem.to_str()).is_some_and(is_key) {
+                // Another process may just have dropped it.
+                let Ok(metadata) = fs::metadata(&path) else { continue };
+                let used = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                files.push(EntryFile { used, path, bytes: metadata.len() });
+            }
+        }
+        Ok(files)
+    }
+
+    /// All entries, checked, by name; those of none of these kinds are listed as foreign.
+    ///
+    /// # Errors
+    /// [`CacheError::Io`].
+    pub fn list(&self, kinds: &[Kind]) -> Result<Vec<CacheEntry>, CacheError> {
+        let check = |path: &Path| {
+            let extension = path.extension().unwrap_or_default();
+            let kind = kinds.iter().find(|kind| extension == kind.extension);
+            let kind = kind.ok_or(Unusable::Foreign { wanted: "an entry of this program" })?;
+            kind.format.read(path).unwrap_or(Err(Unusable::Damaged)).map(|_| ())
+        };
+        let entries = self.files()?.into_iter();
+        let mut entries: Vec<CacheEntry> =
+            entries.map(|EntryFile { path, bytes, .. }| CacheEntry { usable: check(&path), path, bytes }).collect();
+        entries.sort_by(|a, b| a.path.cmp(&b.path));
+        Ok(entries)
+    }
+
+    /// Removes all entries; how many there were. Other files in the folder stay.
+    ///
+    /// # Errors
+    /// [`CacheError::Io`].
+    pub fn clear(&self) -> Result<usize, CacheError> {
+        let files = self.files()?;
+        files.iter().try_for_each(|file| remove(&file.path))?;
+        Ok(files.len())
+    }
+}
+
+fn remove(path: &Path) -> Result<(), CacheError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(CacheError::of(path)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// The value of an entry's body, if it is that of the key.
+fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
+    if body.take::<[u8; 32]>()? != *key {
+        return Err(Unusable::Key);
+    }
+    body.finish().and_then(|value: T| if value.is_sound() { Ok(value) } else { Err(Unusable::Damaged) })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use serde::Deserialize;
+
+    use super::*;
+
+    #[derive(Debug, Deserialize, PartialEq, Serialize)]
+    struct Weather(Vec<f64>);
+
+    impl Cached for Weather {
+        const KIND: Kind =
+            Kind { extension: "weather", format: Format { magic: b"TWAVEWTR", version: 2, name: "the weather" } };
+
+        fn is_sound(&self) -> bool {
+            self.0.iter().all(|value| value.is_finite())
+        }
+    }
+
+    #[test]
+    fn the_least_recently_used_goes_first_and_what_is_read_is_used() {
+        let folder = tempfile::tempdir().unwrap();
+        let roomy = Cache::at(folder.path().to_owned(), u64::MAX);
+        let weather = Weather(vec![1.5; 100]);
+        let now = SystemTime::now();
+        for name in 0..3_u8 {
+            roomy.store(&[name; 32], &weather).unwrap();
+            let file = File::options().append(true).open(roomy.path::<Weather>(&[name; 32])).unwrap();
+            file.set_modified(now - Duration::from_secs(100 - u64::from(name))).unwrap();
+        }
+        fs::write(folder.path().join("notes.weather"), "somebody's").unwrap();
+        assert_eq!(roomy.load(&[0; 32]).unwrap(), Some(Ok(Weather(vec![1.5; 100]))));
+        let size = roomy.list(&[Weather::KIND]).unwrap()[0].bytes;
+        Cache::at(folder.path().to_owned(), 3 * size).store(&[3; 32], &weather).unwrap();
+        let left = [0, 1, 2, 3].map(|name| roomy.load::<Weather>(&[name; 32]).unwrap().is_some());
+        assert_eq!(left, [true, false, true, true]);
+        assert!(roomy.list(&[]).unwrap().iter().all(|entry| entry.usable.is_err()), "of no known kind");
+        assert_eq!(roomy.clear().unwrap(), 3);
+        assert!(folder.path().join("notes.weather").exists());
+    }
+
+    #[test]
+    fn a_value_that_makes_no_sense_is_damaged_and_one_of_another_version_has_another_key() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::at(folder.path().to_owned(), u64::MAX);
+        cache.store(&[7; 32], &Weather(vec![f64::NAN])).unwrap();
+        assert_eq!(cache.load::<Weather>(&[7; 32]).unwrap(), Some(Err(Unusable::Damaged)));
+        assert_ne!(key::<Weather>(&"rain").unwrap(), key::<Weather>(&"snow").unwrap());
+    }
+}

@@ -1,0 +1,188 @@
+//! Sealed files: one value in a file that says what it is and whether it is whole.
+//!
+//! Layout, little-endian:
+//!
+//! ```text
+//! 8 bytes  magic        4 bytes  version        8 bytes  length of the body
+//! body: the value in the postcard format        32 bytes  SHA-256 of all before
+//! ```
+//!
+//! The body is looked at only if length and checksum are right. It is in memory as a whole, and what is made from it is
+//! bounded by it: no list is believed to be longer than the bytes that are there.
+
+use std::io;
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+
+use super::pending_file::PendingFile;
+
+/// Bytes before the body and after it.
+const HEADER: usize = 8 + 4 + 8;
+const TRAILER: usize = 32;
+
+/// Why a sealed file is not used.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Unusable {
+    /// Shorter than it says it is.
+    #[error("it is truncated")]
+    Truncated,
+    /// Something else.
+    #[error("it is not {wanted}")]
+    Foreign {
+        /// What it should be.
+        wanted: &'static str,
+    },
+    /// Of another version.
+    #[error("it has format version {found}, this program reads {wanted}")]
+    Version {
+        /// The version found.
+        found: u32,
+        /// The version of this program.
+        wanted: u32,
+    },
+    /// The checksum or the content does not fit.
+    #[error("it is damaged")]
+    Damaged,
+    /// Belongs to something else than what it was looked up for.
+    #[error("it belongs to another key")]
+    Key,
+}
+
+/// A kind of sealed file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Format {
+    /// First bytes of the file.
+    pub magic: &'static [u8; 8],
+    /// Version of what is stored: to be raised whenever the same bytes would mean something else.
+    pub version: u32,
+    /// What it is, for messages, with its article.
+    pub name: &'static str,
+}
+
+impl Format {
+    /// Completes a file begun with a value's bytes: it is on the disk and has its name, or is not there.
+    ///
+    /// # Errors
+    /// Of the file; a value that has no bytes is [`io::ErrorKind::InvalidData`].
+    pub fn write(&self, file: PendingFile, value: &impl Serialize) -> io::Result<()> {
+        let mut bytes = Vec::with_capacity(HEADER);
+        bytes.extend_from_slice(self.magic);
+        bytes.extend_from_slice(&self.version.to_le_bytes());
+        bytes.extend_from_slice(&[0; 8]);
+        let mut bytes = postcard::to_extend(value, bytes)
+            .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string()))?;
+        let length = (bytes.len() - HEADER) as u64;
+        bytes[12..HEADER].copy_from_slice(&length.to_le_bytes());
+        let checksum = Sha256::digest(&bytes);
+        bytes.extend_from_slice(&checksum);
+        file.complete(&bytes)
+    }
+
+    /// Bytes of a file, if they are whole and of this format.
+    ///
+    /// # Errors
+    /// Of the file.
+    pub fn read(&self, path: &Path) -> io::Result<Result<Body, Unusable>> {
+        let bytes = std::fs::read(path)?;
+        Ok(self.check(&bytes).map(|()| Body { bytes, next: HEADER }))
+    }
+
+    /// Whether header and checksum are right.
+    fn check(&self, bytes: &[u8]) -> Result<(), Unusable> {
+        if !bytes.starts_with(&self.magic[..bytes.len().min(8)]) {
+            return Err(Unusable::Foreign { wanted: self.name });
+        }
+        let (_, rest) = bytes.split_at_checked(8).ok_or(Unusable::Truncated)?;
+        let (version, rest) = rest.split_first_chunk().ok_or(Unusable::Truncated)?;
+        let found = u32::from_le_bytes(*version);
+        if found != self.version {
+            return Err(Unusable::Version { found, wanted: self.version });
+        }
+        let (length, rest) = rest.split_first_chunk().ok_or(Unusable::Truncated)?;
+        match u64::from_le_bytes(*length).checked_add(TRAILER as u64) {
+            Some(wanted) if wanted == rest.len() as u64 => {}
+            Some(wanted) if wanted < rest.len() as u64 => return Err(Unusable::Damaged),
+            _ => return Err(Unusable::Truncated),
+        }
+        let (content, checksum) = bytes.split_at(bytes.len() - TRAILER);
+        if Sha256::digest(content).as_slice() == checksum { Ok(()) } else { Err(Unusable::Damaged) }
+    }
+}
+
+/// What a whole file holds.
+#[derive(Clone, Debug)]
+pub struct Body {
+    bytes: Vec<u8>,
+    /// Where the next value begins.
+    next: usize,
+}
+
+impl Body {
+    /// The next of the values that were written as a tuple.
+    ///
+    /// # Errors
+    /// [`Unusable::Damaged`] where the bytes do not make one.
+    pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, Unusable> {
+        let body = &self.bytes[self.next..self.bytes.len() - TRAILER];
+        let (value, rest) = postcard::take_from_bytes(body).map_err(|_| Unusable::Damaged)?;
+        self.next += body.len() - rest.len();
+        Ok(value)
+    }
+
+    /// The last value, which uses up the body.
+    ///
+    /// # Errors
+    /// As [`Self::take`].
+    pub fn finish<T: DeserializeOwned>(mut self) -> Result<T, Unusable> {
+        let value = self.take()?;
+        if self.next == self.bytes.len() - TRAILER { Ok(value) } else { Err(Unusable::Damaged) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    const LETTER: Format = Format { magic: b"TWAVELET", version: 3, name: "a letter" };
+
+    #[test]
+    fn every_cut_and_every_flipped_byte_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("letter");
+        let content = ("a state of some length".to_owned(), vec![1.5, -0.0]);
+        LETTER.write(PendingFile::create(&path).unwrap(), &content).unwrap();
+        let read = || LETTER.read(&path).unwrap().and_then(Body::finish::<(String, Vec<f64>)>);
+        assert_eq!(read(), Ok(content));
+        let good = fs::read(&path).unwrap();
+        let refused = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            read().unwrap_err()
+        };
+        let foreign = Unusable::Foreign { wanted: "a letter" };
+        for length in 0..good.len() {
+            assert_eq!(refused(&good[..length]), Unusable::Truncated, "{length}");
+        }
+        for place in 0..good.len() {
+            let mut bytes = good.clone();
+            bytes[place] ^= 1;
+            let reason = refused(&bytes);
+            match place {
+                0..8 => assert_eq!(reason, foreign),
+                8..12 => assert!(matches!(reason, Unusable::Version { wanted: 3, .. })),
+                12..20 => assert!(matches!(reason, Unusable::Truncated | Unusable::Damaged)),
+                _ => assert_eq!(reason, Unusable::Damaged),
+            }
+        }
+        assert_eq!(refused(&[good.as_slice(), b"x"].concat()), Unusable::Damaged);
+        assert_eq!(refused(b"something else"), foreign);
+        fs::write(&path, &good).unwrap();
+        let too_little = LETTER.read(&path).unwrap().and_then(Body::finish::<String>);
+        assert_eq!(too_little, Err(Unusable::Damaged), "a value that leaves bytes over");
+    }
+}

@@ -6,8 +6,8 @@
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
-//! slices; [`time_rule`] is how a run goes from one step to the next, a choice that a scene names. The command line is the program's own and uses what everybody can;
-//! `test_models` is for tests alone.
+//! slices; [`time_rule`] is how a run goes from one step to the next, a choice that a scene names. The command line is
+//! the program's own and uses what everybody can; `test_models` is for tests alone.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.

@@ -71,10 +71,10 @@ pub struct March {
     history: Box<dyn PastForces>,
     search: Search,
     /// Forces and displacements at the step's instants, one after the other.
-    forces: Vec<f64>,
-    displacements: Vec<f64>,
+    instant_forces: Vec<f64>,
+    instant_displacements: Vec<f64>,
     /// Their mean force.
-    mean: Vec<f64>,
+    forces: Vec<f64>,
     required: Vec<f64>,
     step: u64,
     nodes: &'static [f64],
@@ -88,7 +88,7 @@ pub struct March {
 pub struct MarchState {
     step: u64,
     totals: MarchTotals,
-    mean: Vec<f64>,
+    forces: Vec<f64>,
     search: SearchState,
     history: HistoryState,
 }
@@ -110,9 +110,9 @@ impl March {
         Self {
             history,
             search: Search::new(within_a_step, kernel.is_coupled(), slices, numerics),
-            forces: vec![0.0; columns * nodes.len()],
-            displacements: vec![0.0; columns * nodes.len()],
-            mean: vec![0.0; columns],
+            instant_forces: vec![0.0; columns * nodes.len()],
+            instant_displacements: vec![0.0; columns * nodes.len()],
+            forces: vec![0.0; columns],
             required: vec![0.0; columns],
             step: 0,
             nodes,
@@ -137,18 +137,18 @@ impl March {
 
     /// Forces of the last step by column of the window \[N\]: for a Runge-Kutta rule their mean over the step.
     pub fn forces(&self) -> &[f64] {
-        &self.mean
+        &self.forces
     }
 
     /// Forces at the last step's instants, stage after stage, by column of the window \[N\].
     pub fn instant_forces(&self) -> &[f64] {
-        &self.forces
+        &self.instant_forces
     }
 
     /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the
     /// springs' own.
     pub(crate) fn instant_displacements(&self) -> &[f64] {
-        &self.displacements
+        &self.instant_displacements
     }
 
     /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
@@ -186,12 +186,12 @@ impl March {
             self.search.advance((first_element - self.geometry.first_element(self.step - 1)) as usize);
         }
         let mut total_force = 0.0;
-        self.mean.fill(0.0);
+        self.forces.fill(0.0);
         for (stage, (&node, weight)) in self.nodes.iter().zip(self.weights).enumerate() {
             // Multistep rules solve at the step's end: exactly at l dt.
             let indentation = axle.between((self.step as f64 - 1.0) + node);
             total_force += weight * self.stage(first_element, stage, indentation, slices, meter)?;
-            for (mean, force) in self.mean.iter_mut().zip(&self.forces[stage * self.geometry.columns..]) {
+            for (mean, force) in self.forces.iter_mut().zip(&self.instant_forces[stage * self.geometry.columns..]) {
                 *mean += weight * force;
             }
         }
@@ -218,7 +218,7 @@ impl March {
     ) -> Result<f64, ContactError> {
         let (step, columns) = (self.step, self.geometry.columns);
         let now = stage * columns..(stage + 1) * columns;
-        let (forces, old) = (&mut self.forces[now.clone()], &mut self.displacements[now]);
+        let (forces, old) = (&mut self.instant_forces[now.clone()], &mut self.instant_displacements[now]);
         let mut laps = meter.laps();
         self.history.displacement(first_element, old, meter);
         old.iter_mut().for_each(|displacement| *displacement *= self.kernel.scale);
@@ -271,7 +271,7 @@ impl March {
         MarchState {
             step: self.step,
             totals: self.totals.clone(),
-            mean: self.mean.clone(),
+            forces: self.forces.clone(),
             search: self.search.save(),
             history: self.history.save(),
         }
@@ -282,9 +282,9 @@ impl March {
     /// # Errors
     /// [`StateError`]; the march is of no use then.
     pub fn restore(&mut self, state: MarchState) -> Result<(), StateError> {
-        let MarchState { step, totals, mean, search, history } = state;
+        let MarchState { step, totals, forces, search, history } = state;
         (self.step, self.totals) = (step, totals);
-        fill(&mut self.mean, &mean)?;
+        fill(&mut self.forces, &forces)?;
         self.search.restore(search)?;
         self.history.restore(history)
     }

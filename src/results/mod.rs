@@ -2,8 +2,9 @@
 //!
 //! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run
 //! beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run goes on; [`summary`],
-//! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal, [`mod@table`]
-//! how tables look, [`mod@trace`] for those who want to see when what happened. [`cost`] says what it took.
+//! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal,
+//! [`mod@table`] says how tables look, [`mod@trace`] is for those who want to see when what happened. [`cost`] says
+//! what it took.
 
 pub mod checkpoint;
 pub mod cost;

@@ -10,20 +10,8 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use toml::de::{DeInteger, DeValue};
 
 use super::Problem;
-use super::problem::quoted;
-use super::table::Value;
-
-/// What may stand at a key.
-pub(super) trait Kind {
-    /// What it is read as.
-    type Output;
-
-    /// What has to stand there, in words that continue "write ...".
-    fn wanted(&self) -> String;
-
-    /// Reads it, or complains and returns `None`.
-    fn read(&self, value: &Value<'_>) -> Option<Self::Output>;
-}
+use super::problem::{quoted, short};
+use super::table::{Kind, Value};
 
 /// Where a number has to lie, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,12 +72,6 @@ impl fmt::Display for Bounds {
         }
         if self.unit.is_empty() { Ok(()) } else { write!(f, " {}", self.unit) }
     }
-}
-
-/// A number as people write it: no long rows of zeros.
-pub(crate) fn short(value: f64) -> String {
-    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
-    if plain { format!("{value}") } else { format!("{value:e}") }
 }
 
 impl Bounds {

@@ -18,10 +18,10 @@ pub(crate) mod tests;
 pub use diagnostic::{Diagnostic, Source};
 pub use error::SceneError;
 pub use kind::Bounds;
-pub(crate) use kind::short;
 pub use load::{LoadedScene, settings_hash};
 pub use model::*;
 pub use problem::Problem;
+pub(crate) use problem::short;
 
 /// The default scene, `scenes/default.toml`.
 pub const DEFAULT: &str = include_str!("../../scenes/default.toml");

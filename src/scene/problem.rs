@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use super::kind::short;
-
 /// A mistake in a scene: [`Display`](fmt::Display) says what is wrong, [`Problem::right`] what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
@@ -127,4 +125,10 @@ pub(super) fn nearest(word: &str, candidates: &[&'static str]) -> Option<&'stati
     let distances = candidates.iter().map(|candidate| (strsim::damerau_levenshtein(&word, candidate), *candidate));
     let (distance, candidate) = distances.min_by_key(|(distance, _)| *distance)?;
     (distance <= (candidate.chars().count() / 3).max(1)).then_some(candidate)
+}
+
+/// A number as people write it: no long rows of zeros.
+pub(crate) fn short(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
+    if plain { format!("{value}") } else { format!("{value:e}") }
 }

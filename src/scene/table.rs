@@ -4,8 +4,19 @@ use toml::de::{DeTable, DeValue};
 
 use super::Problem;
 use super::document::{Complaints, join};
-use super::kind::Kind;
 use super::problem::nearest;
+
+/// What may stand at a key.
+pub(super) trait Kind {
+    /// What it is read as.
+    type Output;
+
+    /// What has to stand there, in words that continue "write ...".
+    fn wanted(&self) -> String;
+
+    /// Reads it, or complains and returns `None`.
+    fn read(&self, value: &Value<'_>) -> Option<Self::Output>;
+}
 
 /// A value and its key path.
 pub(super) struct Value<'a> {

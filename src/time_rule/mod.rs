@@ -14,6 +14,7 @@
 //! - `recursion`: one pole under a rule, step by step.
 
 pub(crate) mod hold;
+mod rates;
 pub(crate) mod recursion;
 mod runge_kutta;
 
@@ -22,6 +23,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
+pub use rates::Rates;
 pub use runge_kutta::RungeKutta;
 use runge_kutta::{SDIRK2, SDIRK3};
 
@@ -211,20 +213,6 @@ impl TimeRule {
         let angle = |k: u32| PI * f64::from(k) / f64::from(POINTS);
         let beyond = (1..=POINTS).find(|&k| (self.relative_rate(angle(k)) - 1.0).norm() > bound);
         beyond.map_or(PI, |k| angle(k - 1).max(0.25 * angle(1)))
-    }
-}
-
-/// The rates mu of a rule at one zeta.
-#[derive(Clone, Copy, Debug)]
-pub struct Rates {
-    values: [Complex64; 3],
-    count: usize,
-}
-
-impl Rates {
-    /// mu, one per stage.
-    pub fn all(&self) -> &[Complex64] {
-        &self.values[..self.count]
     }
 }
 

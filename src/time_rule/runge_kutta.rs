@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use num_complex::Complex64;
 
-use super::Rates;
+use super::rates::Rates;
 
 /// A singly diagonally implicit, stiffly accurate Runge-Kutta rule of two or three stages.
 #[derive(Clone, Copy, Debug, PartialEq)]

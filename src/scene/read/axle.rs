@@ -1,6 +1,7 @@
 //! `rolling.axle`: a load, a load on a mass, or an indentation, told apart by their keys.
 
-use super::super::kind::{Bounds, Kind};
+use super::super::kind::Bounds;
+use super::super::table::Kind;
 use super::super::table::{Nested, Table};
 use super::super::{Axle, Problem};
 

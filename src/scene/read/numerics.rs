@@ -1,6 +1,7 @@
 //! `[numerics]` and `[outputs]`.
 
-use super::super::kind::{Bounds, Count, Decibels, Flag, Kind, OneOf};
+use super::super::kind::{Bounds, Count, Decibels, Flag, OneOf};
+use super::super::table::Kind;
 use super::super::table::{Nested, Table, Value};
 use super::super::{History, Numerics, Outputs, Preset, Problem, TimeRule};
 use super::vibration::VIBRATION;

@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole, short};
+use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole};
+use super::super::problem::short;
 use super::super::table::{Nested, Table};
 use super::super::{
     AtEnd, GridRoad, Lateral, LengthUnit, MadeRoad, OpenCrgRoad, PowerLawTexture, Problem, ProfileRoad, Road,

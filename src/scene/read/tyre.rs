@@ -2,7 +2,8 @@
 
 use toml::de::DeValue;
 
-use super::super::kind::{Bounds, Kind, Numbers, OneOf, Pair, Text};
+use super::super::kind::{Bounds, Numbers, OneOf, Pair, Text};
+use super::super::table::Kind;
 use super::super::table::{Each, Nested, Table, Value};
 use super::super::{Foundation, Law, Layer, Material, Problem, Tyre};
 

@@ -64,7 +64,8 @@ fn made_roads() {
     road_refused(&made("spacing = 0"), 18, "road.spacing", "0 is out", "above 0 m");
     road_refused(
         &made(
-            "levels = [1]\nwavelengths = [0.1]\npower_law = { rms = 1e-3, exponent = 2, longest = 0.1, shortest = 0.01 }",
+            "levels = [1]\nwavelengths = [0.1]\n\
+             power_law = { rms = 1e-3, exponent = 2, longest = 0.1, shortest = 0.01 }",
         ),
         20,
         "road.power_law",

@@ -1,4 +1,33 @@
-//! `tyrewave`: the sound of a tyre rolling on a rough road.
+//! The sound of a tyre rolling on a rough road, from the road's texture to the forces in the contact patch and the
+//! vibration of belt and tread.
+//!
+//! The recommended way: read a [`scene`] (TOML: tyre, road, speed, load), make its [`plan`] (every number of the run,
+//! without any work), let it [`run`]. In memory, step by step:
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use tyrewave::plan::Plan;
+//! use tyrewave::run::Run;
+//! use tyrewave::scene::{DEFAULT, Scene};
+//!
+//! let mut scene = Scene::from_str(DEFAULT, "small")?;
+//! scene.scene.numerics.elements = 64;
+//! scene.scene.rolling.duration = 0.2;
+//! let plan = Plan::of(&scene)?;
+//! plan.check(&scene)?;
+//! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
+//! while let Some(step) = run.step()? {
+//!     assert!(step.total_force >= 0.0);
+//! }
+//! let results = run.finish();
+//! assert!(results.mean_force.is_some_and(|force| (2500.0..4500.0).contains(&force)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped. Parts
+//! stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
+//! functions and their models, [`road::RoadSurface`] heights, [`road::slices`] what a slice of it makes of a tread,
+//! [`half_space::rough::indent`] the contact of a rough body, [`response`] spectra.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
 //! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`plan`] -> [`run`] -> [`study`]

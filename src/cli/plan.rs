@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::process::resident_memory;
-use tyrewave::plan::{Forecast, Plan, bytes};
+use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
 use tyrewave::results::profile_table::counter_title;
 use tyrewave::results::table::{Report, aligned, grouped, words};
 use tyrewave::run::prepare::open_road;
@@ -53,22 +53,23 @@ impl PlanArguments {
         loaded.check_time_domain()?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
-        open_road(&loaded, &plan, 0.5 * plan.amounts.expected.points * plan.element)?;
+        let amounts = plan.amounts();
+        open_road(&loaded, &plan, 0.5 * amounts.expected.points * plan.element)?;
         let stop = context.interrupt.flag();
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);
         if self.json {
-            return print(&record(&loaded, &plan, &forecast)?);
+            return print(&record(&loaded, &plan, &amounts, &forecast)?);
         }
-        print_report(&text(&loaded, &plan, &forecast))
+        print_report(&text(&loaded, &plan, &amounts, &forecast))
     }
 }
 
-fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Result<String, CliError> {
+fn record(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecast) -> Result<String, CliError> {
     let counter = |&(counter, amount)| json!({ "counter": counter, "amount": amount });
     let held = |&(what, bytes)| json!({ "what": what, "bytes": bytes });
-    let counters: Vec<_> = plan.amounts.counters.iter().map(counter).collect();
-    let memory: Vec<_> = plan.amounts.memory.iter().map(held).collect();
+    let counters: Vec<_> = amounts.counters.iter().map(counter).collect();
+    let memory: Vec<_> = amounts.memory.iter().map(held).collect();
     let record = json!({
         "title": loaded.title(),
         "scene_sha256": loaded.clone().settled(plan.scene.clone()).hash()?,
@@ -82,18 +83,18 @@ fn record(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Result<Stri
             "time_step": plan.time_step,
             "warm_up_steps": plan.warm_up_steps,
             "steps": plan.steps,
-            "expected": plan.amounts.expected,
+            "expected": amounts.expected,
         },
-        "work": plan.amounts.work,
+        "work": amounts.work,
         "counters": counters,
         "memory": memory,
-        "result_bytes": plan.amounts.result_bytes,
+        "result_bytes": amounts.result_bytes,
         "forecast": forecast,
     });
     Ok(format!("{record:#}\n"))
 }
 
-fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
+fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecast) -> Report {
     let mut text = Report::default();
     text.text(format!(
         "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
@@ -102,7 +103,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
         1e3 * plan.element,
         grouped(plan.steps),
         1e6 * plan.time_step,
-        plan.amounts.expected.points
+        amounts.expected.points
     ));
     let effects: Vec<[String; 4]> = plan
         .decisions
@@ -137,23 +138,21 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
         .collect();
     text.text("\n");
     text.table(aligned(&["stage", "time", ""], &stages));
-    let counters: Vec<[String; 2]> = plan
-        .amounts
+    let counters: Vec<[String; 2]> = amounts
         .counters
         .iter()
         .map(|&(counter, amount)| [counter_title(counter).to_owned(), grouped(amount as u64)])
         .collect();
     text.text("\n");
     text.table(aligned(&["work", "about"], &counters));
-    let memory: Vec<[String; 2]> = plan
-        .amounts
+    let memory: Vec<[String; 2]> = amounts
         .memory
         .iter()
         .map(|&(what, size)| [what.to_owned(), bytes(size)])
         .chain(
             [
-                (format!("work on {} threads", forecast.threads), plan.amounts.memory_per_thread),
-                ("the fit, before the steps".to_owned(), plan.amounts.fit_memory_per_thread),
+                (format!("work on {} threads", forecast.threads), amounts.memory_per_thread),
+                ("the fit, before the steps".to_owned(), amounts.fit_memory_per_thread),
             ]
             .map(|(what, each)| [what, bytes(each * forecast.threads as f64)]),
         )
@@ -168,7 +167,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, forecast: &Forecast) -> Report {
         forecast.wall_seconds,
         forecast.threads,
         bytes(forecast.memory),
-        bytes(plan.amounts.result_bytes)
+        bytes(amounts.result_bytes)
     ));
     text
 }

@@ -100,9 +100,16 @@ pub struct Amounts {
     pub result_bytes: f64,
 }
 
+impl Plan {
+    /// The work of each stage in units, and memory by what holds it.
+    pub fn amounts(&self) -> Amounts {
+        Amounts::of(self)
+    }
+}
+
 impl Amounts {
-    /// For a planned scene. `kept`: poles of the model that the cache holds for it.
-    pub fn new(scene: &Scene, plan: &Plan, kept: Option<usize>) -> Self {
+    fn of(plan: &Plan) -> Self {
+        let scene = &plan.scene;
         let mut amounts = Self {
             expected: expected(scene, &plan.decisions.tyre, plan.element),
             poles: 0.0,
@@ -114,7 +121,7 @@ impl Amounts {
             result_bytes: 0.0,
         };
         if plan.needs_model() {
-            amounts.model(scene, kept);
+            amounts.model(scene, plan.kept_poles);
         }
         match scene.numerics.history {
             History::Direct => amounts.direct(scene, plan),

@@ -5,6 +5,8 @@ use serde::Serialize;
 use crate::counters::Stage;
 use crate::plan::amounts::{Amounts, Place};
 use crate::plan::unit::UnitCosts;
+use crate::plan::{Plan, bytes};
+use crate::scene::{History, LoadedScene, SceneError};
 
 /// Share of the ideal that threads reach on work before the steps.
 const EFFICIENCY: f64 = 0.95;
@@ -36,6 +38,60 @@ pub struct StageForecast {
     pub seconds: f64,
     /// Whether other threads do it while the run marches on.
     pub background: bool,
+}
+
+impl Plan {
+    /// What it will take on this machine. `process`: what the process itself holds \[bytes\].
+    pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
+        Forecast::new(&self.amounts(), self.steps, costs, threads, process)
+    }
+
+    /// Refuses a plan that needs more memory or time than the scene allows, and what cannot be simulated at all.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] with a complaint that points into the scene.
+    pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        let numerics = &self.scene.numerics;
+        let amounts = self.amounts();
+        let memory = amounts.memory_on(1);
+        let hours = Forecast::new(&amounts, self.steps, &UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
+        let rule = numerics.time_rule;
+        let complaint = if numerics.history == History::Direct && !rule.is_multistep() {
+            let why = if rule.runge_kutta().is_some() {
+                "couples the stages of a step: its weights are matrices, which the direct sum does not keep"
+            } else {
+                "is no convolution quadrature: it needs the tyre's modes"
+            };
+            let wrong = format!("\"{}\" {why}", rule.name());
+            loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
+        } else if memory / 1e9 > numerics.memory_limit {
+            loaded.complain(
+                "numerics.elements",
+                format!(
+                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} \
+                     GB",
+                    numerics.elements,
+                    self.lags,
+                    self.steps,
+                    bytes(memory),
+                    numerics.memory_limit
+                ),
+                "fewer elements, a shorter memory, or a larger memory_limit",
+            )
+        } else if hours > numerics.time_limit {
+            loaded.complain(
+                "numerics.elements",
+                format!(
+                    "{} elements and {} steps need about {hours:.1e} core hours, more than numerics.time_limit = {} h",
+                    numerics.elements, self.steps, numerics.time_limit
+                ),
+                "fewer elements, a shorter run, or a larger time_limit",
+            )
+        } else {
+            return Ok(());
+        };
+        Err(complaint.into())
+    }
 }
 
 impl Forecast {

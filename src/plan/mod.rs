@@ -74,8 +74,8 @@ pub struct Plan {
     pub field: Field,
     /// What the fitted model has to keep, where one is needed.
     pub fit: FitOptions,
-    /// Work and memory.
-    pub amounts: Amounts,
+    /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
+    pub kept_poles: Option<usize>,
 }
 
 /// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and
@@ -119,7 +119,7 @@ impl Plan {
         let steps = warm_up_steps + steps_of(rolling.duration).max(1.0);
         let lags = (steps_of(numerics.memory) + 1.0).min(steps + 1.0).max(2.0);
         let field = contact_field(contact.tread);
-        let mut plan = Self {
+        Self {
             scene: scene.clone(),
             decisions: Decisions::new(scene),
             choices: Vec::new(),
@@ -133,23 +133,19 @@ impl Plan {
             lags: lags as usize,
             field,
             fit: fit_options(scene, field),
-            amounts: Amounts::default(),
-        };
-        plan.amounts = Amounts::new(scene, &plan, None);
-        plan
+            kept_poles: None,
+        }
     }
 
-    /// With the work of a run whose model is kept, if the user's cache holds it.
+    /// With the poles of the model that the user's cache holds for it, if it does: amounts and forecast know them then.
     #[must_use]
     pub fn with_kept_model(mut self) -> Self {
-        if let Some(poles) = kept_poles(&self) {
-            self.amounts = Amounts::new(&self.scene, &self, Some(poles));
-        }
+        self.kept_poles = kept_poles(&self);
         self
     }
 
     /// Whether a fitted model is needed: by the recursion, or by the vibration.
-    fn needs_model(&self) -> bool {
+    pub(crate) fn needs_model(&self) -> bool {
         self.scene.numerics.history == History::Modal || self.decisions.vibration.is_some()
     }
 
@@ -161,57 +157,6 @@ impl Plan {
         let Scene { road, tyre, .. } = &self.scene;
         let Decisions { cells_across, cells_along, .. } = self.decisions;
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
-    }
-
-    /// What it will take on this machine. `process`: what the process itself holds \[bytes\].
-    pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
-        Forecast::new(&self.amounts, self.steps, costs, threads, process)
-    }
-
-    /// Refuses a plan that needs more memory or time than the scene allows, and what cannot be simulated at all.
-    ///
-    /// # Errors
-    /// [`SceneError::Invalid`] with a complaint that points into the scene.
-    pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
-        let numerics = &self.scene.numerics;
-        let memory = self.amounts.memory_on(1);
-        let hours = self.forecast(&UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
-        let rule = numerics.time_rule;
-        let complaint = if numerics.history == History::Direct && !rule.is_multistep() {
-            let why = if rule.runge_kutta().is_some() {
-                "couples the stages of a step: its weights are matrices, which the direct sum does not keep"
-            } else {
-                "is no convolution quadrature: it needs the tyre's modes"
-            };
-            let wrong = format!("\"{}\" {why}", rule.name());
-            loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
-        } else if memory / 1e9 > numerics.memory_limit {
-            loaded.complain(
-                "numerics.elements",
-                format!(
-                    "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} \
-                     GB",
-                    numerics.elements,
-                    self.lags,
-                    self.steps,
-                    bytes(memory),
-                    numerics.memory_limit
-                ),
-                "fewer elements, a shorter memory, or a larger memory_limit",
-            )
-        } else if hours > numerics.time_limit {
-            loaded.complain(
-                "numerics.elements",
-                format!(
-                    "{} elements and {} steps need about {hours:.1e} core hours, more than numerics.time_limit = {} h",
-                    numerics.elements, self.steps, numerics.time_limit
-                ),
-                "fewer elements, a shorter run, or a larger time_limit",
-            )
-        } else {
-            return Ok(());
-        };
-        Err(complaint.into())
     }
 
     /// The ramp of an axle that is held by its height, in steps.

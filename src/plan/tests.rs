@@ -124,7 +124,7 @@ fn the_estimate_knows_how_the_past_is_carried() {
     loaded.scene.numerics.history = History::Direct;
     let direct = Plan::new(&loaded.scene);
     assert!(core_seconds(&direct) > 100.0 * core_seconds(&modal));
-    assert!(direct.amounts.memory_on(1) > modal.amounts.memory_on(1));
+    assert!(direct.amounts().memory_on(1) > modal.amounts().memory_on(1));
     assert!(direct.check(&loaded).is_err());
 }
 

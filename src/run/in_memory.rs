@@ -1,24 +1,5 @@
-//! A run in memory: made from a scene and its plan, stepped as far as the caller likes, turned into results.
-//!
-//! ```
-//! use std::sync::atomic::AtomicBool;
-//! use tyrewave::plan::Plan;
-//! use tyrewave::run::Run;
-//! use tyrewave::scene::{DEFAULT, Scene};
-//!
-//! let mut scene = Scene::from_str(DEFAULT, "small")?;
-//! scene.scene.numerics.elements = 64;
-//! scene.scene.rolling.duration = 0.2;
-//! let plan = Plan::of(&scene)?;
-//! plan.check(&scene)?;
-//! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
-//! while let Some(step) = run.step()? {
-//!     assert!(step.total_force >= 0.0);
-//! }
-//! let results = run.finish();
-//! assert!(results.mean_force.is_some_and(|force| (2500.0..4500.0).contains(&force)));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! A run in memory: made from a scene and its plan, stepped as far as the caller likes, turned into results. The front
+//! page of the library has an example.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;

@@ -72,7 +72,7 @@ impl Trial {
 
     /// Planned memory on the present threads, without the process itself \[bytes\].
     pub fn memory(&self) -> f64 {
-        self.plan.amounts.memory_on(rayon::current_num_threads())
+        self.plan.amounts().memory_on(rayon::current_num_threads())
     }
 }
 

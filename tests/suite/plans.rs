@@ -42,20 +42,20 @@ fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
         let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         while run.step().unwrap().is_some() {}
         let meter = run.finish().meter;
-        let planned: BTreeSet<usize> = plan.amounts.work.iter().map(|amount| amount.stage as usize).collect();
+        let planned: BTreeSet<usize> = plan.amounts().work.iter().map(|amount| amount.stage as usize).collect();
         for stage in Stage::ALL.into_iter().filter(|&stage| meter.cost(stage).calls > 0) {
             // A part is planned with its whole.
             let stage = stage.part_of().unwrap_or(stage);
             let planned = planned.contains(&(stage as usize)) || stage == Stage::RoadWait;
             assert!(planned, "{name}: {stage:?} was not planned");
         }
-        let expected = |counter| plan.amounts.counters.iter().find(|entry| entry.0 == counter).map(|entry| entry.1);
+        let expected = |counter| plan.amounts().counters.iter().find(|entry| entry.0 == counter).map(|entry| entry.1);
         assert_eq!(expected(Counter::Steps), Some(meter.counted(Counter::Steps) as f64), "{name}");
         // In whole chunks, which are longer than such a run.
         assert!(expected(Counter::Slices).unwrap() <= meter.counted(Counter::Slices) as f64, "{name}");
         // A model that the cache holds is known to the last pole.
         let warm = Plan::of(&loaded).unwrap().with_kept_model();
-        if let Some((_, poles)) = warm.amounts.counters.iter().find(|entry| entry.0 == Counter::Poles) {
+        if let Some((_, poles)) = warm.amounts().counters.iter().find(|entry| entry.0 == Counter::Poles) {
             assert_eq!(*poles as u64, meter.counted(Counter::Poles), "{name}");
         }
         let solves = expected(Counter::Solves).unwrap_or(0.0);
@@ -71,11 +71,11 @@ fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
 fn what_is_off_has_no_work_in_the_plan() {
     for (name, loaded) in scenes() {
         let plan = Plan::new(&loaded.scene);
-        let has = |stage| plan.amounts.work.iter().any(|amount| amount.stage == stage);
+        let has = |stage| plan.amounts().work.iter().any(|amount| amount.stage == stage);
         assert_eq!(has(Stage::Vibration), name.contains("vibration"), "{name}");
-        let fits = plan.amounts.work.iter().any(|amount| amount.unit == Unit::Fit);
+        let fits = plan.amounts().work.iter().any(|amount| amount.unit == Unit::Fit);
         assert_eq!(fits, name != "direct", "{name}: only the direct sum does without a fit");
-        let factors = plan.amounts.memory.iter().any(|(what, _)| *what == "factors");
+        let factors = plan.amounts().memory.iter().any(|(what, _)| *what == "factors");
         assert_eq!(factors, name != "uncoupled", "{name}");
         assert_eq!(has(Stage::Transforms), !name.starts_with("direct"), "{name}");
         let effects: Vec<_> = plan.decisions.rows.iter().map(|row| row.effect).collect();

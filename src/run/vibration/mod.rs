@@ -231,7 +231,7 @@ fn check_memory(
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
     let needed = point_bytes(layout, fields, vibration) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;
-    if at_the_end + plan.amounts.memory_on(1) <= 1e9 * limit {
+    if at_the_end + plan.amounts().memory_on(1) <= 1e9 * limit {
         return Ok(());
     }
     let wrong = format!(

@@ -84,7 +84,7 @@ pub fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: 
                         contact.cells_across = with_cells.contact.cells_across;
                         *cell_length = with_cells.cell_length;
                     });
-                    let planned = Plan::new(&base.on(scene)).amounts;
+                    let planned = Plan::new(&base.on(scene)).amounts();
                     let (march, road) = (planned_march(&planned) / rolled, planned_road(&planned) / rolled);
                     for substeps in SUBSTEPS {
                         let settings = base.with(|settings| settings.numerics.substeps = substeps);

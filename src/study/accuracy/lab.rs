@@ -125,7 +125,7 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
     let counted: u64 = march.iter().map(|&stage| meter.whole(stage).work.multiply_adds).sum();
     let seconds = |stages: &[Stage]| -> f64 { stages.iter().map(|&stage| meter.whole(stage).seconds()).sum() };
     Cost {
-        multiply_adds: (counted as f64 + planned_road(&trial.plan.amounts)) / rolled,
+        multiply_adds: (counted as f64 + planned_road(&trial.plan.amounts())) / rolled,
         compliance_evaluations: evaluations.unwrap_or_else(|| meter.counted(Counter::ComplianceEvaluations)),
         march: seconds(&march) / rolled,
         road: seconds(&[Stage::Road, Stage::Slices]) / rolled,

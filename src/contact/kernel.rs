@@ -7,7 +7,7 @@
 //!   `elastic` (tests/suite/convergence.rs), so that differences from it are differences of the time step;
 //! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element
 //!   in series. Without its shear stiffness the tread leaves the carcass softer than the whole tyre is (default tyre,
-//!   12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: [`equal_bedding`] scales
+//!   12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: `equal_bedding` scales
 //!   the influence functions, too.
 
 use super::error::ContactError;

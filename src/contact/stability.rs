@@ -42,16 +42,16 @@ pub struct UnstableZero {
     pub zeta: Complex64,
     /// Frequency of the growing force \[Hz\].
     pub frequency: f64,
-    /// Wavenumbers that have zeros this deep in the disk: |zeta| < [`UNSTABLE`] or, for a marginal one, [`MARGINAL`].
+    /// Wavenumbers that have zeros this deep in the disk: |zeta| < `UNSTABLE` or, for a marginal one, `MARGINAL`.
     pub wavenumbers: usize,
 }
 
 /// What a rule does to a tyre's inverse at a time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stability {
-    /// The zero with the smallest |zeta| < [`UNSTABLE`], if there is any.
+    /// The zero with the smallest |zeta| < `UNSTABLE`, if there is any.
     pub unstable: Option<UnstableZero>,
-    /// The zero with the smallest |zeta| between [`UNSTABLE`] and [`MARGINAL`], if there is none deeper.
+    /// The zero with the smallest |zeta| between `UNSTABLE` and `MARGINAL`, if there is none deeper.
     pub marginal: Option<UnstableZero>,
     /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: what is left of the response at half the
     /// sampling frequency.

@@ -1,7 +1,7 @@
 //! One workload done in this process.
 //!
 //! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed is told by its
-//! length from the same block of other runs, and the stage around it is not lost with it. See [`super::ratio`].
+//! length from the same block of other runs, and the stage around it is not lost with it. See `super::ratio`.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

@@ -169,7 +169,7 @@ impl LocalSet {
     /// forces.
     ///
     /// # Errors
-    /// [`Unsolved`].
+    /// `Unsolved`.
     pub fn search(
         &mut self,
         slices: SlicesUnder<'_>,

@@ -1,11 +1,11 @@
 //! Which points touch, and with which forces: F >= 0, G0 F >= d, F.(G0 F - d) = 0.
 //!
-//! - [`active_set`]: displacements d prescribed;
-//! - [`local_set`]: slices that yield by themselves;
-//! - [`search`]: which of them;
+//! - `active_set`: displacements d prescribed;
+//! - `local_set`: slices that yield by themselves;
+//! - `search`: which of them;
 //! - `sweeps`: what both begin with;
-//! - [`factors`]: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
-//! - [`ldlt`]: how they are made.
+//! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
+//! - `ldlt`: how they are made.
 
 mod active_set;
 mod factors;

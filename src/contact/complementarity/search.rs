@@ -28,7 +28,7 @@ pub enum Search {
     Explicit(Box<ActiveSet>),
     /// All points together, each slice yielding by itself.
     Local(Box<LocalSet>),
-    /// Each point by itself, see [`LocalSlice`].
+    /// Each point by itself, see `LocalSlice`.
     Alone {
         /// G0_ii \[m/N\].
         own: f64,

@@ -1,11 +1,11 @@
 //! Displacement left over from past forces.
 //!
-//! - [`direct`]: the convolution sum in the contact frame, over a memory of stated length: the reference;
-//! - [`modes`]: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
+//! - `direct`: the convolution sum in the contact frame, over a memory of stated length: the reference;
+//! - `modes`: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
 //! - `state`: what evolves of a history;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
-//! - [`transfer`]: the transfer function that such a recursion is.
+//! - `transfer`: the transfer function that such a recursion is.
 //!
 //! A third way, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), has been weighed and is
 //! not built, because it wins nowhere. For N = 1024 and the default tyre at 80 km/h, transforms over the elements left

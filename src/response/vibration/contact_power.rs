@@ -4,7 +4,7 @@
 //! itself, so that in the mean P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has
 //! its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
 //! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before
-//! ([`RungeKutta::bases`]): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal
+//! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal
 //! rule and the hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
 //!
 //! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre

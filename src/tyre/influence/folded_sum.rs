@@ -9,7 +9,7 @@
 //!
 //! Ways to the double sum over p and m, all selectable:
 //! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; what is above
-//!   takes no evaluation ([`super::half_space_tail`]). Needs a tread without tension.
+//!   takes no evaluation (`super::half_space_tail`). Needs a tread without tension.
 //! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below
 //!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.

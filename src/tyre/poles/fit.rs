@@ -2,7 +2,7 @@
 //!
 //! 1. the sums are prepared and the ladder of sampling points is built;
 //! 2. the scale of the belt's errors is taken from samples of n = 0;
-//! 3. the wavenumbers are fitted in the order of a [`Tree`], each as soon as the one that it starts from is done, on
+//! 3. the wavenumbers are fitted in the order of a `Tree`, each as soon as the one that it starts from is done, on
 //!    all threads; who starts from whom does not depend on their number: same bits for any number of them.
 
 use std::f64::consts::PI;
@@ -82,7 +82,7 @@ fn check(options: &FitOptions) -> Result<(), FitError> {
 /// Fits all wavenumbers n = 0..=N/2.
 ///
 /// # Errors
-/// [`FitError`]; of several wavenumbers that are refused the first one in the order of the [`Tree`].
+/// [`FitError`]; of several wavenumbers that are refused the first one in the order of the `Tree`.
 pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError> {
     fit_unless_stopped(tyre, options, &AtomicBool::new(false))
 }

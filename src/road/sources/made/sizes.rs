@@ -54,7 +54,7 @@ impl LevelSizes {
     }
 }
 
-/// Sizes of a [synthesis](super::synthesis).
+/// Sizes of a synthesis.
 #[derive(Clone, Debug)]
 pub struct Sizes {
     /// The levels that the run's cells resolve, shortest waves first.

@@ -10,6 +10,7 @@ mod common;
 mod compliance;
 mod conditions;
 mod convergence;
+mod curved;
 mod determinism;
 mod half_space_closed_forms;
 mod hard_cases;

@@ -4,6 +4,11 @@
 //! `tension_x`, `tension_y`) and `foundation`; `cases`: list of `tyre` (a name), `kx`, `ky`, `s` = \[re, im\]. Each
 //! case gets `C` and `D`, 3x3 of \[re, im\]: displacement i \[m\] of the top and of the bottom face per unit traction j
 //! \[Pa\] on the top face, z out of the tread, fields ~ exp(i(kx x + ky y) + s t).
+//!
+//! A tyre with `"curved": true` is a hollow cylinder (see [`super::curved`]): `circumference` of the tread's surface,
+//! `width`, `pressure`, `sidewall_mass`, `foundation`, `cavity` (`radius`, `depth`, `density`, `sound_speed`,
+//! `relaxation`) and `layers` of `thickness`, `modulus`, `loss_factor`, `poisson`, `density` and `tension` = \[theta,
+//! y\], of power-law materials. Its cases have `n` and `m`; their order is circumferential, lateral, radial outward.
 
 use num_complex::Complex64;
 use serde::Deserialize;
@@ -11,6 +16,7 @@ use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::compliance::{Matrix3, Stack};
+use super::curved::{Cavity, CurvedStack, FINE_STEP};
 use crate::scene::{Foundation, Law, Layer, Material};
 
 /// What can be wrong with a file of cases.
@@ -98,30 +104,100 @@ struct LayerEntry {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CurvedLayerEntry {
+    thickness: f64,
+    modulus: f64,
+    #[serde(default)]
+    loss_factor: f64,
+    poisson: f64,
+    density: f64,
+    #[serde(default)]
+    tension: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[serde(remote = "Cavity", deny_unknown_fields)]
+struct CavityEntry {
+    #[serde(alias = "R_c")]
+    radius: f64,
+    depth: f64,
+    #[serde(alias = "rho")]
+    density: f64,
+    #[serde(default = "sound_speed", alias = "c")]
+    sound_speed: f64,
+    #[serde(default, alias = "tau")]
+    relaxation: f64,
+}
+
+/// In air at 20 degrees \[m/s\].
+fn sound_speed() -> f64 {
+    343.0
+}
+
+#[derive(Deserialize)]
+struct CurvedEntry {
+    name: String,
+    circumference: f64,
+    width: f64,
+    #[serde(default)]
+    pressure: f64,
+    #[serde(default)]
+    sidewall_mass: f64,
+    #[serde(with = "FoundationEntry")]
+    foundation: Foundation,
+    #[serde(default)]
+    cavity: Option<Within>,
+    layers: Vec<CurvedLayerEntry>,
+}
+
+#[derive(Deserialize)]
+struct Within(#[serde(with = "CavityEntry")] Cavity);
+
+#[derive(Deserialize)]
 struct CaseEntry {
     tyre: String,
-    kx: f64,
-    ky: f64,
+    kx: Option<f64>,
+    ky: Option<f64>,
+    n: Option<i64>,
+    m: Option<usize>,
+    #[serde(default)]
+    speed: f64,
     s: [f64; 2],
+}
+
+/// What a case asks.
+enum Asked {
+    Flat(Stack),
+    Curved(CurvedStack),
 }
 
 /// Evaluates every case of a file's text; the answer is the same document with its `C` and `D` replaced.
 pub fn evaluate(text: &str) -> Result<Value, CasesError> {
     let mut document: Value = serde_json::from_str(text)?;
-    let tyres: Vec<TyreEntry> = serde_json::from_value(document["tyres"].clone())?;
+    let tyres: Vec<Value> = serde_json::from_value(document["tyres"].clone())?;
     let cases: Vec<CaseEntry> = serde_json::from_value(document["cases"].clone())?;
-    let stacks = tyres.into_iter().map(stack).collect::<Result<Vec<_>, _>>()?;
+    let tyres = tyres.into_iter().map(asked).collect::<Result<Vec<_>, _>>()?;
     let mut answers = Vec::with_capacity(cases.len());
     for (index, case) in cases.iter().enumerate() {
-        let Some((_, stack)) = stacks.iter().find(|(name, _)| *name == case.tyre) else {
+        let Some((_, asked)) = tyres.iter().find(|(name, _)| *name == case.tyre) else {
             return Err(CasesError::UnknownTyre { index, name: case.tyre.clone() });
         };
-        let finite = [case.kx, case.ky, case.s[0], case.s[1]].iter().all(|number| number.is_finite());
+        let refuse = |what| CasesError::Range { place: format!("case {index}"), what };
+        let finite = case.s.iter().chain(&case.kx).chain(&case.ky).all(|number| number.is_finite());
         if !finite || case.s[0] < 0.0 {
-            let what = "kx, ky and s must be finite, with Re s >= 0";
-            return Err(CasesError::Range { place: format!("case {index}"), what });
+            return Err(refuse("kx, ky and s must be finite, with Re s >= 0"));
         }
-        answers.push(stack.at(Complex64::new(case.s[0], case.s[1])).full(case.kx, case.ky));
+        if case.speed != 0.0 {
+            return Err(refuse("speed must be 0: the rotation of a tyre is not described"));
+        }
+        let s = Complex64::new(case.s[0], case.s[1]);
+        answers.push(match (asked, case) {
+            (Asked::Flat(stack), CaseEntry { kx: Some(kx), ky: Some(ky), .. }) => stack.at(s).full(*kx, *ky),
+            (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => stack.compliance(*n, *m, s, FINE_STEP),
+            (Asked::Flat(_), _) => return Err(refuse("a case of a flat tyre has kx and ky")),
+            (Asked::Curved(_), _) => return Err(refuse("a case of a curved tyre has n and m")),
+        });
     }
     if let Some(entries) = document["cases"].as_array_mut() {
         for (entry, (surface, bottom)) in entries.iter_mut().zip(answers) {
@@ -134,6 +210,54 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
 
 fn numbers(matrix: Matrix3) -> Value {
     json!(matrix.map(|row| row.map(|entry| [entry.re, entry.im])))
+}
+
+/// A tyre by its name.
+fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
+    if entry["curved"].as_bool() == Some(true) {
+        let (name, tyre) = curved(serde_json::from_value(entry)?)?;
+        return Ok((name, Asked::Curved(tyre)));
+    }
+    let (name, tyre) = stack(serde_json::from_value(entry)?)?;
+    Ok((name, Asked::Flat(tyre)))
+}
+
+fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
+    let CurvedEntry { name, circumference, width, pressure, sidewall_mass, foundation, cavity, layers } = entry;
+    let refuse = |name: &str, what| CasesError::Range { place: format!("tyre '{name}'"), what };
+    let positive = |value: &f64| *value > 0.0 && value.is_finite();
+    if !positive(&circumference) || !positive(&width) {
+        return Err(refuse(&name, "circumference and width must be positive"));
+    }
+    let cavity = cavity.map(|Within(cavity)| cavity);
+    if let Some(Cavity { radius, depth, density, sound_speed, relaxation }) = &cavity
+        && !([radius, depth, density, sound_speed].into_iter().all(positive) && *relaxation >= 0.0)
+    {
+        return Err(refuse(&name, "radius, depth, density and sound_speed of a cavity must be positive"));
+    }
+    let layer = |layer| {
+        let CurvedLayerEntry { thickness, modulus, loss_factor, poisson, density, tension: [along, across] } = layer;
+        let material = Material {
+            law: Law::PowerLaw,
+            modulus,
+            loss_factor,
+            poisson,
+            density,
+            reference_frequency: reference_frequency(),
+            corner_frequency: corner_frequency(),
+            weights: Vec::new(),
+            times: Vec::new(),
+        };
+        LayerEntry { thickness, material, tension_x: along, tension_y: across }
+    };
+    let layers = layers.into_iter().map(layer).collect();
+    let (name, flat) = stack(TyreEntry { name, layers, foundation })?;
+    let (layers, foundation) = flat.into_parts();
+    let radius = circumference / std::f64::consts::TAU;
+    if layers.iter().map(|layer| layer.thickness).sum::<f64>() >= radius {
+        return Err(refuse(&name, "the layers must be thinner than the radius"));
+    }
+    Ok((name, CurvedStack { layers, foundation, radius, width, pressure, sidewall_mass, cavity }))
 }
 
 fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {

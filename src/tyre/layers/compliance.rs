@@ -62,6 +62,11 @@ impl Stack {
         Self { layers, foundation }
     }
 
+    /// Its layers and foundation.
+    pub(super) fn into_parts(self) -> (Vec<Layer>, Foundation) {
+        (self.layers, self.foundation)
+    }
+
     /// The layers, from the rim outwards.
     pub fn layers(&self) -> &[Layer] {
         &self.layers

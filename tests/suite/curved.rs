@@ -1,0 +1,311 @@
+//! The curved tyre against displacements found by collocation, against the flat layers, and the hard grid.
+
+use std::f64::consts::PI;
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use num_complex::Complex64;
+use tyrewave::scene::{Foundation, Law, Layer, Material};
+use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
+use tyrewave::tyre::layers::curved::{Cavity, CurvedStack, FINE_STEP, STEP};
+use tyrewave::tyre::layers::{cases, material};
+
+fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
+    Material {
+        law: Law::PowerLaw,
+        modulus,
+        loss_factor,
+        poisson,
+        density,
+        reference_frequency: Material::REFERENCE_FREQUENCY,
+        corner_frequency: Material::CORNER_FREQUENCY,
+        weights: Vec::new(),
+        times: Vec::new(),
+    }
+}
+
+/// The car tyre of MODEL section 13, its patch and its modes fitted to measurements.
+fn car() -> CurvedStack {
+    let layer = |name: &str, thickness, tension, material| Layer { name: name.into(), thickness, tension, material };
+    CurvedStack {
+        layers: vec![
+            layer("belt", 0.006, [4.3e4, 2e4], rubber(5e8, 0.08, 0.3, 1300.0)),
+            layer("tread", 0.013, [0.0, 0.0], rubber(6.8e6, 0.25, 0.49, 1000.0)),
+        ],
+        foundation: Foundation {
+            normal: 7.7e6,
+            tangential: 2.4e6,
+            loss_factor: 0.1,
+            reference_frequency: Material::REFERENCE_FREQUENCY,
+            corner_frequency: Material::CORNER_FREQUENCY,
+        },
+        radius: 1.95 / (2.0 * PI),
+        width: 0.136,
+        pressure: 1.46e5,
+        sidewall_mass: 0.0,
+        cavity: Some(Cavity { radius: 0.235, depth: 0.0825, density: 3.84, sound_speed: 343.0, relaxation: 1.4e-5 }),
+    }
+}
+
+fn at_frequency(frequency: f64) -> Complex64 {
+    Complex64::new(0.0, 2.0 * PI * frequency)
+}
+
+fn difference(found: &Matrix3, wanted: &Matrix3) -> f64 {
+    let size = wanted.iter().flatten().map(|entry| entry.norm()).fold(0.0, f64::max);
+    let entries = found.iter().flatten().zip(wanted.iter().flatten());
+    entries.map(|(found, wanted)| (found - wanted).norm()).fold(0.0, f64::max) / size
+}
+
+/// Chebyshev points on [from, to], from below, and the matrix that differentiates there (Trefethen 2000, program 6).
+fn chebyshev(points: usize, from: f64, to: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let last = points - 1;
+    let x: Vec<f64> = (0..points).map(|j| -(PI * j as f64 / last as f64).cos()).collect();
+    let weight = |j: usize| if j == 0 || j == last { 2.0 } else { 1.0 } * if j.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let mut d = vec![vec![0.0; points]; points];
+    for i in 0..points {
+        for j in (0..points).filter(|&j| j != i) {
+            d[i][j] = weight(i) / weight(j) / (x[i] - x[j]);
+        }
+        d[i][i] = -d[i].iter().sum::<f64>();
+    }
+    let scale = 2.0 / (to - from);
+    d.iter_mut().flatten().for_each(|entry| *entry *= scale);
+    (x.iter().map(|x| from + 0.5 * (x + 1.0) * (to - from)).collect(), d)
+}
+
+/// Rows of stresses (rr, tt, yy, rt, ry, ty) by the displacements (v, q, w) at all points of a layer.
+struct Stresses {
+    rows: [Vec<Vec<Complex64>>; 6],
+}
+
+/// C and D by collocation of Navier's equations in cylindrical coordinates: the displacements are polynomials in each
+/// layer, stresses are differentiated as they stand; no state vector, no impedance.
+fn by_collocation(tyre: &CurvedStack, n: i64, m: usize, s: Complex64, points: usize) -> (Matrix3, Matrix3) {
+    let (i, zero) = (Complex64::i(), Complex64::ZERO);
+    let (nf, ky) = (n as f64, m as f64 * PI / tyre.width);
+    let unknowns = 3 * points * tyre.layers.len();
+    let mut system = Mat::<Complex64>::zeros(unknowns, unknowns);
+    let mut right = Mat::<Complex64>::zeros(unknowns, 3);
+    let mut from = tyre.radius - tyre.layers.iter().map(|layer| layer.thickness).sum::<f64>();
+    let inner = from;
+    let scale = 1e9;
+    let mut below: Option<(usize, Stresses)> = None;
+    let mut row = 0;
+    for (number, layer) in tyre.layers.iter().enumerate() {
+        let (r, d) = chebyshev(points, from, from + layer.thickness);
+        let offset = 3 * points * number;
+        let modulus = material::modulus(&layer.material, s);
+        let nu = layer.material.poisson;
+        let mu = modulus / (2.0 * (1.0 + nu));
+        let lambda = mu * (2.0 * nu / (1.0 - 2.0 * nu));
+        let [sx, sy] = layer.tension.map(|tension| tension / layer.thickness);
+        // Stresses at point p as rows over the layer's unknowns, (v, q, w) of each point together.
+        let width = 3 * points;
+        let mut stresses = Stresses { rows: std::array::from_fn(|_| vec![vec![zero; width]; points]) };
+        for p in 0..points {
+            let k = nf / r[p];
+            let [v, q, w] = [3 * p, 3 * p + 1, 3 * p + 2];
+            let mut strain = [(); 6].map(|()| vec![zero; width]);
+            for j in 0..points {
+                strain[0][3 * j + 2] += d[p][j];
+                strain[3][3 * j] += d[p][j];
+                strain[4][3 * j + 1] += d[p][j];
+            }
+            strain[1][v] += i * k;
+            strain[1][w] += 1.0 / r[p];
+            strain[2][q] += i * ky;
+            strain[3][w] += i * k;
+            strain[3][v] -= 1.0 / r[p];
+            strain[4][w] += i * ky;
+            strain[5][v] += i * ky;
+            strain[5][q] += i * k;
+            for column in 0..width {
+                let trace = strain[0][column] + strain[1][column] + strain[2][column];
+                for (kind, entries) in strain.iter().enumerate() {
+                    let shear = if kind < 3 { 2.0 } else { 1.0 };
+                    let volume = if kind < 3 { lambda * trace } else { zero };
+                    stresses.rows[kind][p][column] = volume + mu * shear * entries[column];
+                }
+            }
+        }
+        let mut put = |row: usize, offset: usize, entries: &[Complex64], factor: f64| {
+            for (column, entry) in entries.iter().enumerate() {
+                system[(row, offset + column)] += entry * factor;
+            }
+        };
+        // Equilibrium at the inner points.
+        for p in 1..points - 1 {
+            let k = nf / r[p];
+            let over = 1.0 / r[p];
+            let mut equations = [(); 3].map(|()| Vec::with_capacity(width));
+            for column in 0..width {
+                let at = |kind: usize| stresses.rows[kind][p][column];
+                let slope =
+                    |kind: usize| (0..points).map(|j| stresses.rows[kind][j][column] * d[p][j]).sum::<Complex64>();
+                let along = slope(3) + i * k * at(1) + i * ky * at(5) + at(3) * (2.0 * over);
+                let across = slope(4) + i * k * at(5) + i * ky * at(2) + at(4) * over;
+                let outward = slope(0) + i * k * at(3) + i * ky * at(4) + (at(0) - at(1)) * over;
+                equations.iter_mut().zip([along, across, outward]).for_each(|(row, entry)| row.push(entry));
+            }
+            // The prestress acts on the second derivatives of the displacement vector; inertia.
+            let straight = -(s * s * layer.material.density + sx * k * k + sy * ky * ky);
+            let hoop = sx * over * over;
+            let turn = 2.0 * i * k * over * sx;
+            let [v, q, w] = [3 * p, 3 * p + 1, 3 * p + 2];
+            equations[0][v] += straight - hoop;
+            equations[0][w] += turn;
+            equations[1][q] += straight;
+            equations[2][w] += straight - hoop;
+            equations[2][v] -= turn;
+            for equation in &equations {
+                put(row, offset, equation, 1.0 / scale);
+                row += 1;
+            }
+        }
+        // Below: the foundation, or the layer before.
+        let tractions = [3, 4, 0];
+        if let Some((before, lower)) = &below {
+            for component in 0..3 {
+                let mut entries = vec![zero; 3 * points];
+                entries[component] = Complex64::new(1.0, 0.0);
+                put(row, offset, &entries, 1.0);
+                let mut entries = vec![zero; 3 * points];
+                entries[3 * (points - 1) + component] = Complex64::new(-1.0, 0.0);
+                put(row, *before, &entries, 1.0);
+                row += 1;
+                put(row, offset, &stresses.rows[tractions[component]][0], 1.0 / scale);
+                put(row, *before, &lower.rows[tractions[component]][points - 1], -1.0 / scale);
+                row += 1;
+            }
+        } else {
+            let [tangential, normal] = material::foundation_stiffness(&tyre.foundation, s);
+            let inertia = s * s * tyre.sidewall_mass;
+            let p = tyre.pressure;
+            let air = tyre.cavity.filter(|_| m == 0).map_or(zero, |cavity| cavity.stiffness(n, s));
+            let impedance = [
+                [tangential + inertia - p / inner, zero, i * nf * p / inner],
+                [zero, tangential + inertia, i * ky * p],
+                [-i * nf * p / inner, -i * ky * p, normal + inertia - p / inner + air],
+            ];
+            for component in 0..3 {
+                put(row, offset, &stresses.rows[tractions[component]][0], 1.0 / scale);
+                put(row, offset, &impedance[component].map(|entry| -entry), 1.0 / scale);
+                row += 1;
+            }
+        }
+        if number + 1 == tyre.layers.len() {
+            for component in 0..3 {
+                put(row, offset, &stresses.rows[tractions[component]][points - 1], 1.0 / scale);
+                right[(row, component)] = Complex64::new(1.0 / scale, 0.0);
+                row += 1;
+            }
+        }
+        below = Some((offset, stresses));
+        from += layer.thickness;
+    }
+    assert_eq!(row, unknowns);
+    let solution = system.partial_piv_lu().solve(&right);
+    let matrix = |first: usize| std::array::from_fn(|a| std::array::from_fn(|b| solution[(first + a, b)]));
+    (matrix(unknowns - 3), matrix(0))
+}
+
+#[test]
+fn curved_compliance_equals_that_of_polynomials_in_each_layer() {
+    let tyre = car();
+    let (mut production, mut fine) = (0.0_f64, 0.0_f64);
+    for (n, m) in [(0, 0), (1, 0), (2, 1), (5, 2), (20, 1), (60, 3), (160, 1)] {
+        for s in [at_frequency(30.0), at_frequency(230.0), at_frequency(1500.0), Complex64::new(3000.0, 8000.0)] {
+            let (surface, bottom) = by_collocation(&tyre, n, m, s, 18);
+            let (again, _) = by_collocation(&tyre, n, m, s, 24);
+            let own = difference(&surface, &again);
+            for (step, worst) in [(STEP, &mut production), (FINE_STEP, &mut fine)] {
+                let (c, d) = tyre.compliance(n, m, s, step);
+                let error = difference(&c, &surface).max(difference(&d, &bottom));
+                *worst = worst.max(error - own);
+            }
+        }
+    }
+    println!("largest difference {production:.1e} at the production step, {fine:.1e} at the fine one");
+    assert!(production < 2e-5 && fine < 5e-7, "{production:e} {fine:e}");
+}
+
+#[test]
+fn a_tyre_of_a_thousand_radii_is_flat() {
+    let mut tyre = car();
+    let (radius, stretched) = (tyre.radius, 1000);
+    tyre.radius *= f64::from(stretched);
+    tyre.cavity = None;
+    tyre.pressure = 0.0;
+    let flat = Stack::of(tyre.layers.clone(), tyre.foundation.clone());
+    let mut worst = 0.0_f64;
+    for (n, m) in [(0, 1), (3, 1), (20, 2), (160, 1), (400, 5)] {
+        for frequency in [50.0, 400.0, 2000.0] {
+            let s = at_frequency(frequency);
+            let (c, d) = tyre.compliance(n * i64::from(stretched), m, s, FINE_STEP);
+            let (flat_c, flat_d) = flat.at(s).full(n as f64 / radius, m as f64 * PI / tyre.width);
+            worst = worst.max(difference(&c, &flat_c)).max(difference(&d, &flat_d));
+        }
+    }
+    println!("largest difference from the flat layers {worst:.1e}");
+    assert!(worst < 1e-3, "{worst:e}");
+}
+
+#[test]
+fn a_curved_tyre_is_passive_and_reciprocal_on_the_hard_grid() {
+    let tyre = car();
+    for n in [0, 1, 7, 80, 700, 6000] {
+        for m in [0, 1, 4, 40] {
+            for frequency in [1.0, 100.0, 1e3, 1e4, 5e4] {
+                let s = at_frequency(frequency);
+                let (c, d) = tyre.compliance(n, m, s, STEP);
+                assert!(c.iter().chain(&d).flatten().all(|entry| entry.is_finite()), "{n} {m} {frequency}");
+                let size = c.iter().flatten().map(|entry| entry.norm()).fold(0.0, f64::max);
+                for (a, row) in c.iter().enumerate() {
+                    let power = s * row[a];
+                    assert!(power.re >= -1e-9 * power.norm(), "{n} {m} {frequency} {a}: {power:e}");
+                    for (b, entry) in row.iter().enumerate().take(a) {
+                        // C at -k is the transpose of C at k; by symmetry its tangential entries change sign.
+                        let sign = if a == 2 { -1.0 } else { 1.0 };
+                        assert!((entry - sign * c[b][a]).norm() < 1e-6 * size, "{n} {m} {frequency} {a} {b}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn cases_of_curved_tyres_are_answered_and_those_that_turn_are_refused() {
+    let file = |cases: &str| {
+        let layers = r#"{"thickness": 0.006, "modulus": 5e8, "loss_factor": 0.08, "poisson": 0.3, "density": 1300,
+            "tension": [4.3e4, 2e4]}, {"thickness": 0.013, "modulus": 6.8e6, "loss_factor": 0.25, "poisson": 0.49,
+            "density": 1000}"#;
+        let cavity = r#"{"radius": 0.235, "depth": 0.0825, "density": 3.84, "relaxation": 1.4e-5}"#;
+        let foundation = r#"{"normal": 7.7e6, "tangential": 2.4e6, "loss_factor": 0.1}"#;
+        format!(
+            r#"{{"tyres": [{{"name": "car", "curved": true, "circumference": 1.95, "width": 0.136, "pressure": 1.46e5,
+            "foundation": {foundation}, "cavity": {cavity}, "layers": [{layers}]}}], "cases": [{cases}]}}"#
+        )
+    };
+    let s = at_frequency(230.0);
+    let found = cases::evaluate(&file(&format!(r#"{{"tyre": "car", "n": 1, "m": 0, "s": [0.0, {}]}}"#, s.im))).unwrap();
+    let (surface, bottom) = car().compliance(1, 0, s, FINE_STEP);
+    for (name, wanted) in [("C", surface), ("D", bottom)] {
+        for (i, row) in wanted.iter().enumerate() {
+            for (j, wanted) in row.iter().enumerate() {
+                let entry = &found["cases"][0][name][i][j];
+                let entry = Complex64::new(entry[0].as_f64().unwrap(), entry[1].as_f64().unwrap());
+                assert!((entry - wanted).norm() <= 1e-12 * wanted.norm(), "{name} {i} {j}");
+            }
+        }
+    }
+    for (case, why) in [
+        (r#"{"tyre": "car", "n": 1, "m": 0, "s": [0, 1], "speed": 20}"#, "speed must be 0"),
+        (r#"{"tyre": "car", "kx": 1, "ky": 0, "s": [0, 1]}"#, "n and m"),
+        (r#"{"tyre": "van", "n": 1, "m": 0, "s": [0, 1]}"#, "'van'"),
+    ] {
+        let refused = cases::evaluate(&file(case)).unwrap_err().to_string();
+        assert!(refused.contains(why), "{refused}");
+    }
+}

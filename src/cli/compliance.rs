@@ -12,6 +12,10 @@ const EXAMPLES: &str = "\
 The file has the format of the reference values: every case names its layers, wavenumbers and complex frequency s. \
 The same JSON is printed with the computed 3x3 surface compliance C and belt transfer D in place of the file's.
 
+A tyre with \"curved\": true is a layered hollow cylinder: circumference (of the tread's surface), width, pressure, \
+foundation, cavity (radius, depth, density, sound_speed, relaxation) and layers of thickness, modulus, loss_factor, \
+poisson, density and tension [along, across]; its cases have n and m. Order: circumferential, lateral, outward.
+
 Examples:
   tyrewave compliance cases.json > computed.json";
 

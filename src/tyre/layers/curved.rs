@@ -3,8 +3,7 @@
 //! 1. start at the inner face with the impedance of sidewalls, inflation and cavity;
 //! 2. go outwards in short steps: the state (displacement, traction) of the next face is expm(W) times that of the
 //!    last, W by a Magnus expansion of fourth order; only the impedance Z = traction/displacement is handed on, so
-//! nothing
-//!    overflows;
+//!    nothing overflows;
 //! 3. C = Z^-1 on the tread's surface at R = L/2 pi; D = (product of the displacement transfers) C.
 //!
 //! Fields ~ exp(i(n theta + k_y y) + s t), order circumferential, lateral, radial outward; k = n/r, M = lambda + 2 mu,

@@ -23,7 +23,18 @@ impl Verdict {
 
     /// For a page.
     pub fn markdown(&self) -> String {
-        format!("# Performance\n\n```text\n{}```\n", self.text())
+        let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
+        let mut text = format!("# Performance\n\n{} held against {}\n", self.second.display(), self.first.display());
+        let rows = self.table();
+        if !rows.is_empty() {
+            let _ = write!(text, "\n{}{}", line(&HEADER), line(&["---"; HEADER.len()]));
+            rows.iter().for_each(|row| text.push_str(&line(&row.each_ref().map(String::as_str))));
+            let _ = write!(text, "\n{}", self.resolution());
+        }
+        let mut conclusions = String::new();
+        self.conclusions(&mut conclusions);
+        let items = conclusions.lines().filter(|line| !line.is_empty()).map(|line| format!("- {line}\n"));
+        format!("{text}\n{}", items.collect::<String>())
     }
 
     /// Workload by workload, stage by stage, and the stages of all.

@@ -33,13 +33,12 @@ mod sweep;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use tyrewave::counters::AllocationProbe;
 
 use context::Context;
 use error::CliError;
 use interrupt::Interrupt;
 use options::GlobalOptions;
-
-use tyrewave::counters::AllocationProbe;
 
 /// What the whole program says under `--help` after the list of commands.
 const AFTER_HELP: &str = "\

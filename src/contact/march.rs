@@ -12,6 +12,8 @@
 //!    the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 
+use serde::{Deserialize, Serialize};
+
 use super::axle::AxleHeight;
 use super::complementarity::{Residuals, Search, SearchCounts, SearchState, SliceLaw, SlicesUnder};
 use super::error::ContactError;
@@ -22,7 +24,6 @@ use super::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
 use crate::scene::Numerics;
 use crate::storage::state::{StateError, fill};
-use serde::{Deserialize, Serialize};
 
 /// What one step gave.
 #[derive(Clone, Copy, Debug)]

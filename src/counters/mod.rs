@@ -33,8 +33,9 @@ pub mod process;
 mod stage;
 pub mod trace;
 
-use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
 
 pub use clock::{Clock, CpuClock, Spent};
 pub use cost::{AllocationProbe, Allocations, StageCost, Work, idle_share};

@@ -1,10 +1,10 @@
 //! From a plan to results: the only place that knows the whole order.
 //!
-//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step;
-//! 2. [`in_memory`]: step by step; [`to_folder`]: with arrays, spectra, plots and summary in a folder; [`checkpoint`]
-//!    lets it go on where it was stopped.
-//!
-//! [`vibration`] follows the tyre's motion from the forces of a run that wants it.
+//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along;
+//! 2. [`in_memory`]: step by step, over a road that [`road_ahead`] and its `road_maker` have made in time; [`record`]
+//!    keeps what each step gave, with the power of [`rolling_resistance`] and the motion that [`vibration`] follows;
+//! 3. [`to_folder`]: the same with arrays, spectra, plots and summary in a folder, what is left to do at the end by
+//!    `look_back`, told to a [`progress`]; [`checkpoint`] lets it go on where it was stopped.
 
 pub mod checkpoint;
 pub mod error;

@@ -1,7 +1,8 @@
 //! Corrections of an axle's height within the warm-up until the mean force is the load.
 
-use crate::contact::static_contact::StaticContact;
 use serde::{Deserialize, Serialize};
+
+use crate::contact::static_contact::StaticContact;
 
 /// Height control towards a mean force.
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -11,8 +11,9 @@ pub use load_control::LoadControl;
 pub(crate) use moving::LARGEST_RATE;
 pub use moving::{MovingAxle, SprungMass};
 
-use crate::storage::StateError;
 use serde::{Deserialize, Serialize};
+
+use crate::storage::StateError;
 
 /// Indentation step by step.
 #[derive(Clone, Debug, Deserialize, Serialize)]

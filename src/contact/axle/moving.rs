@@ -27,8 +27,9 @@
 //! stiffness G0 gives, up to seven times as much for the fastest motions that a time rule knows; [`SprungMass::rate`]
 //! above [`LARGEST_RATE`] is to be refused.
 
-use super::load_control::LoadControl;
 use serde::{Deserialize, Serialize};
+
+use super::load_control::LoadControl;
 
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
 pub(crate) const LARGEST_RATE: f64 = 0.5;

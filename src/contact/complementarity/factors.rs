@@ -15,12 +15,13 @@
 //! alignments, so a factor found and the same one made again solve to the same bits; which of the ways serves a set
 //! changes its forces by rounding.
 
+use serde::{Deserialize, Serialize};
+
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, assemble, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet, NeighbourState};
 use super::pattern_index::PatternIndex;
 use crate::counters::{Meter, Stage, Work};
 use crate::storage::state::{StateError, fill};
-use serde::{Deserialize, Serialize};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;

@@ -32,6 +32,8 @@
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
 //! (m^2) and m x columns.
 
+use serde::{Deserialize, Serialize};
+
 use super::active_set::{ActiveSet, ExpectedSearch, Residuals};
 use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
 use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
@@ -39,7 +41,6 @@ use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
 use crate::road::slices::StiffnessCurve;
 use crate::storage::state::{StateError, fill};
-use serde::{Deserialize, Serialize};
 
 /// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
 const NO_SLOPE: f64 = f64::EPSILON;

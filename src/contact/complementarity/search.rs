@@ -1,5 +1,7 @@
 //! The ways to find the forces of a step.
 
+use serde::{Deserialize, Serialize};
+
 use super::active_set::ActiveSetState;
 use super::active_set::{ActiveSet, Residuals};
 use super::local_set::LocalSetState;
@@ -9,7 +11,6 @@ use crate::contact::ContactError;
 use crate::counters::Meter;
 use crate::scene::Numerics;
 use crate::storage::StateError;
-use serde::{Deserialize, Serialize};
 
 /// By how much a slice yields more than the element as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,6 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use super::PastForces;
-
 use super::state::{DirectState, HistoryState};
 use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};

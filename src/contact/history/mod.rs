@@ -31,9 +31,9 @@ use crate::storage::StateError;
 
 /// A way to carry the past along.
 pub trait PastForces: Send {
-    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`; Called once a
-    /// stage of a step, which `meter` times as [`Stage::History`](crate::counters::Stage::History); what else it takes
-    /// is told here.
+    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`. It is called
+    /// once for every stage of a step, and the caller times it as
+    /// [`Stage::History`](crate::counters::Stage::History): `meter` is for its work, and for the times of its parts.
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter);
 
     /// Takes note of the stage's forces \[N\], from element `first_element` on.

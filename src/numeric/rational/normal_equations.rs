@@ -16,13 +16,13 @@
 
 use std::ops::Range;
 
+use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::{Columns, Points};
 use super::partial_fractions::order;
 use super::{Parts, Samples};
 use crate::numeric::MOST_LANES;
-use num_complex::Complex64;
 
 /// Columns and rows of a block of products that is kept in registers.
 const BLOCK: usize = 4;

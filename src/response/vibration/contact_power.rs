@@ -14,9 +14,10 @@
 //! (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are not those of the tyre under its
 //! forces, and nothing is balanced.
 
+use serde::{Deserialize, Serialize};
+
 use crate::storage::state::{StateError, fill};
 use crate::time_rule::{RungeKutta, TimeRule};
-use serde::{Deserialize, Serialize};
 
 /// Displacements of the last steps.
 #[derive(Clone, Debug)]

@@ -10,15 +10,14 @@ pub(super) mod opencrg;
 pub(super) mod profile;
 mod read;
 
-use height_map::HeightMap;
-use made::{Design, Shape, TargetSpectrum};
-
 use super::error::{RoadError, positive};
 use super::file_fault::FileFault;
 use super::lattice::{Lattice, same};
 use super::report::{RoadNote, RoadReport};
 use super::texture::{ProfileSpectrum, bands_between};
 use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
+use height_map::HeightMap;
+use made::{Design, Shape, TargetSpectrum};
 
 /// Lattice of isotropic surfaces made after a profile \[m\].
 const ISOTROPIC_SPACING: f64 = 0.001;

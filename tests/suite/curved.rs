@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex64;
-use tyrewave::scene::{Foundation, Law, Layer, Material};
+use tyrewave::scene::{Cavity, Foundation, Law, Layer, Material};
 use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
-use tyrewave::tyre::layers::curved::{Cavity, CurvedStack, FINE_STEP, STEP};
+use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP, air_stiffness};
 use tyrewave::tyre::layers::{cases, material};
 
 fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
@@ -182,7 +182,7 @@ fn by_collocation(tyre: &CurvedStack, n: i64, m: usize, s: Complex64, points: us
             let [tangential, normal] = material::foundation_stiffness(&tyre.foundation, s);
             let inertia = s * s * tyre.sidewall_mass;
             let p = tyre.pressure;
-            let air = tyre.cavity.filter(|_| m == 0).map_or(zero, |cavity| cavity.stiffness(n, s));
+            let air = tyre.cavity.filter(|_| m == 0).map_or(zero, |cavity| air_stiffness(&cavity, n, s));
             let impedance = [
                 [tangential + inertia - p / inner, zero, i * nf * p / inner],
                 [zero, tangential + inertia, i * ky * p],

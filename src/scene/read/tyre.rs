@@ -5,7 +5,7 @@ use toml::de::DeValue;
 use super::super::kind::{Bounds, Numbers, OneOf, Pair, Text};
 use super::super::table::Kind;
 use super::super::table::{Each, Nested, Table, Value};
-use super::super::{Foundation, Law, Layer, Material, Problem, Tyre};
+use super::super::{Foundation, Law, Layer, Material, Problem, Sides, Tyre};
 
 const LENGTH: Bounds = Bounds::positive("m");
 const MODULUS: Bounds = Bounds::positive("Pa");
@@ -70,6 +70,10 @@ fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
         circumference: circumference?,
         width: width?,
         contact_width: contact_width?,
+        sides: Sides::default(),
+        curvature: false,
+        inflation: None,
+        cavity: None,
         foundation: foundation?,
         layers: layers?,
     })

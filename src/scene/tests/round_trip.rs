@@ -123,7 +123,17 @@ fn tyre() -> impl Strategy<Value = Tyre> {
         },
     );
     (sizes, bed, prop::collection::vec(layer, 1..4)).prop_map(|((circumference, width, part), foundation, layers)| {
-        Tyre { circumference, width, contact_width: width * part, foundation, layers }
+        Tyre {
+            circumference,
+            width,
+            contact_width: width * part,
+            sides: Sides::default(),
+            curvature: false,
+            inflation: None,
+            cavity: None,
+            foundation,
+            layers,
+        }
     })
 }
 

@@ -16,8 +16,8 @@ use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::compliance::{Matrix3, Stack};
-use super::curved::{Cavity, CurvedStack, FINE_STEP};
-use crate::scene::{Foundation, Law, Layer, Material};
+use super::curved::{CurvedStack, FINE_STEP};
+use crate::scene::{Cavity, Foundation, Law, Layer, Material};
 
 /// What can be wrong with a file of cases.
 #[derive(Debug, Error)]

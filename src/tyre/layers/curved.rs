@@ -30,7 +30,7 @@ use num_complex::Complex64;
 
 use super::compliance::Matrix3;
 use super::material;
-use crate::scene::{Foundation, Layer};
+use crate::scene::{Cavity, Foundation, Layer, Tyre};
 
 /// Longest step times (wavenumber + 1/h): the error is below 2e-5, its median 4e-8.
 pub const STEP: f64 = 0.6;
@@ -62,32 +62,15 @@ pub struct CurvedStack {
     pub cavity: Option<Cavity>,
 }
 
-/// The air in a tyre, which the fields without variation across the width compress.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cavity {
-    /// Mean radius R_c \[m\].
-    pub radius: f64,
-    /// Depth between rim and tyre \[m\].
-    pub depth: f64,
-    /// Density of the air \[kg/m^3\].
-    pub density: f64,
-    /// Speed of sound c \[m/s\].
-    pub sound_speed: f64,
-    /// Time of relaxation that damps its waves \[s\].
-    pub relaxation: f64,
-}
-
-impl Cavity {
-    /// Stiffness per area against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
-    pub fn stiffness(&self, n: i64, s: Complex64) -> Complex64 {
-        let Self { radius, depth, density, sound_speed, relaxation } = *self;
-        if n == 0 {
-            return Complex64::new(density * sound_speed * sound_speed / depth, 0.0);
-        }
-        let time = s / sound_speed;
-        let waves = time * time + (n as f64 / radius).powi(2) * (s * relaxation + 1.0);
-        s * s * (density / depth) / waves
+/// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
+pub fn air_stiffness(cavity: &Cavity, n: i64, s: Complex64) -> Complex64 {
+    let Cavity { radius, depth, density, sound_speed, relaxation } = *cavity;
+    if n == 0 {
+        return Complex64::new(density * sound_speed * sound_speed / depth, 0.0);
     }
+    let time = s / sound_speed;
+    let waves = time * time + (n as f64 / radius).powi(2) * (s * relaxation + 1.0);
+    s * s * (density / depth) / waves
 }
 
 /// A layer at one value of s and one wavenumber.
@@ -167,6 +150,20 @@ impl LayerAt {
 }
 
 impl CurvedStack {
+    /// The layers of a tyre, taken as curved.
+    pub fn new(tyre: &Tyre) -> Self {
+        let inflation = tyre.inflation.as_ref();
+        Self {
+            layers: tyre.layers.clone(),
+            foundation: tyre.foundation.clone(),
+            radius: tyre.radius(),
+            width: tyre.width,
+            pressure: inflation.map_or(0.0, |inflation| inflation.pressure),
+            sidewall_mass: inflation.map_or(0.0, |inflation| inflation.sidewall_mass),
+            cavity: tyre.cavity,
+        }
+    }
+
     /// C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit traction j
     /// \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times (wavenumber
     /// + 1/h).
@@ -209,7 +206,7 @@ impl CurvedStack {
         let inertia = s * s * self.sidewall_mass;
         let hoop = self.pressure / r;
         let air = match &self.cavity {
-            Some(cavity) if m == 0 => cavity.stiffness(n, s),
+            Some(cavity) if m == 0 => air_stiffness(cavity, n, s),
             _ => Complex64::ZERO,
         };
         let real = |value: f64| Complex64::new(value, 0.0);

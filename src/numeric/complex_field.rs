@@ -19,6 +19,8 @@ pub trait ComplexField:
 {
     /// A real constant, in as many lanes as `self` has.
     fn like(self, value: f64) -> Self;
+    /// self + factor z.
+    fn plus_scaled(self, factor: f64, z: Self) -> Self;
     /// 1/z.
     fn reciprocal(self) -> Self;
     /// The square root with non-negative real part.
@@ -32,6 +34,10 @@ pub trait ComplexField:
 impl ComplexField for Complex64 {
     fn like(self, value: f64) -> Self {
         Self::new(value, 0.0)
+    }
+
+    fn plus_scaled(self, factor: f64, z: Self) -> Self {
+        self + z * factor
     }
 
     fn reciprocal(self) -> Self {

@@ -254,6 +254,11 @@ impl<S: Simd> ComplexField for Lanes<S> {
     }
 
     #[inline(always)]
+    fn plus_scaled(self, factor: f64, z: Self) -> Self {
+        self.plus_weighted(self.simd.splat_f64s(factor), z)
+    }
+
+    #[inline(always)]
     fn reciprocal(self) -> Self {
         let simd = self.simd;
         let scale = simd.div_f64s(simd.splat_f64s(1.0), self.norm_squared());

@@ -3,6 +3,7 @@
 pub mod complex_field;
 pub mod digest;
 pub mod lanes;
+pub mod legendre;
 pub mod rational;
 pub mod ring;
 pub mod running_moments;

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use tyrewave::scene::{Cavity, Foundation, Law, Layer, Material};
 use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
 use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP, air_stiffness};
+use tyrewave::tyre::layers::cylinder::Cylinder;
 use tyrewave::tyre::layers::{cases, material};
 
 fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
@@ -307,5 +308,47 @@ fn cases_of_curved_tyres_are_answered_and_those_that_turn_are_refused() {
     ] {
         let refused = cases::evaluate(&file(case)).unwrap_err().to_string();
         assert!(refused.contains(why), "{refused}");
+    }
+}
+
+#[test]
+fn prepared_waves_agree_with_steps_through_the_layers() {
+    let tyre = car();
+    for tolerance in [1e-5, 1e-8] {
+        let cylinder = Cylinder::of(tyre.clone(), 1.3e5, tolerance);
+        let mut worst = [0.0_f64; 2];
+        for n in [0, 1, 2, 6, 20, 60, 160, 220, 320] {
+            for m in [0, 2, 6, 14] {
+                let wave = cylinder.wave(n, m).unwrap();
+                for s in [
+                    Complex64::ZERO,
+                    at_frequency(60.0),
+                    at_frequency(300.0),
+                    at_frequency(1500.0),
+                    at_frequency(5000.0),
+                    at_frequency(20_000.0),
+                    Complex64::new(1e3, 0.0),
+                    Complex64::new(1.3e5, 0.0),
+                ] {
+                    let (c, d) = tyre.compliance(n, m, s, FINE_STEP);
+                    let at = cylinder.at(s);
+                    let (found_c, found_d) = wave.full(&at);
+                    let size = c.iter().flatten().map(|entry| entry.norm()).fold(0.0, f64::max);
+                    let (error_c, error_d) = (difference(&found_c, &c), difference(&found_d, &d));
+                    let zz = (found_c[2][2] - c[2][2]).norm() / c[2][2].norm();
+                    if zz > 1e-6 {
+                        println!(
+                            "{tolerance:.0e} n {n} m {m} s {s}: C {error_c:.1e} zz {zz:.1e} D {error_d:.1e} {size:.1e}"
+                        );
+                    }
+                    worst[0] = worst[0].max(zz);
+                    worst[1] = worst[1].max(error_d);
+                    let both = wave.normal(&at);
+                    assert!((both.surface - found_c[2][2]).norm() < 1e-12 * both.surface.norm());
+                    assert!((both.bottom - found_d[2][2]).norm() < 1e-9 * both.surface.norm());
+                }
+            }
+        }
+        println!("{tolerance:.0e}: {worst:?}");
     }
 }

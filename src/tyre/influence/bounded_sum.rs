@@ -18,7 +18,7 @@ impl InfluenceSum {
     /// sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
     pub(super) fn by_bound(&self, n: usize, at: &SumAt, field: Field) -> InfluenceValue {
         let Projection { waves, contact_width, element, elements } = self.projection;
-        let Waves { circumference, width } = waves;
+        let Waves { circumference, width, .. } = waves;
         let tread = at.kernel.tread();
         let ratio = tread.inertia_over_shear().norm();
         // (1 - nu) = 1/(2 (1 - kappa)).
@@ -27,7 +27,8 @@ impl InfluenceSum {
         let decided = |k: f64| k * tread.thickness >= 3.0 && ratio + prestress * k * k <= 0.4 * k * k;
         let at_rest = self.kernel.at(Complex64::ZERO);
         let floor = self.projection.longitudinal_weight(n as i64)
-            * Waves::lateral_numbers()
+            * waves
+                .lateral_numbers()
                 .take(3)
                 .map(|m| at_rest.normal(n as i64, m, Field::Surface).norm() * self.projection.lateral_weight(m))
                 .sum::<f64>();
@@ -41,7 +42,7 @@ impl InfluenceSum {
                 let kx = waves.kx(alias);
                 let longitudinal = self.projection.longitudinal_weight(alias);
                 let mut row = Complex64::ZERO;
-                for (before, m) in Waves::lateral_numbers().enumerate() {
+                for (before, m) in waves.lateral_numbers().enumerate() {
                     let ky = waves.ky(m);
                     row += at.kernel.normal(alias, m, field) * self.projection.lateral_weight(m);
                     evaluations += 1;

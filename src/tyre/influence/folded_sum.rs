@@ -85,7 +85,7 @@ impl InfluenceSum {
     /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail`
     /// then becomes `Bounded`.
     pub fn with(tyre: &Tyre, projection: Projection, truncation: Truncation, tolerance: f64, largest_s: f64) -> Self {
-        let kernel = Kernel::new(tyre);
+        let kernel = Kernel::new(tyre, largest_s, tolerance);
         let tread = kernel.tread().filter(|_| truncation == Truncation::Tail);
         let tail = tread.map(|tread| {
             let at_largest = kernel.at(Complex64::new(largest_s, 0.0));

@@ -6,7 +6,6 @@
 use num_complex::Complex64;
 
 use super::half_space_bands::{self, BAND_TERMS};
-use super::kernel::Waves;
 use super::moments::{Moments, TailClasses};
 use super::projection::Projection;
 use crate::scene::Layer;
@@ -64,7 +63,9 @@ impl HalfSpaceTail {
             tolerance,
             decay: smallest * tread.thickness,
             coefficients: series(modulus_ratio(tread.material.poisson)),
-            lateral: Waves::lateral_numbers()
+            lateral: projection
+                .waves
+                .lateral_numbers()
                 .map(|m| Lateral { m, ky: projection.waves.ky(m), weight: projection.lateral_weight(m) })
                 .take_while(|lateral| lateral.ky < classes.highest())
                 .collect(),

@@ -1,18 +1,24 @@
 //! The compliance kernel: C and D of a wave of n periods round the tyre and of the lateral number m, at s.
 //!
-//! Whatever sums over waves asks here, and nowhere else, how the tyre answers one. The tyre is a flat layered plate,
-//! periodic along x and simply supported at both sides: the wave (n, m) is exp(i kx x) sin(ky y) with kx = 2 pi n/L and
-//! ky = m pi/B, answered by the [`Stack`] at (kx, ky, s), and of the m a centred strip excites the odd ones.
+//! Whatever sums over waves asks here, and nowhere else, how the tyre answers one. A wave (n, m) has kx = 2 pi n/L on
+//! the tread's surface and ky = m pi/B. Of a flat tyre it is answered by the [`Stack`] at (kx, ky, s), of a curved one
+//! by a [`CylinderWave`](crate::tyre::layers::cylinder::CylinderWave) as long as it is long enough to feel the
+//! curvature. Across the width it is a sine where the sides are supported, and a centred strip excites the odd m; a
+//! cosine where they are guided, and the strip excites the even ones, 0 among them.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use num_complex::Complex64;
 use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
+use super::curved_waves::CurvedWaves;
+use super::projection::sinc;
 use crate::numeric::{Lanes, MOST_LANES};
-use crate::scene::{Layer, Tyre};
-use crate::tyre::layers::compliance::{NormalCompliance, Stack, StackAt};
+use crate::scene::{Layer, Sides, Tyre};
+use crate::tyre::layers::compliance::{Matrix3, NormalCompliance, Stack, StackAt};
+use crate::tyre::layers::cylinder::{CylinderAt, CylinderWave};
 use crate::tyre::layers::lane_compliance::LaneStack;
 use crate::tyre::layers::layer::LayerAt;
 
@@ -28,19 +34,21 @@ pub enum Field {
     UnderTread,
 }
 
-/// The wavenumbers of the plate's waves.
+/// The wavenumbers of the tyre's waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waves {
     /// Circumference L \[m\].
     pub circumference: f64,
-    /// Plate width B \[m\].
+    /// Width B between the sides \[m\].
     pub width: f64,
+    /// What the sides allow.
+    pub sides: Sides,
 }
 
 impl Waves {
     /// Those of a tyre.
     pub fn new(tyre: &Tyre) -> Self {
-        Self { circumference: tyre.circumference, width: tyre.width }
+        Self { circumference: tyre.circumference, width: tyre.width, sides: tyre.sides }
     }
 
     /// kx of the integer wavenumber n \[1/m\].
@@ -54,8 +62,23 @@ impl Waves {
     }
 
     /// The lateral numbers that a centred strip excites, from the lowest on.
-    pub fn lateral_numbers() -> impl Iterator<Item = usize> {
-        (1..).step_by(2)
+    pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + use<> {
+        (self.first_lateral_number()..).step_by(2)
+    }
+
+    /// The lowest of them.
+    pub fn first_lateral_number(&self) -> usize {
+        match self.sides {
+            Sides::Supported => 1,
+            Sides::Guided => 0,
+        }
+    }
+
+    /// (2/B) a_m^2 of a centred strip b wide, (1/B) a_0^2 \[1/m\]; the sum over all m that it excites is 1/b.
+    pub fn lateral_weight(&self, m: usize, strip: f64) -> f64 {
+        let shape = sinc(0.5 * self.ky(m) * strip);
+        let full = 2.0 / self.width * shape * shape;
+        if m == 0 { 0.5 * full } else { full }
     }
 }
 
@@ -64,6 +87,7 @@ impl Waves {
 pub(crate) struct Kernel {
     stack: Stack,
     waves: Waves,
+    curved: Option<Arc<CurvedWaves>>,
 }
 
 /// The kernel at one s.
@@ -71,11 +95,15 @@ pub(crate) struct Kernel {
 pub(crate) struct KernelAt {
     stack: StackAt,
     waves: Waves,
+    curved: Option<(Arc<CurvedWaves>, CylinderAt)>,
 }
 
 impl Kernel {
-    pub(crate) fn new(tyre: &Tyre) -> Self {
-        Self { stack: Stack::new(tyre), waves: Waves::new(tyre) }
+    /// A kernel that will be asked for |s| up to `largest_s` \[1/s\]; on a curved tyre with values within a relative
+    /// `tolerance`.
+    pub(crate) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
+        let curved = tyre.curvature.then(|| Arc::new(CurvedWaves::new(tyre, largest_s, tolerance)));
+        Self { stack: Stack::new(tyre), waves: Waves::new(tyre), curved }
     }
 
     /// The outermost layer, if short waves feel it as a half-space: a layer under tension has no such limit.
@@ -85,7 +113,8 @@ impl Kernel {
 
     /// At s \[1/s\].
     pub(crate) fn at(&self, s: Complex64) -> KernelAt {
-        KernelAt { stack: self.stack.at(s), waves: self.waves }
+        let curved = self.curved.as_ref().map(|waves| (Arc::clone(waves), waves.cylinder.at(s)));
+        KernelAt { stack: self.stack.at(s), waves: self.waves, curved }
     }
 }
 
@@ -95,8 +124,20 @@ impl KernelAt {
         self.stack.tread()
     }
 
+    fn curved(&self, n: i64, m: usize) -> Option<(&CylinderWave, &CylinderAt)> {
+        let (waves, at) = self.curved.as_ref()?;
+        Some((waves.get(n, m)?, at))
+    }
+
     /// C or D of a wave for normal traction \[m/Pa\].
     pub(super) fn normal(&self, n: i64, m: usize, field: Field) -> Complex64 {
+        if let Some((wave, at)) = self.curved(n, m) {
+            return match field {
+                Field::Surface => wave.normal(at).surface,
+                Field::Bottom => wave.normal(at).bottom,
+                Field::UnderTread => wave.under_tread(at),
+            };
+        }
         let (kx, ky) = (self.waves.kx(n), self.waves.ky(m));
         match field {
             Field::Surface => self.stack.normal(kx, ky).surface,
@@ -107,7 +148,20 @@ impl KernelAt {
 
     /// C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
     pub(crate) fn tangential(&self, n: i64, m: usize) -> Complex64 {
-        self.stack.tangential(self.waves.kx(n), self.waves.ky(m))
+        match self.curved(n, m) {
+            // A prepared wave has n >= 0; the motion along x is odd in it.
+            Some((wave, at)) => wave.full(at).0[0][2] * if n < 0 { -1.0 } else { 1.0 },
+            None => self.stack.tangential(self.waves.kx(n), self.waves.ky(m)),
+        }
+    }
+
+    #[allow(dead_code)]
+    /// C of a wave with n >= 0 \[m/Pa\]; order circumferential, lateral, outward.
+    pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
+        match self.curved(n, m) {
+            Some((wave, at)) => wave.full(at).0,
+            None => self.stack.full(self.waves.kx(n), self.waves.ky(m)).0,
+        }
     }
 }
 
@@ -115,17 +169,27 @@ impl KernelAt {
 pub(super) struct LaneKernel<'a, S: Simd> {
     stack: LaneStack<'a, S>,
     waves: Waves,
+    curved: Option<(&'a CurvedWaves, CylinderAt<Lanes<S>>)>,
 }
 
 impl<'a, S: Simd> LaneKernel<'a, S> {
     /// Puts kernels of the same tyre side by side.
     pub(super) fn new(simd: S, kernels: [&'a KernelAt; MOST_LANES]) -> Self {
-        Self { stack: LaneStack::new(simd, kernels.map(|kernel| &kernel.stack)), waves: kernels[0].waves }
+        let curved = kernels[0].curved.as_ref().map(|(waves, first)| {
+            let at = kernels.map(|kernel| kernel.curved.as_ref().map_or(first, |(_, at)| at));
+            (waves.as_ref(), CylinderAt::lanes(simd, at))
+        });
+        Self { stack: LaneStack::new(simd, kernels.map(|kernel| &kernel.stack)), waves: kernels[0].waves, curved }
     }
 
     /// C and D of a wave for normal traction \[m/Pa\].
     #[inline(always)]
     pub(super) fn normal(&self, n: i64, m: usize) -> NormalCompliance<Lanes<S>> {
+        if let Some((waves, at)) = &self.curved
+            && let Some(wave) = waves.get(n, m)
+        {
+            return wave.normal(at);
+        }
         self.stack.normal(self.waves.kx(n), self.waves.ky(m))
     }
 }

@@ -35,7 +35,7 @@ pub struct Mobility {
     pub evaluations: u64,
 }
 
-/// Weights of a patch: (1/L) sinc^2 for n = 0, 1, ... (negative n included) and (2/B) a_m^2 for odd m.
+/// Weights of a patch: (1/L) sinc^2 for n = 0, 1, ... (negative n included) and (2/B) a_m^2 for the m that it excites.
 struct PatchWeights {
     longitudinal: Vec<f64>,
     lateral: Vec<f64>,
@@ -44,12 +44,13 @@ struct PatchWeights {
 /// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the
 /// last lobe is evaluated.
 pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
-    let (kernel, waves) = (Kernel::new(tyre), Waves::new(tyre));
+    let waves = Waves::new(tyre);
     let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));
     let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, waves)).collect();
-    let tread = kernel.tread();
     // The asymptotic series must converge at the highest frequency.
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
+    let kernel = Kernel::new(tyre, 2.0 * PI * top, TOLERANCE);
+    let tread = kernel.tread();
     let at_top = kernel.at(Complex64::new(0.0, 2.0 * PI * top));
     let shear_wavenumber = at_top.tread().inertia_over_shear().norm().sqrt();
     let cut_off = match tread {
@@ -70,7 +71,7 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
             let mut evaluations = 0;
             for (n, kx) in (0..).map(|n| (n, waves.kx(n))).take_while(|(_, kx)| *kx < cut_off) {
                 let mut rows = vec![Complex64::ZERO; patches.len()];
-                let lateral = Waves::lateral_numbers().take_while(|&m| kx.hypot(waves.ky(m)) < cut_off);
+                let lateral = waves.lateral_numbers().take_while(|&m| kx.hypot(waves.ky(m)) < cut_off);
                 for (index, m) in lateral.enumerate() {
                     let compliance = at.normal(n, m, Field::Surface);
                     evaluations += 1;
@@ -102,7 +103,7 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
 }
 
 fn patch_weights(a: f64, highest: f64, waves: Waves) -> PatchWeights {
-    let Waves { circumference: length, width } = waves;
+    let Waves { circumference: length, width, .. } = waves;
     let own = (2.0 * PI * LOBES / a).min(highest);
     let columns = (own * length / (2.0 * PI)) as usize + 1;
     let rows = (own * width / (2.0 * PI)) as usize + 1;
@@ -112,14 +113,14 @@ fn patch_weights(a: f64, highest: f64, waves: Waves) -> PatchWeights {
         longitudinal: (0..columns)
             .map(|n| square(PI * n as f64 * a / length) / length * if n == 0 { 1.0 } else { 2.0 })
             .collect(),
-        lateral: (0..rows).map(|i| square(0.5 * PI * (2 * i + 1) as f64 * a / width) * 2.0 / width).collect(),
+        lateral: waves.lateral_numbers().take(rows).map(|m| waves.lateral_weight(m, a)).collect(),
     }
 }
 
 fn moments(weights: &PatchWeights, waves: Waves, cut_off: f64) -> [f64; TERMS] {
     let mut total = [0.0; TERMS];
     for (n, longitudinal) in (0..).zip(&weights.longitudinal) {
-        for (m, lateral) in Waves::lateral_numbers().zip(&weights.lateral) {
+        for (m, lateral) in waves.lateral_numbers().zip(&weights.lateral) {
             let k_squared = waves.kx(n).powi(2) + waves.ky(m).powi(2);
             if k_squared >= cut_off * cut_off {
                 super::moments::add(pulp::Scalar::new(), &mut total, longitudinal * lateral, k_squared);

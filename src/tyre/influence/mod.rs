@@ -3,6 +3,7 @@
 //! In the order of the data's way:
 //!
 //! - `kernel`: C and D of one wave (n, m) at s, the only place where the tyre's shape is asked for;
+//! - `curved_waves`: those of a curved tyre, prepared once for all s;
 //! - `projection`: what a contact element takes of a wave;
 //! - `moments`, `half_space_bands`, `half_space_tail`: what short waves add together, without evaluations;
 //! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
@@ -11,6 +12,7 @@
 
 mod bounded_sum;
 pub mod convolution_quadrature;
+mod curved_waves;
 pub mod folded_sum;
 mod half_space_bands;
 mod half_space_tail;

@@ -1,6 +1,6 @@
 //! Moments of the sums' weights above a cut-off wavenumber.
 //!
-//! M_j(n, k_c) = sum over p and odd m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only,
+//! M_j(n, k_c) = sum over p and m with k > k_c of (1/L) sinc^2(kx dx/2) (2/B) a_m^2 k^-(2j+1): geometry only,
 //! summed once. Explicit to a few lobes of the element and some dozen m past the highest cut-off. Beyond, sinc^2(kx
 //! dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 = 2 (1 - cos(ky b))/(ky b)^2 with m
 //! as a power and an oscillation: all three are tails of [`tail_sum`].
@@ -148,24 +148,31 @@ fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>
     [explicit, far]
 }
 
-/// ky^2 and lateral weights of odd m: as many as are summed one by one, then those that stand for all others.
+/// ky^2 and lateral weights of the m that a strip excites: as many as are summed one by one, then those that stand for all others.
 fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
     // a_m^2 oscillates like cos(m angle).
     let angle = PI * projection.contact_width / projection.waves.width;
     let beat = angle.sin().abs();
     let past = ((PARTS_PER_BEAT / beat) as usize).clamp(EXPLICIT_LATERAL, MOST_LATERAL);
-    let last = 2 * ((highest * projection.waves.width / (2.0 * PI)) as usize + past) + 1;
+    let first = projection.waves.first_lateral_number();
+    let last = 2 * ((highest * projection.waves.width / (2.0 * PI)) as usize + past) + first;
     let mean = |m: f64| {
         let ky = PI * m / projection.waves.width;
         (ky * ky, 4.0 / projection.waves.width / (ky * projection.contact_width).powi(2))
     };
     let mut rows: Vec<Weighted> =
-        (1..=last).step_by(2).map(|m| (projection.waves.ky(m).powi(2), projection.lateral_weight(m))).collect();
-    // A beat too slow to be summed by parts stands still: m is odd and angle close to pi, so that the cosine is -1.
+        (first..=last).step_by(2).map(|m| (projection.waves.ky(m).powi(2), projection.lateral_weight(m))).collect();
+    // A beat too slow to be summed by parts stands still: angle is close to pi, so that the cosine is -1 for odd m and 1
+    // for even ones.
     let stands = PARTS_PER_BEAT / beat > MOST_LATERAL as f64;
+    let standing = match (stands, first) {
+        (true, 1) => 2.0,
+        (true, _) => 0.0,
+        (false, _) => 1.0,
+    };
     rows.extend(tail_sum::plain(0.5 * (last + 1) as f64).map(|(x, weight)| {
         let (ky_squared, mean) = mean(2.0 * x);
-        (ky_squared, weight * mean * if stands { 2.0 } else { 1.0 })
+        (ky_squared, weight * mean * standing)
     }));
     if !stands {
         let weights = tail_sum::oscillating(-Complex64::cis((last + 2) as f64 * angle), 2.0 * angle);
@@ -301,23 +308,30 @@ impl<S: Simd> ShellSums<'_, S> {
 mod tests {
     use super::super::kernel::Waves;
     use super::*;
+    use crate::scene::Sides;
 
     /// A strip of a share of the width, 64 elements round.
-    fn projection(share: f64) -> Projection {
+    fn projection(share: f64, sides: Sides) -> Projection {
         Projection {
-            waves: Waves { circumference: 1.95, width: 0.2 },
+            waves: Waves { circumference: 1.95, width: 0.2, sides },
             contact_width: 0.2 * share,
             element: 1.95 / 64.0,
             elements: 64,
         }
     }
 
+    fn shares() -> impl Iterator<Item = (f64, Sides)> {
+        [Sides::Supported, Sides::Guided]
+            .into_iter()
+            .flat_map(|sides| [0.35, 0.6, 0.75, 0.98, 1.0].map(|share| (share, sides)))
+    }
+
     /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by
     /// halving.
     #[test]
     fn moments_equal_sums_that_go_much_further() {
-        for share in [0.35, 0.6, 0.75, 0.98, 1.0] {
-            let projection = projection(share);
+        for (share, sides) in shares() {
+            let projection = projection(share, sides);
             let classes = TailClasses::new(700.0, 900.0);
             let moments = Moments::new(&projection, &classes);
             for n in [1, 13, 32] {
@@ -328,7 +342,7 @@ mod tests {
                         .map(|&a| (projection.waves.kx(a).powi(2), projection.longitudinal_weight(a)))
                         .collect();
                     let mut sum = 0.0;
-                    for m in (1..most_m).step_by(2) {
+                    for m in (projection.waves.first_lateral_number()..most_m).step_by(2) {
                         let (ky, weight) = (projection.waves.ky(m), projection.lateral_weight(m));
                         for &(kx_squared, longitudinal) in &shape {
                             let k_squared = kx_squared + ky * ky;
@@ -345,7 +359,7 @@ mod tests {
                 let error = (moments.of(n, 0)[0] - exact).abs() / exact;
                 assert!(
                     error < 3e-6 && (moments.of(n, 0)[0] - far).abs() < 1e-3 * far,
-                    "b/B {share}, n {n}: {error:.1e}"
+                    "b/B {share}, {sides:?}, n {n}: {error:.1e}"
                 );
             }
         }
@@ -353,15 +367,15 @@ mod tests {
 
     #[test]
     fn moments_do_not_depend_on_where_explicit_terms_end() {
-        for share in [0.35, 0.6, 0.75, 0.98, 1.0] {
-            let projection = projection(share);
+        for (share, sides) in shares() {
+            let projection = projection(share, sides);
             let of = |largest: f64| Moments::new(&projection, &TailClasses::new(700.0, largest));
             let (near, far) = (of(900.0), of(12_000.0));
             for n in [0, 1, 13, 32] {
                 for (j, (a, b)) in near.of(n, 0).iter().zip(far.of(n, 0)).enumerate() {
                     let error = (a - b).abs() / b;
                     // Far lobes, whose k hardly changes with m, are what the integral over m finds hardest.
-                    assert!(error < 5e-10, "b/B {share}, n {n}, moment {j}: {error:.1e}");
+                    assert!(error < 5e-10, "b/B {share}, {sides:?}, n {n}, moment {j}: {error:.1e}");
                 }
             }
         }

@@ -40,10 +40,9 @@ impl Projection {
         shape * shape / self.waves.circumference
     }
 
-    /// (2/B) a_m^2 for odd m and a centred strip \[1/m\]; the sum over all odd m is 1/b.
+    /// [`Waves::lateral_weight`] of the contact's strip.
     pub fn lateral_weight(&self, m: usize) -> f64 {
-        let shape = sinc(0.5 * self.waves.ky(m) * self.contact_width);
-        2.0 / self.waves.width * shape * shape
+        self.waves.lateral_weight(m, self.contact_width)
     }
 
     /// Sum of all weights 1/(L b) \[1/m^2\].

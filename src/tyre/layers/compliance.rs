@@ -78,7 +78,7 @@ impl Stack {
             .layers
             .iter()
             .map(|layer| {
-                let shear = material::modulus(&layer.material, s) / (2.0 * (1.0 + layer.material.poisson));
+                let shear = material::shear_modulus(&layer.material, s);
                 LayerAt {
                     thickness: layer.thickness,
                     shear,

@@ -164,12 +164,17 @@ impl CurvedStack {
         }
     }
 
+    /// Radius of the inner face \[m\].
+    pub fn inner_radius(&self) -> f64 {
+        self.radius - self.layers.iter().map(|layer| layer.thickness).sum::<f64>()
+    }
+
     /// C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit traction j
     /// \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times (wavenumber
     /// + 1/h).
     pub fn compliance(&self, n: i64, m: usize, s: Complex64, step: f64) -> (Matrix3, Matrix3) {
         let ky = m as f64 * std::f64::consts::PI / self.width;
-        let mut r = self.radius - self.layers.iter().map(|layer| layer.thickness).sum::<f64>();
+        let mut r = self.inner_radius();
         let mut impedance = self.inner_impedance(n, m, ky, s, r);
         let n = n as f64;
         let mut transfer = identity();
@@ -221,7 +226,7 @@ impl CurvedStack {
 
 fn layer_at(layer: &Layer, n: f64, ky: f64, s: Complex64, r: f64) -> LayerAt {
     let poisson = layer.material.poisson;
-    let shear = material::modulus(&layer.material, s) / (2.0 * (1.0 + poisson));
+    let shear = material::shear_modulus(&layer.material, s);
     let kappa = material::modulus_ratio(poisson);
     let [along, across] = layer.tension.map(|tension| tension / layer.thickness);
     LayerAt {
@@ -239,7 +244,7 @@ fn layer_at(layer: &Layer, n: f64, ky: f64, s: Complex64, r: f64) -> LayerAt {
 }
 
 /// From V, P and tau, upsilon to fields: tangential ones are -i times them.
-fn to_fields(matrix: Matrix3) -> Matrix3 {
+pub(super) fn to_fields(matrix: Matrix3) -> Matrix3 {
     let i = Complex64::i();
     let [[vv, vp, vw], [pv, pp, pw], [wv, wp, ww]] = matrix;
     [[vv, vp, -i * vw], [pv, pp, -i * pw], [i * wv, i * wp, ww]]

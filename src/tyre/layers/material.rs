@@ -43,6 +43,11 @@ pub fn modulus(material: &Material, s: Complex64) -> Complex64 {
     factor * material.modulus
 }
 
+/// Shear modulus mu(s) \[Pa\].
+pub fn shear_modulus(material: &Material, s: Complex64) -> Complex64 {
+    modulus(material, s) / (2.0 * (1.0 + material.poisson))
+}
+
 /// Effective modulus |E(2 pi i f)|/(1 - nu^2) \[Pa\] at a frequency \[Hz\]: what a half-space of the material is
 /// indented with.
 pub fn effective_modulus(material: &Material, frequency: f64) -> f64 {

@@ -4,17 +4,21 @@
 //! - [`layer`]: the elastic field in one layer, P-SV and SH, without overflow or cancellation;
 //! - [`compliance`]: the stack: surface compliance C and transfers D in wavenumber space;
 //! - [`curved`]: C and D of the same layers as a hollow cylinder, under inflation, over a cavity;
-//! - [`lane_compliance`]: the same at several s in lockstep;
+//! - [`cylinder`]: the same wave by wave, prepared once for all s;
+//! - [`lane_compliance`]: the flat ones at several s in lockstep;
 //! - [`surface_asymptote`]: what C becomes at high wavenumbers;
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 pub mod cases;
 pub mod compliance;
 pub mod curved;
+pub mod cylinder;
 pub mod lane_compliance;
 pub mod layer;
+mod layer_modes;
 pub mod material;
 pub mod matrix2;
+mod radial_polynomials;
 mod scaled_series;
 pub mod surface_asymptote;
 

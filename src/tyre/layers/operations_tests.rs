@@ -56,6 +56,9 @@ impl ComplexField for Counted {
     fn like(self, value: f64) -> Self {
         Self(value.into())
     }
+    fn plus_scaled(self, factor: f64, z: Self) -> Self {
+        counted(4, self.0 + z.0 * factor)
+    }
     fn reciprocal(self) -> Self {
         counted(6, self.0.inv())
     }

@@ -21,7 +21,7 @@ use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{RationalError, Samples};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
-use crate::tyre::influence::kernel::{Kernel, Waves};
+use crate::tyre::influence::kernel::Kernel;
 
 /// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
 /// fit.
@@ -68,7 +68,7 @@ struct Fitted {
 /// # Errors
 /// [`RationalError`].
 pub fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
-    let sums = TangentialSum::new(tyre, model.elements);
+    let sums = TangentialSum::new(tyre, model.elements, top);
     let fitted: Result<Vec<Fitted>, RationalError> =
         (0..=model.largest_wavenumber()).into_par_iter().map(|n| fit(&sums, model, n, top)).collect();
     let mut all = TangentialModel::default();
@@ -125,6 +125,9 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     Ok(Fitted { residues: all, constant: fractions.constant, largest, error, omitted, evaluations })
 }
 
+/// Relative accuracy of the compliance itself.
+const KERNEL_TOLERANCE: f64 = 1e-6;
+
 /// The sums T_n of a tyre.
 #[derive(Clone, Debug)]
 struct TangentialSum {
@@ -145,8 +148,8 @@ struct TangentialValue {
 
 impl TangentialSum {
     /// The sums of a tyre of N elements.
-    fn new(tyre: &Tyre, elements: usize) -> Self {
-        Self { kernel: Kernel::new(tyre), projection: Projection::new(tyre, elements) }
+    fn new(tyre: &Tyre, elements: usize, top: f64) -> Self {
+        Self { kernel: Kernel::new(tyre, top, KERNEL_TOLERANCE), projection: Projection::new(tyre, elements) }
     }
 
     /// T_n(s), n from 0 to N/2.
@@ -160,7 +163,7 @@ impl TangentialSum {
         for alias in self.projection.aliases_below(n, cut_off) {
             let (kx, longitudinal) = (waves.kx(alias), self.projection.longitudinal_weight(alias));
             let below = |m: &usize| kx * kx + waves.ky(*m) * waves.ky(*m) < cut_off * cut_off;
-            for m in Waves::lateral_numbers().take_while(below) {
+            for m in waves.lateral_numbers().take_while(below) {
                 let weight = longitudinal * self.projection.lateral_weight(m);
                 value += weight * at.tangential(alias, m);
                 weights += weight;
@@ -197,7 +200,7 @@ mod tests {
     #[test]
     fn the_sum_is_odd_in_the_wavenumber_and_ends_within_its_bound() {
         let tyre = tyre(0.25);
-        let sums = TangentialSum::new(&tyre, 32);
+        let sums = TangentialSum::new(&tyre, 32, 2e4);
         let s = Complex64::new(0.0, 3000.0);
         // N - n is the alias -n: the other direction.
         let (one, other) = (sums.value(5, s), sums.value(32 - 5, s));

@@ -1,0 +1,55 @@
+//! The waves of a curved tyre, each prepared when it is first asked for and kept.
+
+use std::sync::OnceLock;
+
+use super::kernel::Waves;
+use crate::scene::Tyre;
+use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
+use crate::tyre::layers::surface_asymptote::thickness_limit;
+
+/// Waves shorter than those that feel the tread's thickness, by this factor, are a flat layer's.
+const MARGIN: f64 = 1.2;
+/// Estimated errors of C over those that are found: the estimate is that much on the safe side.
+const SAFETY: f64 = 100.0;
+
+/// Prepared waves, by n and m.
+#[derive(Debug)]
+pub(super) struct CurvedWaves {
+    pub(super) cylinder: Cylinder,
+    waves: Waves,
+    /// Wavenumber from which waves are a flat layer's \[1/m\].
+    below: f64,
+    /// Lateral numbers m below it, at most.
+    columns: usize,
+    prepared: Vec<OnceLock<Option<Box<CylinderWave>>>>,
+}
+
+impl CurvedWaves {
+    /// For |s| up to `largest_s` and values within a relative `tolerance`.
+    pub(super) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
+        let waves = Waves::new(tyre);
+        let thickness = tyre.layers.last().map_or(tyre.circumference, |tread| tread.thickness);
+        let below = MARGIN * thickness_limit(thickness, tolerance);
+        let columns = (below / waves.ky(1)) as usize + 1;
+        let rows = (below / waves.kx(1)) as usize + 1;
+        Self {
+            cylinder: Cylinder::new(tyre, largest_s, SAFETY * tolerance),
+            waves,
+            below,
+            columns,
+            prepared: (0..rows * columns).map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    /// The wave (n, m); `None`: a flat layer's will do.
+    #[inline]
+    pub(super) fn get(&self, n: i64, m: usize) -> Option<&CylinderWave> {
+        if self.waves.kx(n).hypot(self.waves.ky(m)) >= self.below {
+            return None;
+        }
+        // The tyre is at rest in its own frame: n and -n do not differ for normal traction.
+        let row = n.unsigned_abs() as usize;
+        let wave = self.prepared.get(row * self.columns + m)?;
+        wave.get_or_init(|| self.cylinder.wave(row as i64, m).map(Box::new)).as_deref()
+    }
+}

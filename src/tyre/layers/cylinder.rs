@@ -1,0 +1,334 @@
+//! The curved tyre, wave by wave: what of C and D at (n, m) does not depend on s is worked out once, so that a value
+//! at s costs little more than the flat plate's.
+//!
+//! In each layer the displacements are polynomials in r (`super::radial_polynomials`), and the field equations of
+//! [`super::curved`] hold in their weak form, with the energy
+//!
+//! ```text
+//! int [lambda (e_r + e_t + e_y)^2 + 2 mu (e_r^2 + e_t^2 + e_y^2) + mu (g_rt^2 + g_ry^2 + g_ty^2)
+//!      + S ((n^2 + 1)(V^2 + w^2) + 4 n V w + n^2 P^2)/r^2 + (rho s^2 + S_y k_y^2)(V^2 + P^2 + w^2)] r dr,
+//! e_r = w',  e_t = (n V + w)/r,  e_y = k_y P,  g_rt = V' - (V + n w)/r,  g_ry = P' - k_y w,  g_ty = k_y V + n P/r.
+//! ```
+//!
+//! lambda/mu is real, so that a layer is mu(s) K + rho s^2 M + G with real symmetric matrices. The eigenvectors of K
+//! between held faces (M is the identity there) reduce it to its two faces (Craig & Bampton 1968, *AIAA J.* 6, 1313):
+//!
+//! ```text
+//! Z(s) = mu K' + rho s^2 M' + G' - sum_j c_j c_j^T/(mu lambda_j + rho s^2 + gamma_j),   c_j = rho s^2 m_j + g_j.
+//! ```
+//!
+//! No mode is left out. What is: how the prestress couples different modes where mu(s) is not mu_0 (see
+//! `super::layer_modes`), at most 5e-7 of C. The error of C is about the square of the
+//! displacement's, and falls with the degree faster than any power.
+//!
+//! Cost: a wave takes an eigenvalue problem of some 40 unknowns a layer; a value two real products for each mode and
+//! entry of a symmetric 6x6 matrix and one 3x3 inverse a layer.
+
+use std::sync::OnceLock;
+
+use num_complex::Complex64;
+use pulp::Simd;
+
+use super::compliance::{Matrix3, NormalCompliance};
+use super::curved::{CurvedStack, to_fields};
+use super::layer_modes::{LayerModes, LayerWave};
+use super::material;
+use super::radial_polynomials::RadialProducts;
+use crate::numeric::{ComplexField, Lanes, MOST_LANES};
+use crate::scene::{Layer, Tyre};
+
+/// Where the prestress is part of the stiffness, as a share of the largest |s|: modes matter where waves are short.
+const REFERENCE: f64 = 0.3;
+/// Degrees across a layer.
+const LEAST_DEGREE: usize = 3;
+const HIGHEST_DEGREE: usize = 64;
+
+/// A curved tyre whose waves may be prepared.
+#[derive(Debug)]
+pub struct Cylinder {
+    stack: CurvedStack,
+    layers: Vec<CurvedLayer>,
+    tolerance: f64,
+}
+
+/// One layer of it.
+#[derive(Debug)]
+struct CurvedLayer {
+    layer: Layer,
+    /// Radius of the inner face \[m\].
+    from: f64,
+    /// Square of the largest wavenumber of shear waves \[1/m^2\].
+    shear_waves: f64,
+    /// |mu| where the fastest waves are \[Pa\].
+    shear: f64,
+    /// By degree.
+    products: Vec<OnceLock<RadialProducts>>,
+}
+
+/// What depends on s alone, at one s or at several in lockstep.
+#[derive(Clone, Debug)]
+pub struct CylinderAt<T = Complex64> {
+    /// mu and rho s^2 of each layer.
+    pub(super) layers: Vec<[T; 2]>,
+    /// Tangential and normal stiffness of foundation and sidewalls, inertia included \[N/m^3\].
+    pub(super) foundation: [T; 2],
+    /// s.
+    pub(super) s: T,
+}
+
+/// A wave (n, m), ready for any s.
+#[derive(Clone, Debug)]
+pub struct CylinderWave {
+    layers: Vec<LayerModes>,
+    n: f64,
+    ky: f64,
+    /// Radii of the inner and of the outer face \[m\].
+    radii: [f64; 2],
+    pressure: f64,
+    air: Option<Air>,
+}
+
+/// The cavity at n: s^2 density/depth/(s^2/c^2 + (n/R_c)^2 (1 + s tau)), which at n = 0 does not depend on s.
+#[derive(Clone, Copy, Debug)]
+struct Air {
+    constant: f64,
+    density_over_depth: f64,
+    slowness_squared: f64,
+    wavenumber_squared: f64,
+    relaxation: f64,
+}
+
+impl Cylinder {
+    /// A curved tyre whose C is wanted up to |s| = `largest_s` \[1/s\] within a relative `tolerance`.
+    pub fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
+        Self::of(CurvedStack::new(tyre), largest_s, tolerance)
+    }
+
+    /// The same of a stack.
+    pub fn of(stack: CurvedStack, largest_s: f64, tolerance: f64) -> Self {
+        let mut from = stack.inner_radius();
+        let layers = stack.layers.iter().map(|layer| {
+            let inner = from;
+            from += layer.thickness;
+            let shear = material::shear_modulus(&layer.material, largest_s.into());
+            CurvedLayer {
+                layer: layer.clone(),
+                from: inner,
+                shear_waves: layer.material.density * largest_s * largest_s / shear.norm(),
+                shear: material::shear_modulus(&layer.material, (REFERENCE * largest_s).into()).norm(),
+                products: (0..=HIGHEST_DEGREE).map(|_| OnceLock::new()).collect(),
+            }
+        });
+        Self { layers: layers.collect(), stack, tolerance }
+    }
+
+    /// Moduli, inertia and foundation at s \[1/s\].
+    pub fn at(&self, s: Complex64) -> CylinderAt {
+        let layers = self
+            .layers
+            .iter()
+            .map(|CurvedLayer { layer, .. }| {
+                [material::shear_modulus(&layer.material, s), s * s * layer.material.density]
+            })
+            .collect();
+        let inertia = s * s * self.stack.sidewall_mass;
+        let foundation = material::foundation_stiffness(&self.stack.foundation, s).map(|stiffness| stiffness + inertia);
+        CylinderAt { layers, foundation, s }
+    }
+
+    /// The wave of n periods round the tyre and of the lateral number m. `None` for a tyre whose numbers are not
+    /// finite.
+    pub fn wave(&self, n: i64, m: usize) -> Option<CylinderWave> {
+        let CurvedStack { radius, width, pressure, cavity, .. } = self.stack;
+        let ky = m as f64 * std::f64::consts::PI / width;
+        let air = cavity.filter(|_| m == 0).map(|cavity| {
+            let (ratio, speed_squared) = (cavity.density / cavity.depth, cavity.sound_speed.powi(2));
+            let wavenumber_squared = (n as f64 / cavity.radius).powi(2);
+            Air {
+                constant: if n == 0 { ratio * speed_squared } else { 0.0 },
+                density_over_depth: if n == 0 { 0.0 } else { ratio },
+                slowness_squared: speed_squared.recip(),
+                wavenumber_squared: if n == 0 { 1.0 } else { wavenumber_squared },
+                relaxation: cavity.relaxation,
+            }
+        });
+        let n = n as f64;
+        let layers = self.layers.iter().map(|layer| layer.modes(n, ky, self.tolerance)).collect::<Option<_>>()?;
+        Some(CylinderWave { layers, n, ky, radii: [self.stack.inner_radius(), radius], pressure, air })
+    }
+}
+
+impl CurvedLayer {
+    /// Degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of about
+    /// (a/2)^p/p!, and C has the square of what is left out.
+    fn degree(&self, n: f64, ky: f64, tolerance: f64) -> usize {
+        let k_squared = (n / self.from).powi(2) + ky * ky;
+        let a = 0.5 * self.layer.thickness * (k_squared + self.shear_waves).sqrt();
+        let mut coefficient = 1.0;
+        for degree in 1..HIGHEST_DEGREE {
+            coefficient *= 0.5 * a / degree as f64;
+            if degree as f64 > a && coefficient * coefficient < tolerance {
+                return degree.max(LEAST_DEGREE);
+            }
+        }
+        HIGHEST_DEGREE
+    }
+
+    fn modes(&self, n: f64, ky: f64, tolerance: f64) -> Option<LayerModes> {
+        let Self { layer, from, shear, .. } = self;
+        let degree = self.degree(n, ky, tolerance);
+        let products = self.products[degree].get_or_init(|| RadialProducts::new(*from, layer.thickness, degree));
+        let poisson = layer.material.poisson;
+        let lame_ratio = 2.0 * poisson / (1.0 - 2.0 * poisson);
+        let prestress = layer.tension.map(|tension| tension / layer.thickness);
+        LayerModes::new(&LayerWave { n, ky, lame_ratio, prestress, shear: *shear }, products)
+    }
+}
+
+impl<S: Simd> CylinderAt<Lanes<S>> {
+    /// Several s side by side, as many as there are lanes.
+    #[inline(always)]
+    pub fn lanes(simd: S, single: [&CylinderAt; MOST_LANES]) -> Self {
+        let pair = |of: &dyn Fn(&CylinderAt) -> [Complex64; 2]| {
+            [0, 1].map(|place| Lanes::from_fn(simd, |lane| of(single[lane])[place]))
+        };
+        Self {
+            layers: (0..single[0].layers.len()).map(|layer| pair(&|at| at.layers[layer])).collect(),
+            foundation: pair(&|at| at.foundation),
+            s: Lanes::from_fn(simd, |lane| single[lane].s),
+        }
+    }
+}
+
+impl CylinderWave {
+    /// Modes of all layers.
+    pub fn modes(&self) -> usize {
+        self.layers.iter().map(LayerModes::modes).sum()
+    }
+
+    /// C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
+    #[inline(always)]
+    pub fn normal<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
+        let (impedance, transfer) = self.climb(at, self.layers.len());
+        let [_, _, [a, b, c]] = inverse(impedance);
+        let [a, b, c] = [a * self.radii[1], b * self.radii[1], c * self.radii[1]];
+        let bottom = match transfer {
+            Some([.., [i, j, k]]) => i * a + j * b + k * c,
+            None => c,
+        };
+        NormalCompliance { surface: c, bottom }
+    }
+
+    /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
+    pub fn full(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
+        let (impedance, transfer) = self.climb(at, self.layers.len());
+        let surface = inverse(impedance).map(|row| row.map(|entry| entry * self.radii[1]));
+        let bottom = transfer.map_or(surface, |transfer| product(&transfer, &surface));
+        (to_fields(surface), to_fields(bottom))
+    }
+
+    /// Driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost layer, which
+    /// rides along.
+    pub fn under_tread(&self, at: &CylinderAt) -> Complex64 {
+        let carcass = self.layers.len().saturating_sub(1);
+        let (mut impedance, _) = self.climb(at, carcass);
+        for (layer, &[shear, inertia]) in self.layers.iter().zip(&at.layers).skip(carcass) {
+            let [inner, across, outer] = layer.faces(shear, inertia);
+            let following = product(&across, &product(&inverse(outer), &transposed(&across)));
+            impedance = difference(&sum(&impedance, &inner), &following);
+        }
+        inverse(impedance)[2][2] * self.radii[1]
+    }
+
+    /// Through so many layers from the inner face: tractions times radius by displacements of the face that is reached,
+    /// and displacements of the inner face by those (`None` without layers).
+    #[inline(always)]
+    fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> (Block<T>, Option<Block<T>>) {
+        let mut impedance = self.inner_impedance(at);
+        let mut transfer: Option<Block<T>> = None;
+        for (layer, &[shear, inertia]) in self.layers.iter().zip(&at.layers).take(layers) {
+            let [inner, across, outer] = layer.faces(shear, inertia);
+            // Minus the displacement of the inner face by that of the outer one.
+            let follows = product(&inverse(sum(&impedance, &inner)), &across);
+            impedance = difference(&outer, &product(&transposed(&across), &follows));
+            let [[p, q, r], [s, t, u], [v, w, x]] = follows;
+            let step = [[-p, -q, -r], [-s, -t, -u], [-v, -w, -x]];
+            transfer = Some(match transfer {
+                Some(before) => product(&before, &step),
+                None => step,
+            });
+        }
+        (impedance, transfer)
+    }
+
+    /// Of foundation, following pressure and cavity.
+    #[inline(always)]
+    fn inner_impedance<T: ComplexField>(&self, at: &CylinderAt<T>) -> Block<T> {
+        let [radius, _] = self.radii;
+        let [tangential, normal] = [at.foundation[0] * radius, at.foundation[1] * radius];
+        let normal = match self.air {
+            Some(air) => {
+                let Air { constant, density_over_depth, slowness_squared, wavenumber_squared, relaxation } = air;
+                let squared = at.s * at.s;
+                let waves = squared * slowness_squared + (at.s * relaxation + 1.0) * wavenumber_squared;
+                normal + squared * (density_over_depth * radius) * waves.reciprocal() + constant * radius
+            }
+            None => normal,
+        };
+        let (zero, pressure) = (normal.like(0.0), self.pressure);
+        let (turned, tilted) = (normal.like(-self.n * pressure), normal.like(-self.ky * pressure * radius));
+        [[tangential + -pressure, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -pressure]]
+    }
+}
+
+/// A block over V, P, w.
+type Block<T> = [[T; 3]; 3];
+
+#[inline(always)]
+fn product<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T> {
+    let [x, y, z] = *b;
+    let mut result = *a;
+    for i in 0..3 {
+        for j in 0..3 {
+            result[i][j] = a[i][0] * x[j] + a[i][1] * y[j] + a[i][2] * z[j];
+        }
+    }
+    result
+}
+
+#[inline(always)]
+fn transposed<T: ComplexField>([[a, b, c], [d, e, f], [g, h, i]]: &Block<T>) -> Block<T> {
+    [[*a, *d, *g], [*b, *e, *h], [*c, *f, *i]]
+}
+
+#[inline(always)]
+fn sum<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T> {
+    let mut result = *a;
+    for i in 0..3 {
+        for j in 0..3 {
+            result[i][j] = a[i][j] + b[i][j];
+        }
+    }
+    result
+}
+
+#[inline(always)]
+fn difference<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T> {
+    let mut result = *a;
+    for i in 0..3 {
+        for j in 0..3 {
+            result[i][j] = a[i][j] - b[i][j];
+        }
+    }
+    result
+}
+
+/// a^-1 of a symmetric block by cofactors; a singular one gives non-finite entries.
+#[inline(always)]
+fn inverse<T: ComplexField>([[a, b, c], [_, d, e], [_, _, f]]: Block<T>) -> Block<T> {
+    let (p, q, r) = (d * f - e * e, c * e - b * f, b * e - c * d);
+    let scale = (a * p + b * q + c * r).reciprocal();
+    let (s, t, u) = ((a * f - c * c) * scale, (b * c - a * e) * scale, (a * d - b * b) * scale);
+    let (p, q, r) = (p * scale, q * scale, r * scale);
+    [[p, q, r], [q, s, t], [r, t, u]]
+}

@@ -101,7 +101,7 @@ fn a_belt_that_would_buckle() {
     assert_eq!((only.line, only.key.as_str()), (6, "tyre.inflation.sidewall_angle"));
     assert_eq!(
         only.wrong,
-        "the sidewalls pull the belt inwards by 2.994e5 Pa, the pressure is 220000 Pa: a tension of -2.312e4 N/m would \
+        "the sidewalls pull the belt inwards by 2.994e5 Pa, the pressure is 220000 Pa: a tension of -2.313e4 N/m would \
          buckle it"
     );
     assert_eq!(

@@ -8,7 +8,8 @@ use crate::scene::Tyre;
 pub(super) fn choices(tyre: &Tyre) -> Vec<Choice> {
     let (Some(carried), Some(innermost)) = (tyre.carried(), tyre.layers.first()) else { return Vec::new() };
     let [along, across] = innermost.tension;
-    let tension = format!("[{along:.3e}, {across:.3e}] N/m");
+    let across = if across > 0.0 { format!("{across:.3e}") } else { "0".to_owned() };
+    let tension = format!("[{along:.3e}, {across}] N/m");
     let stiffness = |value: f64| format!("{value:.3e} N/m^3");
     let foundation = &tyre.foundation;
     [

@@ -49,8 +49,8 @@ pub enum Sides {
 /// The inflation pressure and, where they are given, the sidewalls that it stretches between rim and belt.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inflation {
-    /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns; a flat one feels it
-    /// through its sidewalls only.
+    /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns; a flat one feels
+    /// it through its sidewalls only.
     pub pressure: f64,
     /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\]; a curved tyre's.
     #[serde(skip_serializing_if = "is_default")]
@@ -88,9 +88,9 @@ pub struct Carried {
 impl Sidewalls {
     /// What sidewalls under the pressure p give a belt of width B whose inner face has the radius R_b.
     ///
-    /// A wall of length l = 2 phi r_s does not stretch; the pressure makes it an arc under the membrane force p r_s. Both
-    /// walls pull a length of the belt inwards by 2 p r_s cos(phi) = p l cos(phi)/phi over the chord l sin(phi)/phi from
-    /// rim to belt:
+    /// A wall of length l = 2 phi r_s does not stretch; the pressure makes it an arc under the membrane force p r_s.
+    /// Both walls pull a length of the belt inwards by 2 p r_s cos(phi) = p l cos(phi)/phi over the chord l
+    /// sin(phi)/phi from rim to belt:
     ///
     /// 1. equilibrium of half the belt under pressure and pull: T = R_b (p - 2 p r_s cos(phi)/B);
     /// 2. the derivative of the pull by the chord, both by phi: kn = p (cos phi + phi sin phi)/((sin phi - phi cos phi)

@@ -18,7 +18,8 @@ use super::error::CliError;
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for \
 and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
-`tyrewave run` follows exactly this plan.
+`tyrewave run` follows exactly this plan. Where a tyre's inflation has the arcs of its sidewalls, tension and \
+foundation that they give stand beside those that are used: what the scene gives wins.
 
 The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept \
 beside the fitted models; --calibrate measures them anew.

@@ -14,6 +14,7 @@ mod amounts;
 pub mod decisions;
 mod forecast;
 pub mod front;
+mod inflation;
 pub mod resolution;
 pub mod settle;
 #[cfg(test)]
@@ -51,7 +52,7 @@ pub struct Plan {
     pub scene: Scene,
     /// Which effects are simulated.
     pub decisions: Decisions,
-    /// Settings that the scene left open.
+    /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
     pub choices: Vec<Choice>,
     /// Speed V \[m/s\].
     pub speed: f64,
@@ -95,7 +96,8 @@ impl Plan {
     /// # Errors
     /// As [`settled`].
     pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
-        let (scene, choices) = settle::decide(loaded)?;
+        let (scene, mut choices) = settle::decide(loaded)?;
+        choices.extend(inflation::choices(&scene.tyre));
         let mut plan = Self { choices, ..Self::new(&scene) };
         if scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some() {
             let note = format!(

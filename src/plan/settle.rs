@@ -7,7 +7,7 @@ use super::front::FrontRow;
 use super::resolution::{Need, Resolution};
 use crate::scene::{Diagnostic, History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, short};
 
-/// A setting that the scene left open, and why it is what it is.
+/// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Choice {
     /// The key in the scene.

@@ -5,6 +5,7 @@
 mod axle;
 mod contact;
 mod effects;
+mod inflation;
 mod numerics;
 mod road;
 mod rolling;

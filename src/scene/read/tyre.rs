@@ -2,10 +2,11 @@
 
 use toml::de::DeValue;
 
-use super::super::kind::{Bounds, Numbers, OneOf, Pair, Text};
+use super::super::kind::{Bounds, Flag, Numbers, OneOf, Pair, Text};
 use super::super::table::Kind;
 use super::super::table::{Each, Nested, Table, Value};
-use super::super::{Foundation, Law, Layer, Material, Problem, Sides, Tyre};
+use super::super::{Foundation, Inflation, Law, Layer, Material, Problem, Sides, Tyre};
+use super::inflation::{self, CAVITY, INFLATION, LeftOut};
 
 const LENGTH: Bounds = Bounds::positive("m");
 const MODULUS: Bounds = Bounds::positive("Pa");
@@ -26,12 +27,12 @@ pub(super) struct TyreKind;
 
 const TYRE: Nested<Tyre> =
     Nested { title: "the tyre", wanted: "the table [tyre], or the path of a tyre file in quotes", read: tyre };
-const FOUNDATION: Nested<Foundation> = Nested {
+const FOUNDATION: Nested<Bed> = Nested {
     title: "the foundation",
     wanted: "a table, { normal = ..., tangential = ..., loss_factor = ... }",
     read: foundation,
 };
-const LAYERS: Each<Layer> = Each(Nested {
+const LAYERS: Each<GivenLayer> = Each(Nested {
     title: "a layer",
     wanted: "one table [[tyre.layers]] ([[layers]] in a tyre file) for each layer",
     read: layer,
@@ -55,37 +56,94 @@ impl Kind for TyreKind {
     }
 }
 
+/// A foundation as given: where the sidewalls' arcs are, the stiffness may come from them.
+struct Bed {
+    normal: Option<f64>,
+    tangential: Option<f64>,
+    loss_factor: f64,
+    reference_frequency: f64,
+    corner_frequency: f64,
+}
+
+impl Default for Bed {
+    fn default() -> Self {
+        Self {
+            normal: None,
+            tangential: None,
+            loss_factor: 0.0,
+            reference_frequency: Material::REFERENCE_FREQUENCY,
+            corner_frequency: Material::CORNER_FREQUENCY,
+        }
+    }
+}
+
+/// A layer, and whether its tension is given.
+struct GivenLayer {
+    layer: Layer,
+    has_tension: bool,
+}
+
 fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
     let circumference = table.required("circumference", &LENGTH);
     let width = table.required("width", &LENGTH);
     let contact_width = table.required("contact_width", &LENGTH);
-    let foundation = table.required("foundation", &FOUNDATION);
+    let sides = table.or("sides", &OneOf::<Sides>::new(), Sides::default());
+    let curvature = table.or("curvature", &Flag, false);
+    let inflation = table.optional("inflation", &INFLATION);
+    let cavity = table.optional("cavity", &CAVITY);
+    let bed = table.optional("foundation", &FOUNDATION);
     let layers = table.required("layers", &LAYERS);
+    // Sidewalls that are themselves wrong might have given the foundation.
+    let bed = match &inflation {
+        None | Some(Some(Inflation { sidewalls: Some(_), .. })) => bed.map(Option::unwrap_or_default),
+        _ => bed.and_then(|bed| whole(table, bed)),
+    };
     if let (Some(value), Some(limit)) = (contact_width, width)
         && value > limit
     {
         return table.complain("contact_width", Problem::exceeds(value, limit, "the tyre's width"));
     }
-    Some(Tyre {
+    let (bed, layers) = (bed?, layers?);
+    let left_out =
+        LeftOut { tension: !layers[0].has_tension, normal: bed.normal.is_none(), tangential: bed.tangential.is_none() };
+    let tyre = Tyre {
         circumference: circumference?,
         width: width?,
         contact_width: contact_width?,
-        sides: Sides::default(),
-        curvature: false,
-        inflation: None,
-        cavity: None,
-        foundation: foundation?,
-        layers: layers?,
-    })
+        sides: sides?,
+        curvature: curvature?,
+        inflation: inflation?,
+        cavity: cavity?,
+        foundation: Foundation {
+            normal: bed.normal.unwrap_or_default(),
+            tangential: bed.tangential.unwrap_or_default(),
+            loss_factor: bed.loss_factor,
+            reference_frequency: bed.reference_frequency,
+            corner_frequency: bed.corner_frequency,
+        },
+        layers: layers.into_iter().map(|given| given.layer).collect(),
+    };
+    inflation::check(&tyre, table)?;
+    inflation::inflated(tyre, left_out, table)
 }
 
-fn foundation(table: &mut Table<'_>) -> Option<Foundation> {
-    let normal = table.required("normal", &BED);
-    let tangential = table.required("tangential", &BED);
-    let loss_factor = table.or("loss_factor", &LOSS, 0.0);
-    let reference_frequency = table.or("reference_frequency", &FREQUENCY, Material::REFERENCE_FREQUENCY);
-    let corner_frequency = table.or("corner_frequency", &FREQUENCY, Material::CORNER_FREQUENCY);
-    Some(Foundation {
+/// A foundation with all of its stiffness, which nothing else gives; `None` after complaints.
+fn whole(table: &Table<'_>, bed: Option<Bed>) -> Option<Bed> {
+    let Some(bed) = bed else { return table.complain("foundation", Problem::missing(&FOUNDATION.wanted())) };
+    let parts = [("foundation.normal", bed.normal), ("foundation.tangential", bed.tangential)];
+    let missing = |key| table.complain::<()>(key, Problem::missing(&BED.wanted()));
+    let found: Vec<Option<()>> = parts.iter().map(|(key, part)| part.map(drop).or_else(|| missing(key))).collect();
+    found.into_iter().collect::<Option<()>>().map(|()| bed)
+}
+
+fn foundation(table: &mut Table<'_>) -> Option<Bed> {
+    let normal = table.optional("normal", &BED);
+    let tangential = table.optional("tangential", &BED);
+    let default = Bed::default();
+    let loss_factor = table.or("loss_factor", &LOSS, default.loss_factor);
+    let reference_frequency = table.or("reference_frequency", &FREQUENCY, default.reference_frequency);
+    let corner_frequency = table.or("corner_frequency", &FREQUENCY, default.corner_frequency);
+    Some(Bed {
         normal: normal?,
         tangential: tangential?,
         loss_factor: loss_factor?,
@@ -94,12 +152,14 @@ fn foundation(table: &mut Table<'_>) -> Option<Foundation> {
     })
 }
 
-fn layer(table: &mut Table<'_>) -> Option<Layer> {
+fn layer(table: &mut Table<'_>) -> Option<GivenLayer> {
     let name = table.required("name", &Text);
     let thickness = table.required("thickness", &LENGTH);
+    let has_tension = table.has("tension");
     let tension = table.or("tension", &Pair(TENSION), [0.0; 2]);
     let material = table.required("material", &MATERIAL);
-    Some(Layer { name: name?, thickness: thickness?, tension: tension?, material: material? })
+    let layer = Layer { name: name?, thickness: thickness?, tension: tension?, material: material? };
+    Some(GivenLayer { layer, has_tension })
 }
 
 fn material(table: &mut Table<'_>) -> Option<Material> {

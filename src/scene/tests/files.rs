@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::super::{DEFAULT, Road, Scene, SceneError};
+use super::super::{DEFAULT, Road, Scene, SceneError, Sides};
 use super::{BASE, edited, hash, listed};
 use crate::test_models::replaced;
 
@@ -49,6 +49,31 @@ fn the_shared_tyre_is_the_default_scenes() {
     let default = Scene::from_str(DEFAULT, "default").unwrap();
     assert_eq!(hash(&default), hash(&Scene::load(shipped.join("default.toml")).unwrap()));
     assert_eq!(default.scene.tyre, Scene::load(shipped.join("smooth.toml")).unwrap().scene.tyre);
+}
+
+#[test]
+fn every_shipped_tyre_loads() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres");
+    let (scene, _) = split();
+    let tyre = |name: &str| {
+        let path = folder.join(name);
+        let text = replaced(&scene, &[("\"tyres/car.toml\"", &format!("'{}'", path.display()))]);
+        let loaded = Scene::from_str(&text, name).unwrap_or_else(|error| panic!("{}", error.render(false)));
+        loaded.scene.tyre
+    };
+    let mut names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["car.toml", "plate.toml", "wide.toml"]);
+    let (car, wide, plate) = (tyre("car.toml"), tyre("wide.toml"), tyre("plate.toml"));
+    for curved in [&car, &wide] {
+        assert!(curved.curvature && curved.sides == Sides::Guided && curved.cavity.is_some());
+        assert!(curved.inflation.as_ref().is_some_and(|inflation| inflation.pressure > 0.0));
+    }
+    assert!(!plate.curvature && plate.sides == Sides::Supported && plate.inflation.is_none());
+    // The pressure that follows a belt's inner face is what its tension bears.
+    let hoop = car.inflation.as_ref().unwrap().pressure * (car.radius() - car.thickness());
+    assert!((car.layers[0].tension[0] / hoop - 1.0).abs() < 0.02, "{hoop} N/m");
+    assert!(wide.width > car.width && wide.layers[0].tension[0] < car.layers[0].tension[0]);
 }
 
 #[test]

@@ -122,19 +122,57 @@ fn tyre() -> impl Strategy<Value = Tyre> {
             corner_frequency,
         },
     );
-    (sizes, bed, prop::collection::vec(layer, 1..4)).prop_map(|((circumference, width, part), foundation, layers)| {
-        Tyre {
-            circumference,
-            width,
-            contact_width: width * part,
-            sides: Sides::default(),
-            curvature: false,
-            inflation: None,
-            cavity: None,
-            foundation,
-            layers,
-        }
+    let shape = (any::<[bool; 2]>(), prop::option::of(inflation()), prop::option::of(cavity()));
+    (sizes, bed, prop::collection::vec(layer, 1..4), shape).prop_map(
+        |((circumference, width, part), foundation, mut layers, ([curvature, guided], inflation, cavity))| {
+            let radius = circumference / std::f64::consts::TAU;
+            let mut inflation = inflation;
+            if curvature || inflation.as_ref().is_some_and(|inflation| inflation.sidewalls.is_some()) {
+                let thickest = 0.3 * radius;
+                layers.iter_mut().for_each(|layer| layer.thickness = layer.thickness.min(thickest));
+            }
+            if let Some(inflation) = &mut inflation
+                && !curvature
+            {
+                inflation.sidewall_mass = 0.0;
+            }
+            let cavity = cavity.filter(|_| curvature && guided).map(|cavity| Cavity {
+                radius: cavity.radius * radius,
+                depth: cavity.depth * cavity.radius * radius,
+                ..cavity
+            });
+            let sides = if guided { Sides::Guided } else { Sides::Supported };
+            Tyre {
+                circumference,
+                width,
+                contact_width: width * part,
+                sides,
+                curvature,
+                inflation,
+                cavity,
+                foundation,
+                layers,
+            }
+        },
+    )
+}
+
+fn inflation() -> impl Strategy<Value = Inflation> {
+    // Arcs that may not serve for tension and foundation: both are written, and what is written wins.
+    let sidewalls = (positive(), 1e-9..std::f64::consts::PI, 0.0..1e5_f64)
+        .prop_map(|(radius, angle, shear)| Sidewalls { radius, angle, shear });
+    (positive(), 0.0..9.0_f64, prop::option::of(sidewalls)).prop_map(|(pressure, sidewall_mass, sidewalls)| Inflation {
+        pressure,
+        sidewall_mass,
+        sidewalls,
     })
+}
+
+/// Its radius as a part of the tyre's, its depth as a part of that.
+fn cavity() -> impl Strategy<Value = Cavity> {
+    (0.01..0.99_f64, 0.01..0.99_f64, positive(), positive(), 0.0..1e-3_f64).prop_map(
+        |(radius, depth, density, sound_speed, relaxation)| Cavity { radius, depth, density, sound_speed, relaxation },
+    )
 }
 
 fn rolling() -> impl Strategy<Value = Rolling> {

@@ -1,6 +1,7 @@
 //! Each mistake that a scene can hold: exactly one complaint, with its line, its key, and what would be right.
 
 mod effects;
+mod inflation;
 mod road;
 mod rolling;
 mod text;

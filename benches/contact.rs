@@ -18,7 +18,7 @@ use tyrewave::counters::{Meter, Stage};
 use tyrewave::numeric::Ring;
 use tyrewave::run::past::fetch;
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::{default_scene, default_tyre};
+use tyrewave::test_models::{plate_scene, plate_tyre};
 use tyrewave::tyre::influence::convolution_quadrature::Weights;
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 use tyrewave::tyre::poles::{FitOptions, RationalModel};
@@ -110,7 +110,7 @@ fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].
     const MEMORY: f64 = 0.7;
-    let tyre = default_tyre();
+    let tyre = plate_tyre();
     let wanted = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok());
     for elements in wanted.map_or_else(|| vec![128_usize, 256, 512, 1024], |elements| vec![elements]) {
         let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
@@ -187,7 +187,7 @@ fn modal(criterion: &mut Criterion) {
 
 /// G0 of the default tyre, BDF2, by distance.
 fn instant_influence() -> Vec<f64> {
-    let scene = default_scene();
+    let scene = plate_scene();
     let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
     let sum = InfluenceSum::new(&scene.tyre, &scene.numerics, 4.0 / time_step);
     let at = sum.at(Complex64::new(1.5 / time_step, 0.0));

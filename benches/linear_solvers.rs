@@ -14,13 +14,13 @@ use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
 use tyrewave::contact::complementarity::{LINE, Ldlt, assemble, room};
 use tyrewave::numeric::Ring;
-use tyrewave::test_models::default_scene;
+use tyrewave::test_models::plate_scene;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 
 /// G0 by distance: the default tyre with 4096 elements at 80 km/h, BDF2.
 fn instant_influence() -> Vec<f64> {
     const ELEMENTS: usize = 4096;
-    let scene = default_scene();
+    let scene = plate_scene();
     let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
     let projection = Projection::new(&scene.tyre, ELEMENTS);
     let sum = InfluenceSum::with(&scene.tyre, projection, Truncation::Tail, 1e-8, 1.5 / time_step);

@@ -29,7 +29,7 @@ use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::run::past::fetch;
 use tyrewave::run::prepare::{Prepared, prepare};
-use tyrewave::scene::{DEFAULT, LoadedScene, TimeRule};
+use tyrewave::scene::{LoadedScene, PLATE, TimeRule};
 use tyrewave::test_models::{self, CIRCUMFERENCE, add, edit};
 use tyrewave::tyre::influence::Field;
 
@@ -79,7 +79,7 @@ fn transforms(criterion: &mut Criterion) {
 /// The default scene with so many elements, the past carried in a way; it never ends.
 fn scene(elements: usize, history: &str, more: &str) -> LoadedScene {
     let text = edit(
-        DEFAULT,
+        PLATE,
         &[
             ("numerics.elements", &elements.to_string()),
             ("numerics.history", &format!("\"{history}\"")),

@@ -9,14 +9,14 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
-use tyrewave::test_models::{default_scene, default_tyre};
+use tyrewave::test_models::{plate_scene, plate_tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::layers::Stack;
 
 const ELEMENTS: usize = 512;
 
 fn compliance(criterion: &mut Criterion) {
-    let tyre = default_tyre();
+    let tyre = plate_tyre();
     let stack = Stack::new(&tyre);
     let mut group = criterion.benchmark_group("compliance");
     for (name, k) in [("kh < 1", 30.0), ("kh = 5", 400.0), ("kh = 40", 3000.0)] {
@@ -34,7 +34,7 @@ fn compliance(criterion: &mut Criterion) {
 }
 
 fn influence(criterion: &mut Criterion) {
-    let scene = default_scene();
+    let scene = plate_scene();
     let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
     let sum = |truncation, tolerance| {
         let projection = Projection::new(&scene.tyre, ELEMENTS);

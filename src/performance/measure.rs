@@ -18,7 +18,7 @@ use crate::counters::process::thread_cpu_time;
 use crate::counters::{Counter, Meter, Stage, Watch};
 use crate::plan::Plan;
 use crate::run::{Run, RunError};
-use crate::scene::{DEFAULT, History, LoadedScene, Scene, Tyre};
+use crate::scene::{History, LoadedScene, PLATE, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::poles::{FitOptions, fit_unless_stopped};
 
@@ -204,15 +204,15 @@ fn counters(meter: &Meter) -> BTreeMap<String, u64> {
     counted.chain(works).filter(|(_, amount)| *amount > 0).collect()
 }
 
-fn default_tyre() -> Result<Tyre, PerformanceError> {
-    Ok(Scene::from_str(DEFAULT, "workload")?.scene.tyre)
+fn plate_tyre() -> Result<Tyre, PerformanceError> {
+    Ok(Scene::from_str(PLATE, "workload")?.scene.tyre)
 }
 
 /// Batches of frequencies for wavenumbers all over the spectrum; in vectors, checked against the scalar path.
 fn compliance() -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 512;
     const ROUNDS: usize = 12;
-    let tyre = default_tyre()?;
+    let tyre = plate_tyre()?;
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, ELEMENTS), Truncation::Tail, 1e-8, 2.0 * PI * 20e3);
     let at: Vec<_> = (0..64).map(|k| sum.at(Complex64::new(0.0, 1e3 * 1.05f64.powi(k)))).collect();
     let (mut blocks, mut evaluations, mut ratio, mut values) = (Vec::new(), 0, 0.0, Vec::new());
@@ -246,7 +246,7 @@ fn compliance() -> Result<Measurement, PerformanceError> {
 /// A fit from nothing, checked between the points that were fitted.
 fn influence(stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 32;
-    let tyre = default_tyre()?;
+    let tyre = plate_tyre()?;
     let options = FitOptions::new(&tyre, ELEMENTS, 80.0 / 3.6).with_tolerance(1e-4);
     let clock = BlockClock::start();
     let model = fit_unless_stopped(&tyre, &options, stop)?;

@@ -34,7 +34,7 @@ use crate::numeric::StraightLine;
 use crate::plan::Plan;
 use crate::road::slices::{SliceBuilder, SliceError, SliceScratch};
 use crate::run::{Run, RunError, RunOptions, Unwatched, run};
-use crate::scene::{Axle, DEFAULT, LoadedScene, Outputs, Road, Scene, Switch};
+use crate::scene::{Axle, LoadedScene, Outputs, PLATE, Road, Scene, Switch};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::poles::scaling::cut;
 
@@ -236,7 +236,7 @@ impl Family {
 
 /// The default scene on a road without texture across, at a fixed height, for so many steps.
 fn scene(elements: usize, steps: u64) -> Result<LoadedScene, PerformanceError> {
-    let mut loaded = Scene::from_str(DEFAULT, "scaling")?;
+    let mut loaded = Scene::from_str(PLATE, "scaling")?;
     loaded.scene.effects.texture = Switch::Off;
     loaded.scene.outputs = Outputs { arrays: false, spectra: false, plots: false, ..Outputs::default() };
     set_size(&mut loaded.scene, elements, steps);
@@ -333,7 +333,7 @@ fn slices() -> Vec<Ladder> {
 }
 
 fn layers() -> Result<Ladder, PerformanceError> {
-    let tyre = Scene::from_str(DEFAULT, "scaling")?.scene.tyre;
+    let tyre = Scene::from_str(PLATE, "scaling")?.scene.tyre;
     let mut rungs = Vec::new();
     for parts in [1, 2, 4, 8, 16] {
         let tyre = cut(&tyre, parts);

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::scene::{Axle, DEFAULT, History, LoadedScene, Outputs, Road, Scene, SceneError, Slices, Switch, TimeRule};
+use crate::scene::{Axle, History, LoadedScene, Outputs, PLATE, Road, Scene, SceneError, Slices, Switch, TimeRule};
 
 /// A piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -104,7 +104,7 @@ impl Workload {
     /// # Errors
     /// None that a released scene should give.
     pub fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
-        let mut loaded = Scene::from_str(DEFAULT, self.name())?;
+        let mut loaded = Scene::from_str(PLATE, self.name())?;
         let scene = &mut loaded.scene;
         scene.title = self.name().to_owned();
         scene.outputs = Outputs { arrays: false, spectra: false, plots: false, ..Outputs::default() };

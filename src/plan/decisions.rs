@@ -266,10 +266,10 @@ fn later(effect: &'static str) -> Decision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::DEFAULT;
+    use crate::scene::PLATE;
 
     fn of(edit: impl FnOnce(&mut Scene)) -> Decisions {
-        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let mut scene = Scene::from_str(PLATE, "default").unwrap().scene;
         edit(&mut scene);
         Decisions::new(&scene)
     }
@@ -278,7 +278,7 @@ mod tests {
     fn centrifugal_tension_follows_the_speed_and_is_off_unless_asked_for() {
         let base = of(|_| ());
         assert!(!base.rows[0].on && base.rows[0].reason.contains("18.7 %"), "{}", base.rows[0].reason);
-        assert_eq!(base.tyre, Scene::from_str(DEFAULT, "default").unwrap().scene.tyre);
+        assert_eq!(base.tyre, Scene::from_str(PLATE, "default").unwrap().scene.tyre);
         let at = |speed: f64| {
             of(|scene| {
                 scene.effects.centrifugal_tension = Switch::Auto;

@@ -99,7 +99,7 @@ impl Plan {
         let (scene, mut choices) = settle::decide(loaded)?;
         choices.extend(inflation::choices(&scene.tyre));
         let mut plan = Self { choices, ..Self::new(&scene) };
-        if scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some() {
+        if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(
                 "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
                  indicative below about {PLATE_FROM} Hz"

@@ -4,7 +4,7 @@ use super::*;
 use crate::counters::Stage;
 use crate::plan::front::FrontRow;
 use crate::scene::tests::{BASE, edited, listed};
-use crate::scene::{DEFAULT, Preset, Road, TimeRule};
+use crate::scene::{PLATE, Preset, Road, TimeRule};
 use crate::test_models::replaced;
 
 fn planned(text: &str) -> Result<Plan, SceneError> {
@@ -141,7 +141,7 @@ fn what_sidewalls_give_is_shown_beside_what_is_used() {
 
 #[test]
 fn the_estimate_knows_how_the_past_is_carried() {
-    let text = DEFAULT.replace("elements = 512", "elements = 4096").replace("speed_kmh = 80.0", "speed_kmh = 250.0");
+    let text = PLATE.replace("elements = 512", "elements = 4096").replace("speed_kmh = 80.0", "speed_kmh = 250.0");
     let mut loaded = Scene::from_str(&text, "estimate").unwrap();
     loaded.scene.rolling.duration = 1.0;
     let core_seconds = |plan: &Plan| plan.forecast(&UnitCosts::default(), 1, 0.0).core_seconds();
@@ -159,7 +159,7 @@ fn the_estimate_knows_how_the_past_is_carried() {
 
 #[test]
 fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
-    let rough = Plan::new(&Scene::from_str(DEFAULT, "default").unwrap().scene);
+    let rough = Plan::new(&Scene::from_str(PLATE, "default").unwrap().scene);
     let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
     let behind = |plan: &Plan, of_road: bool| -> f64 {
         let stages = of(plan, 2).stages;
@@ -170,7 +170,7 @@ fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
     assert!(behind(&rough, true) > 0.0 && behind(&rough, false) > 0.0);
     assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
     assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
-    let text = DEFAULT.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
+    let text = PLATE.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
     let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
     let road = behind(&smooth, true);
     assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");

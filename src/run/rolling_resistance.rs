@@ -84,12 +84,12 @@ mod tests {
 
     use super::*;
     use crate::run::Run;
-    use crate::scene::{DEFAULT, LoadedScene};
+    use crate::scene::{LoadedScene, PLATE};
     use crate::test_models::{self, edit};
 
     fn scene(changes: &[(&str, &str)]) -> LoadedScene {
         let small = [("numerics.elements", "128"), ("numerics.substeps", "4"), ("rolling.duration", "0.3")];
-        test_models::scene(&edit(&edit(DEFAULT, &small), changes))
+        test_models::scene(&edit(&edit(PLATE, &small), changes))
     }
 
     #[test]

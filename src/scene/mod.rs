@@ -25,3 +25,5 @@ pub(crate) use problem::short;
 
 /// The default scene, `scenes/default.toml`.
 pub const DEFAULT: &str = include_str!("../../scenes/default.toml");
+/// The same with a flat tyre, `scenes/plate.toml`.
+pub const PLATE: &str = include_str!("../../scenes/plate.toml");

@@ -15,7 +15,7 @@ use crate::plan::unit_record::{keep, known};
 use crate::plan::{Forecast, Plan, Unit, UnitCosts};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
-use crate::scene::{DEFAULT, LoadedScene, Road, Scene};
+use crate::scene::{LoadedScene, PLATE, Road, Scene};
 use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
 
 /// Tolerance of the models that are rolled with.
@@ -48,7 +48,7 @@ pub fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
 }
 
 fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
-    let base = Scene::from_str(DEFAULT, "calibration")?;
+    let base = Scene::from_str(PLATE, "calibration")?;
     let (elements, ..) = PROBE;
     let tyre = &base.scene.tyre;
     let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);

@@ -1,15 +1,15 @@
 //! What unit tests, integration tests and benchmarks calculate with: tyres, roads and scenes.
 //!
-//! A scene to test with is the default one or one of the default tyre, as text, with some keys changed. A change that
-//! finds nothing to change panics: else a test would lose what it is about, unseen, when the default scene changes.
+//! A scene to test with is the shipped one of the flat tyre, or one of that tyre, as text, with some keys changed. A change that
+//! finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene changes.
 
 use std::path::Path;
 
 use toml::{Table, Value};
 
-use crate::scene::{DEFAULT, LoadedScene, Scene, Tyre};
+use crate::scene::{LoadedScene, PLATE, Scene, Tyre};
 
-/// The default tyre's circumference \[m\].
+/// The flat tyre's circumference \[m\].
 pub const CIRCUMFERENCE: f64 = 1.95;
 /// Its contact width \[m\].
 pub const CONTACT_WIDTH: f64 = 0.12;
@@ -23,19 +23,19 @@ pub fn scene(text: &str) -> LoadedScene {
     Scene::from_str(text, "scene.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
 }
 
-/// The default scene.
-pub fn default_scene() -> Scene {
-    scene(DEFAULT).scene
+/// The shipped scene of the flat tyre.
+pub fn plate_scene() -> Scene {
+    scene(PLATE).scene
 }
 
-/// The default tyre.
-pub fn default_tyre() -> Tyre {
-    default_scene().tyre
+/// The flat tyre.
+pub fn plate_tyre() -> Tyre {
+    plate_scene().tyre
 }
 
-/// The default tyre with a wider strip.
+/// The flat tyre with a wider strip.
 pub fn wide_tyre() -> Tyre {
-    Tyre { contact_width: 0.15, ..default_tyre() }
+    Tyre { contact_width: 0.15, ..plate_tyre() }
 }
 
 /// The same with layers of one density and a tread of the given loss factor.
@@ -46,7 +46,7 @@ pub fn tyre(loss_factor: f64) -> Tyre {
     tyre
 }
 
-/// A scene of the default tyre: the keys of the tables of road and rolling, further ones of the numerics, and further
+/// A scene of the flat tyre: the keys of the tables of road and rolling, further ones of the numerics, and further
 /// tables. The sums are short: 4 lateral terms, 2 aliases.
 pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
     format!(
@@ -61,9 +61,9 @@ pub fn with_all_terms(text: &str) -> String {
     without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])
 }
 
-/// The tables `[tyre]` and `[[tyre.layers]]` of the default scene.
+/// The tables `[tyre]` and `[[tyre.layers]]` of the shipped scene.
 fn tyre_tables() -> String {
-    let mut tables = table(DEFAULT);
+    let mut tables = table(PLATE);
     tables.retain(|name, _| name == "tyre");
     tables.to_string()
 }
@@ -162,18 +162,18 @@ mod tests {
 
     #[test]
     fn a_text_written_again_is_the_same_scene() {
-        let text = with_road(DEFAULT, "kind = \"made\"\nseed = 1");
-        assert_eq!(scene(&text).scene, default_scene());
+        let text = with_road(PLATE, "kind = \"made\"\nseed = 1");
+        assert_eq!(scene(&text).scene, plate_scene());
         let rolling = "speed_kmh = 80\nduration = 1\naxle = { load = 1 }";
         let tyre = scene(&scene_text(64, "kind = \"smooth\"", rolling, "", "")).scene.tyre;
-        assert_eq!(tyre, default_tyre());
+        assert_eq!(tyre, plate_tyre());
         assert!((tyre.circumference - CIRCUMFERENCE).abs().max((tyre.contact_width - CONTACT_WIDTH).abs()) < 1e-15);
     }
 
     #[test]
     fn keys_are_exchanged_left_out_and_added() {
         let text =
-            edit(DEFAULT, &[("tyre.layers.1.material.modulus", "2e6"), ("rolling.axle", "{ indentation = 0.01 }")]);
+            edit(PLATE, &[("tyre.layers.1.material.modulus", "2e6"), ("rolling.axle", "{ indentation = 0.01 }")]);
         let changed = scene(&add(&without(&text, &["rolling.warm_up"]), "numerics", "pole_tolerance = 3e-4")).scene;
         assert!((changed.tyre.layers[1].material.modulus - 2e6).abs() < 1e-9);
         assert!((changed.numerics.pole_tolerance - 3e-4).abs() < 1e-18);
@@ -184,12 +184,12 @@ mod tests {
     #[test]
     fn a_change_of_what_is_not_there_fails() {
         for change in [
-            || edit(DEFAULT, &[("rolling.speed", "1.0")]),
-            || edit(DEFAULT, &[("tyre.layers.2.thickness", "1.0")]),
-            || without(DEFAULT, &["outputs"]),
-            || add(DEFAULT, "rolling", "duration = 1.0"),
-            || add(DEFAULT, "effects", "texture = \"off\""),
-            || replaced(DEFAULT, &[("speed = 80", "speed = 90")]),
+            || edit(PLATE, &[("rolling.speed", "1.0")]),
+            || edit(PLATE, &[("tyre.layers.2.thickness", "1.0")]),
+            || without(PLATE, &["outputs"]),
+            || add(PLATE, "rolling", "duration = 1.0"),
+            || add(PLATE, "effects", "texture = \"off\""),
+            || replaced(PLATE, &[("speed = 80", "speed = 90")]),
         ] {
             assert!(catch_unwind(change).is_err());
         }

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use serde_json::Value;
 use tyrewave::scene::{Law, Layer, Material, Tyre};
-use tyrewave::test_models::default_tyre;
+use tyrewave::test_models::plate_tyre;
 use tyrewave::tyre::layers::{Stack, cases};
 
 const BOUND: f64 = 1e-10;
@@ -73,7 +73,7 @@ fn layer(thickness: f64, tension: [f64; 2], material: Material) -> Layer {
 
 /// The default tyre with another Poisson's ratio of its tread.
 fn tread_of(poisson: f64) -> Tyre {
-    let mut tyre = default_tyre();
+    let mut tyre = plate_tyre();
     tyre.layers[1].material.poisson = poisson;
     tyre
 }

@@ -7,14 +7,14 @@ use std::sync::atomic::AtomicBool;
 
 use tyrewave::counters::{Stage, Watch};
 use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
-use tyrewave::scene::{DEFAULT, History, Scene, TimeRule};
+use tyrewave::scene::{History, PLATE, Scene, TimeRule};
 use tyrewave::test_models::{edit, scene, with_road};
 
 use crate::common::shared_road;
 
 /// A run of the default tyre on its road at a fixed height.
 fn rolled(change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {
-    rolled_scene(&edit(DEFAULT, &[("rolling.axle", "{ indentation = 0.014, ramp = 0.03 }")]), change, folder)
+    rolled_scene(&edit(PLATE, &[("rolling.axle", "{ indentation = 0.014, ramp = 0.03 }")]), change, folder)
 }
 
 /// The same with the scene's text given.
@@ -125,7 +125,7 @@ fn poles_give_the_forces_of_the_convolution_on_a_measured_road_at_full_length() 
     let Some(path) = shared_road("captif_aylesbury_station_10.dat") else { return };
     let folder = tempfile::tempdir().unwrap();
     let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"\nseed = 1", path.display());
-    let text = edit(&with_road(DEFAULT, &road), &[("rolling.axle", "{ indentation = 0.012, ramp = 0.03 }")]);
+    let text = edit(&with_road(PLATE, &road), &[("rolling.axle", "{ indentation = 0.012, ramp = 0.03 }")]);
     let of = |history, tolerance: f64, duration: f64| {
         let change = |scene: &mut Scene| {
             scene.numerics.elements = 1024;

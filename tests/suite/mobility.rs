@@ -1,11 +1,11 @@
 //! Driving-point mobility of the default tyre against an independent calculation.
 
-use tyrewave::test_models::default_tyre;
+use tyrewave::test_models::plate_tyre;
 use tyrewave::tyre::influence::mobility::driving_point;
 
 #[test]
 fn default_tyre_has_the_mobility_of_the_independent_calculation() {
-    let tyre = default_tyre();
+    let tyre = plate_tyre();
     // MODEL section 10, dB re 1 m/(N s); bound 0.5 dB.
     let frequencies = [100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
     let table = [

@@ -9,7 +9,7 @@ use serde_json::Value;
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::{Plan, Unit};
 use tyrewave::run::Run;
-use tyrewave::scene::{DEFAULT, LoadedScene};
+use tyrewave::scene::{LoadedScene, PLATE};
 use tyrewave::test_models::{edit, scene, scene_text, without};
 
 use crate::common::read_summary;
@@ -163,7 +163,7 @@ fn ten_scenes_take_what_their_plans_say_on_one_and_two_threads() {
     let mut misses = Vec::new();
     println!("| scene | threads | fit | time planned / taken | memory planned / taken |\n|---|---|---|---|---|");
     for (name, edits, more) in CASES {
-        let text = edit(DEFAULT, edits);
+        let text = edit(PLATE, edits);
         let path = folder.path().join("case.toml");
         std::fs::write(&path, format!("{text}\n{more}")).unwrap();
         let path = path.to_str().unwrap();

@@ -11,7 +11,7 @@ use tyrewave::counters::process::cpu_time;
 use tyrewave::counters::{Stage, Timing};
 use tyrewave::plan::Plan;
 use tyrewave::run::Run;
-use tyrewave::scene::{DEFAULT, Road, Scene};
+use tyrewave::scene::{PLATE, Road, Scene};
 use tyrewave::test_models::{edit, scene_text};
 
 use crate::common::{command, read_summary};
@@ -174,7 +174,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn overhead() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (elements, rounds) in [(512, 40), (1024, 20)] {
-        let text = edit(DEFAULT, &[("numerics.elements", &elements.to_string())]);
+        let text = edit(PLATE, &[("numerics.elements", &elements.to_string())]);
         let mut loaded = Scene::from_str(&text, "default").unwrap();
         loaded.scene.road = Road::Smooth;
         let plan = Plan::new(&loaded.scene);

@@ -4,7 +4,6 @@ use std::fs;
 use std::process::Command;
 
 use tyrewave::scene::{Axle, DEFAULT, Scene};
-use tyrewave::test_models::default_scene;
 
 const README: &str = include_str!("../../README.md");
 const LONGER: &str = include_str!("../README.md");
@@ -71,7 +70,7 @@ fn ignored_tests_named_exist_and_every_ignored_test_is_named() {
 
 #[test]
 fn figures_in_the_text_are_those_of_the_default_scene() {
-    let scene = default_scene();
+    let scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
     assert!(README.contains(&format!("at {} km/h", scene.rolling.speed_kmh)));
     assert!(matches!(scene.rolling.axle, Axle::Load { .. }));
     for file in ["LICENSE-MIT", "LICENSE-APACHE", ".ci/run"] {

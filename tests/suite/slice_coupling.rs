@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::scene::DEFAULT;
+use tyrewave::scene::PLATE;
 use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene_text, with_road};
 
 use crate::common::{Results, run, shared_road, write_grid};
@@ -110,7 +110,7 @@ fn both_couplings_at_equal_load_with_their_cost() {
         for elements in [512, 1024] {
             let of = |coupling: &str| {
                 let text = edit(
-                    &with_road(DEFAULT, &road),
+                    &with_road(PLATE, &road),
                     &[
                         ("numerics.elements", &elements.to_string()),
                         ("rolling.duration", "8.0"),

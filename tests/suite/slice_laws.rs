@@ -8,14 +8,14 @@ use std::sync::atomic::AtomicBool;
 
 use tyrewave::counters::Watch;
 use tyrewave::run::{RunOptions, Unwatched, run};
-use tyrewave::scene::DEFAULT;
-use tyrewave::test_models::{default_scene, edit, scene, with_road};
+use tyrewave::scene::PLATE;
+use tyrewave::test_models::{edit, plate_scene, scene, with_road};
 
 use crate::common::{shared_road, write_grid};
 
 /// Third-octave levels by nominal frequency, the mean force and the contact length.
 fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64) {
-    let text = edit(&with_road(DEFAULT, road), &[("contact.slices", &format!("\"{law}\""))]);
+    let text = edit(&with_road(PLATE, road), &[("contact.slices", &format!("\"{law}\""))]);
     let mut loaded = scene(&text);
     loaded.scene.numerics.elements = 256;
     loaded.scene.numerics.memory = 0.35;
@@ -72,7 +72,7 @@ fn both_slice_laws_on_three_roads() {
 fn resolution_along_and_across_changes_s_less_and_less() {
     use tyrewave::road::slices::SliceBuilder;
     use tyrewave::road::{Lattice, Limits, RoadSurface};
-    let road = default_scene().road;
+    let road = plate_scene().road;
     let width = 0.12;
     let penetration = 1e-3;
     // Mean of S(y)/y over 2 m of dense asphalt by both laws.
@@ -117,7 +117,7 @@ fn a_repeated_road_has_its_slices_made_once() {
     let file = folder.path().join("grid.npy");
     write_grid(&file, 6, &heights);
     let road = format!("kind = \"grid\"\nfile = {file:?}\ndx = {dx}\ndy = 0.02\nat_end = \"repeat\"");
-    let mut loaded = scene(&with_road(DEFAULT, &road));
+    let mut loaded = scene(&with_road(PLATE, &road));
     loaded.scene.numerics.elements = elements as usize;
     loaded.scene.numerics.memory = 0.05;
     loaded.scene.rolling.warm_up = 0.05;

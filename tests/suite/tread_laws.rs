@@ -8,7 +8,7 @@ use std::fs;
 
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::ThirdOctavePlot;
-use tyrewave::scene::DEFAULT;
+use tyrewave::scene::PLATE;
 use tyrewave::test_models::{add, edit, scene_text, without};
 
 use crate::common::{Results, run};
@@ -58,7 +58,7 @@ fn all_laws_carry_alike_where_nothing_but_the_static_stiffness_counts() {
 #[test]
 fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
     let of = |law: &str, contact: &str| {
-        let text = edit(DEFAULT, &[("numerics.elements", "256"), ("rolling.duration", "2.0")]);
+        let text = edit(PLATE, &[("numerics.elements", "256"), ("rolling.duration", "2.0")]);
         let results = run(&of_law(&text, law, contact));
         results.assert_sound(contact);
         results.force_levels()
@@ -98,7 +98,7 @@ fn tread_laws_at_equal_contact_stiffness() {
                 ("rolling.duration", "4.0"),
                 ("rolling.warm_up", "0.8"),
             ];
-            run(&of_law(&edit(DEFAULT, &changes), law, contact))
+            run(&of_law(&edit(PLATE, &changes), law, contact))
         };
         let all: Vec<Results> = laws.iter().map(|(law, contact)| of(law, contact)).collect();
         println!("{name}:");

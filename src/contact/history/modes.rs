@@ -263,14 +263,14 @@ impl PastForces for ModalHistory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, Scene};
+    use crate::scene::{PLATE, Scene};
     use crate::storage::state::read_back;
     use crate::tyre::poles::{FitOptions, fit};
 
     const COLUMNS: usize = 11;
 
     fn model() -> RationalModel {
-        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
         fit(&tyre, &FitOptions::new(&tyre, 24, 20.0).with_tolerance(1e-3)).unwrap()
     }
 

@@ -52,7 +52,7 @@ pub fn tread_modulus(tyre: &Tyre) -> Option<f64> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, LoadedScene};
+    use crate::scene::{LoadedScene, PLATE};
     use crate::test_models;
 
     #[test]
@@ -62,7 +62,7 @@ pub(super) mod tests {
     }
 
     pub(crate) fn scene(road: &str) -> LoadedScene {
-        test_models::scene(&test_models::with_road(DEFAULT, road))
+        test_models::scene(&test_models::with_road(PLATE, road))
     }
 
     pub(crate) fn surface(loaded: &LoadedScene) -> RoadSurface {

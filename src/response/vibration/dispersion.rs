@@ -136,12 +136,12 @@ fn waves(model: &RationalModel, n: usize, field: Field) -> Vec<Wave> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, Scene};
+    use crate::scene::{PLATE, Scene};
     use crate::tyre::poles::{FitOptions, fit};
 
     #[test]
-    fn the_belts_first_branch_begins_at_the_resonances_of_the_default_tyre() {
-        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    fn the_belts_first_branch_begins_at_the_resonances_of_the_plate_tyre() {
+        let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
         let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
         let branches = dispersion_branches(&model, Field::Surface, 1500.0);
         let lowest = branches.iter().find(|branch| branch.first == 0).unwrap();

@@ -192,12 +192,12 @@ fn interpolated(curve: &[(f64, f64)], x: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, Scene};
+    use crate::scene::{PLATE, Scene};
     use crate::study::accuracy::lab::Cost;
     use crate::study::trial::Difference;
 
     fn settings(elements: usize) -> Settings {
-        let scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let scene = Scene::from_str(PLATE, "default").unwrap().scene;
         Settings::of(&scene).with(|settings| settings.numerics.elements = elements)
     }
 

@@ -166,11 +166,11 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::scene::{AtEnd, Axle, DEFAULT, Road};
+    use crate::scene::{AtEnd, Axle, PLATE, Road};
     use crate::test_models::edit;
 
     fn base() -> LoadedScene {
-        Scene::from_str(DEFAULT, "default.toml").unwrap()
+        Scene::from_str(PLATE, "default.toml").unwrap()
     }
 
     #[test]
@@ -204,8 +204,7 @@ mod tests {
     #[test]
     fn a_preset_chooses_anew_at_every_speed() {
         let draft = ("numerics", "{ preset = \"draft\", fmax = 1000.0 }");
-        let at =
-            |speed: &str| Scene::from_str(&edit(DEFAULT, &[draft, ("rolling.speed_kmh", speed)]), "draft").unwrap();
+        let at = |speed: &str| Scene::from_str(&edit(PLATE, &[draft, ("rolling.speed_kmh", speed)]), "draft").unwrap();
         let made = variants(&at("80.0"), &Axes { speeds: vec![50.0, 80.0, 110.0], ..Axes::default() }).unwrap();
         for (variant, speed) in made.iter().zip(["50.0", "80.0", "110.0"]) {
             let (found, alone) = (&variant.plan, Plan::of(&at(speed)).unwrap());
@@ -218,7 +217,7 @@ mod tests {
 
     #[test]
     fn a_scene_may_leave_the_road_out() {
-        let (head, rest) = DEFAULT.split_once("[road]").unwrap();
+        let (head, rest) = PLATE.split_once("[road]").unwrap();
         let (_, tail) = rest.split_once("[rolling]").unwrap();
         let smooth = Scene::from_str(&format!("{head}[rolling]{tail}"), "smooth").unwrap();
         let made = variants(&smooth, &Axes { speeds: vec![50.0], ..Axes::default() }).unwrap();

@@ -18,6 +18,7 @@
 //! 1e-7.
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt};
 use super::kernel::{Field, Kernel, KernelAt};
@@ -111,8 +112,13 @@ impl InfluenceSum {
 
     /// Static influence of the element j further on, j = 0..N \[m/N\].
     pub fn static_row(&self, field: Field) -> Vec<f64> {
-        let at_rest = self.at(Complex64::ZERO);
-        Ring::new(self.projection.elements).elements_of(|n| self.value(n, &at_rest, field).value.re).to_vec()
+        let kernel = self.kernel.at_rest();
+        let at_rest = SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel };
+        let values: Vec<f64> = (0..=self.projection.elements / 2)
+            .into_par_iter()
+            .map(|n| self.value(n, &at_rest, field).value.re)
+            .collect();
+        Ring::new(self.projection.elements).elements_of(|n| values[n]).to_vec()
     }
 
     /// Ht_n(s) of a field. `n` from 0 to N/2.

@@ -54,7 +54,7 @@ pub struct CurvedStack {
     pub radius: f64,
     /// Width B between the sides \[m\].
     pub width: f64,
-    /// Inflation pressure on the inner face \[Pa\]: it follows the face as it turns.
+    /// Pressure on the inner face \[Pa\], less what the sidewalls pull: it follows the face as it turns.
     pub pressure: f64,
     /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\].
     pub sidewall_mass: f64,
@@ -151,14 +151,22 @@ impl LayerAt {
 
 impl CurvedStack {
     /// The layers of a tyre, taken as curved.
+    ///
+    /// Sidewalls whose arcs are known take their pull off the pressure: T = R_i p then holds for what is left, and a
+    /// rigid turn of the tyre meets the sidewalls' stiffness alone.
     pub fn new(tyre: &Tyre) -> Self {
         let inflation = tyre.inflation.as_ref();
+        let inner_radius = tyre.radius() - tyre.thickness();
+        let pressure = match tyre.carried() {
+            Some(carried) => carried.tension / inner_radius,
+            None => inflation.map_or(0.0, |inflation| inflation.pressure),
+        };
         Self {
             layers: tyre.layers.clone(),
             foundation: tyre.foundation.clone(),
             radius: tyre.radius(),
             width: tyre.width,
-            pressure: inflation.map_or(0.0, |inflation| inflation.pressure),
+            pressure,
             sidewall_mass: inflation.map_or(0.0, |inflation| inflation.sidewall_mass),
             cavity: tyre.cavity,
         }

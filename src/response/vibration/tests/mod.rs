@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::response::PowerSpectrum;
-use crate::scene::{DEFAULT, Scene, TimeRule};
+use crate::scene::{PLATE, Scene, TimeRule};
 use crate::storage::state::read_back;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{FitOptions, RationalModel, fit};
@@ -24,7 +24,7 @@ const TIME_STEP: f64 = 1e-3;
 fn model() -> &'static RationalModel {
     static MODEL: OnceLock<RationalModel> = OnceLock::new();
     MODEL.get_or_init(|| {
-        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
         fit(&tyre, &FitOptions::new(&tyre, ELEMENTS, 20.0).with_tolerance(1e-3)).unwrap()
     })
 }
@@ -205,7 +205,7 @@ fn points_all_round(layout: SegmentLayout, kind: TransferKind) {
 
 #[test]
 fn all_elements_have_the_mean_over_the_circumference() {
-    let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
     // Segments of an odd number of revolutions begin half a turn on; few enough bins for the mean pattern, which the
     // first segment does not know, to be taken off exactly in all of them.
     for (substeps, revolutions, phase, first) in [(1, 1, 0, 5), (2, 1, 1, -3), (3, 1, 2, 40)] {

@@ -258,7 +258,7 @@ fn spectra_everywhere_and_at_points_are_those_of_the_time_domain() {
 
 #[test]
 fn all_fields_of_rules_with_stages_are_those_of_the_time_domain() {
-    let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
     let top = layout(ELEMENTS, 1, 1, 0).angular_frequency(ELEMENTS / 2);
     let tangential = tangential_model(&tyre, model(), top).unwrap();
     let response = TyreResponse { tangential: Some(&tangential), ..response() };

@@ -343,7 +343,7 @@ fn prepared_waves_agree_with_steps_through_the_layers() {
     for (tolerance, bound) in [(1e-4, 2e-5), (1e-5, 2e-6)] {
         let worst = differences_from_steps(&car(), largest, tolerance, FINE_STEP);
         println!("{tolerance:.0e}: C {:.1e}, D {:.1e}", worst[0], worst[1]);
-        assert!(worst.iter().all(|&error| error < bound), "{tolerance:.0e}: {worst:.1e?}");
+        assert!(worst.iter().all(|&error| error < bound), "{tolerance:.0e}: {worst:?}");
     }
 }
 
@@ -354,7 +354,7 @@ fn refined_waves_agree_with_finer_steps_to_many_digits() {
     tyre.layers[0].material.loss_factor = 0.0;
     let worst = differences_from_steps(&tyre, 2.0 * PI * 20e3, 1e-13, 0.5 * FINE_STEP);
     println!("C {:.1e}, D {:.1e}", worst[0], worst[1]);
-    assert!(worst.iter().all(|&error| error < 2e-8), "{worst:.1e?}");
+    assert!(worst.iter().all(|&error| error < 2e-8), "{worst:?}");
 }
 
 #[test]
@@ -402,8 +402,7 @@ fn the_default_tyre_has_a_car_tyres_stiffness_and_patch() {
 fn sums_of_guided_and_curved_tyres_agree_with_those_without_a_tail() {
     let curved = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let flat = Tyre { curvature: false, inflation: None, cavity: None, ..curved.clone() };
-    // Past the evaluated waves the tail is a flat half-space's: what that leaves out is seen on the curved tyre.
-    for (tyre, bound) in [(&flat, 2e-6), (&curved, 2e-4)] {
+    for tyre in [&flat, &curved] {
         let of = |truncation| InfluenceSum::with(tyre, Projection::new(tyre, 64), truncation, 1e-6, 1e4);
         let (tail, bounded) = (of(Truncation::Tail), of(Truncation::Bounded));
         for n in [0, 1, 5, 32] {
@@ -412,7 +411,7 @@ fn sums_of_guided_and_curved_tyres_agree_with_those_without_a_tail() {
                 let (a, b) =
                     (tail.value(n, &tail.at(s), Field::Surface), bounded.value(n, &bounded.at(s), Field::Surface));
                 let error = (a.value - b.value).norm() / largest;
-                assert!(error < bound, "curved {}, n {n}, s {s}: {error:.1e}", tyre.curvature);
+                assert!(error < 2e-6, "curved {}, n {n}, s {s}: {error:.1e}", tyre.curvature);
                 assert!(a.evaluations < b.evaluations);
             }
         }

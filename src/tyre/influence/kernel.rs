@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::numeric::{Lanes, MOST_LANES};
 use crate::scene::{Layer, Tyre};
-use crate::tyre::layers::compliance::{NormalCompliance, Stack, StackAt};
+use crate::tyre::layers::compliance::{Matrix3, NormalCompliance, Stack, StackAt};
 use crate::tyre::layers::lane_compliance::LaneStack;
 use crate::tyre::layers::layer::LayerAt;
 
@@ -108,6 +108,11 @@ impl KernelAt {
     /// C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
     pub(crate) fn tangential(&self, n: i64, m: usize) -> Complex64 {
         self.stack.tangential(self.waves.kx(n), self.waves.ky(m))
+    }
+
+    /// C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward.
+    pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
+        self.stack.full(self.waves.kx(n), self.waves.ky(m)).0
     }
 }
 

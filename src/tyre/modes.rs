@@ -1,0 +1,418 @@
+//! Modes: how waves of n periods round the tyre and of the lateral number m ring freely.
+//!
+//! A mode is a pole of the wave's compliance C(n, m, s). It rings at |Im s|/2 pi with the damping -Re s/|s|. For each
+//! wave and each diagonal entry C_jj:
+//!
+//! 1. C_jj is sampled on a line just right of the imaginary axis, where it is finite also for a tyre without loss;
+//! 2. an AAA approximation (see [`crate::numeric::rational::aaa`]) finds how many poles there are, and roughly where;
+//! 3. the secant method on 1/C_jj moves each of them to a pole of C itself. All laws but the hysteretic one are
+//!    analytic off the negative real axis, so C can be followed to the left of the imaginary axis;
+//! 4. the residue of C, the difference of C on both sides of the pole, is the product of the mode's shape with itself:
+//!    what moves most, radially, round the tyre or across it, names the mode, and a pole that several entries share
+//!    is listed once.
+//!
+//! A pole of step 2 that step 3 does not confirm, and that the samples feel, is reported as [`Modes::unconfirmed`].
+//!
+//! Cost: samples times waves evaluations of C for all tractions, and about 10 a mode.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use serde::Serialize;
+use thiserror::Error;
+
+use super::influence::Waves;
+use super::influence::kernel::{Kernel, KernelAt};
+use super::layers::compliance::Matrix3;
+use crate::numeric::rational::RationalError;
+use crate::numeric::rational::aaa::approximate;
+use crate::scene::Tyre;
+
+/// Samples up to the highest frequency.
+const SAMPLES: usize = 200;
+/// Samples go on beyond it, so that a mode near the end has them on both sides.
+const BEYOND: f64 = 1.25;
+/// Error of the approximation relative to the largest sample. Far below what a start needs: weak modes are then seen,
+/// too.
+const TOLERANCE: f64 = 1e-10;
+/// Most support points; ten modes of lossy layers need some twenty.
+const MOST_POINTS: usize = 40;
+/// Above this damping nothing rings: it loses 97 % of its amplitude in a period.
+const LARGEST_DAMPING: f64 = 0.5;
+/// Part of the largest sample above which a pole is felt.
+const FELT: f64 = 1e-5;
+/// The secant method: iterations, last step, and how far it may go from its start, relative to |s|.
+const ITERATIONS: usize = 40;
+const LAST_STEP: f64 = 1e-12;
+const LONGEST_WAY: f64 = 0.05;
+/// Distance from a pole at which its residue is read, relative to |s|.
+const BESIDE: f64 = 1e-4;
+/// Poles closer than this, relative to |s|, are the same.
+const SAME: f64 = 1e-7;
+
+/// What moves most in a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// Along the radius.
+    Radial,
+    /// Round the tyre: torsion for n = 0.
+    Circumferential,
+    /// Across the tyre.
+    Lateral,
+}
+
+impl Motion {
+    /// In the order of C.
+    const OF_ENTRIES: [Self; 3] = [Self::Circumferential, Self::Lateral, Self::Radial];
+
+    /// In a word.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Radial => "radial",
+            Self::Circumferential => "circumferential",
+            Self::Lateral => "lateral",
+        }
+    }
+}
+
+/// A mode of a wave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// Periods round the tyre.
+    pub n: usize,
+    /// Lateral number.
+    pub m: usize,
+    /// What moves most on the tread's surface.
+    pub motion: Motion,
+    /// The pole, Im > 0 \[1/s\].
+    pub pole: Complex64,
+    /// Circumferential, lateral and radial motion of the tread's surface: squared, of a sum of 1.
+    pub shares: [f64; 3],
+}
+
+impl Mode {
+    /// Frequency |Im s|/2 pi \[Hz\].
+    pub fn frequency(&self) -> f64 {
+        frequency(self.pole)
+    }
+
+    /// Damping -Re s/|s|, of the critical one.
+    pub fn damping(&self) -> f64 {
+        damping(self.pole)
+    }
+}
+
+fn frequency(pole: Complex64) -> f64 {
+    pole.im.abs() / TAU
+}
+
+fn damping(pole: Complex64) -> f64 {
+    -pole.re / pole.norm()
+}
+
+/// The modes of a tyre.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Modes {
+    /// By n, then m, then frequency.
+    pub confirmed: Vec<Mode>,
+    /// Poles of an approximation, as (n, m, pole), that were not found again in C itself.
+    pub unconfirmed: Vec<(usize, usize, Complex64)>,
+    /// Evaluations of the compliance.
+    pub evaluations: u64,
+}
+
+/// Why the modes of a wave cannot be found.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("modes of the wave n = {n}, m = {m}: {source}")]
+pub struct ModesError {
+    /// Periods round the tyre.
+    pub n: usize,
+    /// Lateral number.
+    pub m: usize,
+    /// What the approximation met.
+    pub source: RationalError,
+}
+
+/// The lateral numbers that a centred load excites, so many of the lowest.
+fn lateral_numbers(count: usize) -> impl Iterator<Item = usize> {
+    Waves::lateral_numbers().take(count)
+}
+
+/// Modes up to the frequency `highest` \[Hz\] of the waves n = 0..=`largest_n` and of the lowest `lateral_count` lateral
+/// numbers that a centred load excites.
+///
+/// # Errors
+/// [`ModesError`] for a compliance that is not finite, of the first such wave.
+pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
+    let kernel = Kernel::new(tyre);
+    let line = Line::up_to(highest);
+    let samples: Vec<KernelAt> = line.points.iter().map(|&z| kernel.at(z + line.shift)).collect();
+    let waves: Vec<_> = (0..=largest_n).flat_map(|n| lateral_numbers(lateral_count).map(move |m| (n, m))).collect();
+    let of_waves: Vec<Modes> = waves
+        .into_par_iter()
+        .map(|(n, m)| {
+            let sampled: Vec<Matrix3> = samples.iter().map(|at| at.full(n as i64, m)).collect();
+            let wave = Wave { n, m, compliance: |s| kernel.at(s).full(n as i64, m) };
+            wave.modes(&line, &sampled).map_err(|source| ModesError { n, m, source })
+        })
+        .collect::<Result<_, _>>()?;
+    let mut all = Modes::default();
+    for wave in of_waves {
+        all.confirmed.extend(wave.confirmed);
+        all.unconfirmed.extend(wave.unconfirmed);
+        all.evaluations += wave.evaluations;
+    }
+    Ok(all)
+}
+
+/// |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency \[Hz\],
+/// one column for each n; with it the lateral number.
+pub fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
+    let kernel = Kernel::new(tyre);
+    let m = lateral_numbers(1).next().unwrap_or_default();
+    let row = |&frequency: &f64| {
+        let at = kernel.at(Complex64::new(0.0, TAU * frequency));
+        (0..=largest_n).map(|n| at.full(n as i64, m)[2][2].norm()).collect()
+    };
+    (m, frequencies.par_iter().map(row).collect())
+}
+
+/// Where C is sampled: at z + shift, z on the imaginary axis.
+struct Line {
+    points: Vec<Complex64>,
+    shift: f64,
+    highest: f64,
+}
+
+impl Line {
+    /// Evenly spaced; as far right of the axis as the points are apart, so that no pole lies closer.
+    fn up_to(highest: f64) -> Self {
+        let shift = TAU * highest / SAMPLES as f64;
+        let count = (BEYOND * SAMPLES as f64) as usize;
+        let points = (0..count).map(|k| Complex64::new(0.0, (k as f64 + 0.5) * shift)).collect();
+        Self { points, shift, highest }
+    }
+
+    /// Poles of an approximation to a function's values on the line that ring within the band; with each whether the
+    /// values feel it.
+    fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
+        let model = approximate(&self.points, values, TOLERANCE, MOST_POINTS)?;
+        let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
+        let felt = |z: Complex64| residue(|z| model.evaluate(z), z).norm() > FELT * largest * z.re.abs();
+        let poles = model.poles()?.into_iter().filter(|&z| self.rings(z + self.shift));
+        Ok(poles.map(|z| (z + self.shift, felt(z))).collect())
+    }
+
+    fn rings(&self, pole: Complex64) -> bool {
+        pole.im > 0.0 && frequency(pole) <= self.highest && damping(pole).abs() < LARGEST_DAMPING
+    }
+}
+
+/// Residue of a simple pole: what is regular there has the same value on both sides.
+fn residue(f: impl Fn(Complex64) -> Complex64, pole: Complex64) -> Complex64 {
+    let beside = BESIDE * pole.norm();
+    (f(pole + beside) - f(pole - beside)) * (0.5 * beside)
+}
+
+/// The pole of f near a start, by the secant method on 1/f.
+fn polished(f: impl Fn(Complex64) -> Complex64, start: Complex64) -> Option<Complex64> {
+    let (mut before, mut s) = (start * (1.0 + BESIDE), start);
+    let (mut inverse_before, mut inverse) = (f(before).inv(), f(s).inv());
+    for _ in 0..ITERATIONS {
+        // On the pole itself 1/f is 0, or not a number where f has overflowed.
+        let step = if inverse.norm() > 0.0 { inverse * (s - before) / (inverse - inverse_before) } else { 0.0.into() };
+        (before, inverse_before) = (s, inverse);
+        s -= step;
+        if !s.is_finite() || (s - start).norm() > LONGEST_WAY * start.norm() {
+            return None;
+        }
+        if step.norm() <= LAST_STEP * s.norm() {
+            return Some(s);
+        }
+        inverse = f(s).inv();
+    }
+    None
+}
+
+/// One wave.
+struct Wave<F> {
+    n: usize,
+    m: usize,
+    compliance: F,
+}
+
+impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
+    fn modes(&self, line: &Line, sampled: &[Matrix3]) -> Result<Modes, RationalError> {
+        let Self { n, m, .. } = *self;
+        let evaluations = std::cell::Cell::new(sampled.len() as u64);
+        let compliance = |s: Complex64| {
+            evaluations.set(evaluations.get() + 1);
+            (self.compliance)(s)
+        };
+        let mut modes = Modes::default();
+        let mut doubtful = Vec::new();
+        for entry in 0..3 {
+            let values: Vec<Complex64> = sampled.iter().map(|compliance| compliance[entry][entry]).collect();
+            for (start, felt) in line.poles(&values)? {
+                let Some(pole) = polished(|s| compliance(s)[entry][entry], start) else {
+                    doubtful.extend(felt.then_some(start));
+                    continue;
+                };
+                if !line.rings(pole) {
+                    continue;
+                }
+                let mode = self.mode(pole, entry, &compliance);
+                let is_new = |other: &Mode| other.motion != mode.motion || !same(other.pole, pole, SAME);
+                if modes.confirmed.iter().all(is_new) {
+                    modes.confirmed.push(mode);
+                }
+            }
+        }
+        // Another entry may have confirmed it.
+        doubtful.retain(|&start| !modes.confirmed.iter().any(|mode| same(mode.pole, start, LONGEST_WAY)));
+        modes.unconfirmed = doubtful.into_iter().map(|pole| (n, m, pole)).collect();
+        modes.confirmed.sort_by(|a, b| a.pole.im.total_cmp(&b.pole.im).then(a.motion.cmp(&b.motion)));
+        modes.evaluations = evaluations.get();
+        Ok(modes)
+    }
+
+    /// The mode of a pole that was found in the entry jj. Its residue is v_i w_j, so that v_i w_i is R_ij R_ji/R_jj:
+    /// of another mode that happens to have the same pole nothing enters.
+    fn mode(&self, pole: Complex64, entry: usize, compliance: impl Fn(Complex64) -> Matrix3) -> Mode {
+        let beside = BESIDE * pole.norm();
+        let (right, left) = (compliance(pole + beside), compliance(pole - beside));
+        let residue = |i: usize, j: usize| right[i][j] - left[i][j];
+        let own = residue(entry, entry);
+        let part =
+            |i: usize| if i == entry { own.norm() } else { (residue(i, entry) * residue(entry, i) / own).norm() };
+        let parts: [f64; 3] = std::array::from_fn(part);
+        let sum: f64 = parts.iter().sum();
+        let largest = (0..3).max_by(|&i, &j| parts[i].total_cmp(&parts[j])).unwrap_or(entry);
+        let motion = Motion::OF_ENTRIES[largest];
+        Mode { n: self.n, m: self.m, motion, pole, shares: parts.map(|part| part / sum) }
+    }
+}
+
+fn same(a: Complex64, b: Complex64, within: f64) -> bool {
+    (a - b).norm() <= within * a.norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Law;
+    use crate::test_models::default_tyre;
+
+    fn diagonal(entries: [Complex64; 3]) -> Matrix3 {
+        std::array::from_fn(|i| std::array::from_fn(|j| if i == j { entries[i] } else { Complex64::ZERO }))
+    }
+
+    fn of(compliance: impl Fn(Complex64) -> Matrix3) -> Modes {
+        let line = Line::up_to(500.0);
+        let sampled: Vec<Matrix3> = line.points.iter().map(|&z| compliance(z + line.shift)).collect();
+        Wave { n: 2, m: 1, compliance }.modes(&line, &sampled).unwrap()
+    }
+
+    /// A mass on a spring and a damper with the pole p; of mass 1.
+    fn oscillator(pole: Complex64, s: Complex64) -> Complex64 {
+        ((s - pole) * (s - pole.conj())).inv()
+    }
+
+    fn pole(frequency: f64, damping: f64) -> Complex64 {
+        Complex64::from_polar(1.0, damping.acos()).conj() * -(TAU * frequency / (1.0 - damping * damping).sqrt())
+    }
+
+    #[test]
+    fn poles_of_oscillators_are_found_with_frequency_damping_and_motion() {
+        // Two radial ones over a delayed background, one round the tyre and one across with the same pole.
+        let radial = [pole(90.0, 0.05), pole(230.0, 0.003)];
+        let shared = pole(48.0, 0.08);
+        let modes = of(|s| {
+            let background = (-s * 1e-4).exp() * 1e-7;
+            let both = oscillator(radial[0], s) + oscillator(radial[1], s) * 1e-3 + background;
+            diagonal([oscillator(shared, s), oscillator(shared, s), both])
+        });
+        assert_eq!(modes.unconfirmed, []);
+        let expected = [
+            (shared, 48.0, 0.08, Motion::Circumferential),
+            (shared, 48.0, 0.08, Motion::Lateral),
+            (radial[0], 90.0, 0.05, Motion::Radial),
+            (radial[1], 230.0, 0.003, Motion::Radial),
+        ];
+        assert_eq!(modes.confirmed.len(), expected.len(), "{:?}", modes.confirmed);
+        for (found, (pole, frequency, damping, motion)) in modes.confirmed.iter().zip(expected) {
+            // The last step of the secant method is 1e-12, and it converges faster than linearly.
+            assert!(same(found.pole, pole, 1e-12), "{found:?}");
+            assert!((found.frequency() / frequency - 1.0).abs() < 1e-11, "{found:?}");
+            assert!((found.damping() - damping).abs() < 1e-11, "{found:?}");
+            assert_eq!(found.motion, motion);
+            assert!(found.shares.iter().any(|share| (share - 1.0).abs() < 1e-9), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn a_mode_that_moves_two_ways_is_listed_once_with_its_shares() {
+        let bending = pole(120.0, 0.04);
+        let (shape, fixed) = ([0.6, 0.0, 0.8], pole(300.0, 0.1));
+        let modes = of(|s| {
+            let mut compliance = diagonal([oscillator(fixed, s); 3]);
+            for (i, row) in compliance.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += oscillator(bending, s) * (shape[i] * shape[j]);
+                }
+            }
+            compliance
+        });
+        let below: Vec<_> = modes.confirmed.iter().filter(|mode| mode.frequency() < 200.0).collect();
+        assert_eq!((below.len(), below[0].motion), (1, Motion::Radial), "{modes:?}");
+        for (share, expected) in below[0].shares.iter().zip([0.36, 0.0, 0.64]) {
+            assert!((share - expected).abs() < 1e-6, "{below:?}");
+        }
+    }
+
+    #[test]
+    fn a_rigid_wave_on_a_power_law_foundation_rings_as_its_closed_form_says() {
+        // A stiff plate so wide that it moves as a mass m'' on k (s/w0)^(2 gamma): s^(2 - 2 gamma) = -k/(m''
+        // w0^(2 gamma)). Corrections: k h/E (1e-8) and the corner (1e-9).
+        let mut tyre = default_tyre();
+        (tyre.circumference, tyre.width) = (1e6, 1e6);
+        (tyre.foundation.loss_factor, tyre.foundation.corner_frequency) = (0.2, 1e-9);
+        for layer in &mut tyre.layers {
+            layer.tension = [0.0; 2];
+            (layer.material.law, layer.material.modulus) = (Law::Elastic, 1e12);
+        }
+        let mass: f64 = tyre.layers.iter().map(|layer| layer.thickness * layer.material.density).sum();
+        let exponent = 2.0 * 0.2_f64.atan() / std::f64::consts::PI;
+        let expected = |stiffness: f64| {
+            let power = stiffness / mass * (TAU * tyre.foundation.reference_frequency).powf(-exponent);
+            let order = 1.0 / (2.0 - exponent);
+            Complex64::from_polar(power.powf(order), std::f64::consts::PI * order)
+        };
+        let found = modes(&tyre, 0, 1, 500.0).unwrap();
+        let has = |motion: Motion, pole: Complex64| {
+            assert!(
+                found.confirmed.iter().any(|mode| mode.motion == motion && same(mode.pole, pole, 1e-6)),
+                "{motion:?} {pole}: {found:?}"
+            );
+        };
+        has(Motion::Radial, expected(tyre.foundation.normal));
+        has(Motion::Circumferential, expected(tyre.foundation.tangential));
+        has(Motion::Lateral, expected(tyre.foundation.tangential));
+        assert_eq!((found.confirmed.len(), found.unconfirmed.len()), (3, 0), "{found:?}");
+    }
+
+    #[test]
+    fn a_tyre_without_loss_has_modes_without_damping() {
+        let mut tyre = default_tyre();
+        tyre.foundation.loss_factor = 0.0;
+        for layer in &mut tyre.layers {
+            layer.material.law = Law::Elastic;
+        }
+        let found = modes(&tyre, 3, 2, 500.0).unwrap();
+        assert!(found.confirmed.len() >= 8 && found.unconfirmed.is_empty(), "{found:?}");
+        // A pole on the axis to the rounding of C: 1e-12 of |s|, and what the condition of C adds.
+        assert!(found.confirmed.iter().all(|mode| mode.damping().abs() < 1e-9), "{found:?}");
+    }
+}

@@ -23,8 +23,9 @@ critical one) and by what moves most: radial, circumferential (for n = 0: torsio
 tread surface's compliance; m are the lowest that a centred load excites. The tyre stands still.
 
 Loads: deflection, stiffness and length of the patch on a smooth road, the tyre standing; --rolling adds the mean \
-length at the scene's speed, from a short run for each load. Lengths are those of whole elements, L/N. A load is in \
-kg (its weight counts, with 9.81 m/s2), or in newtons where an N follows.
+length at the scene's speed, from a short run for each load. Lengths are those of whole elements, L/N, and grow by \
+two at a time: numerics.elements refines them. A load is in kg (its weight counts, with 9.81 m/s2), or in newtons \
+where an N follows.
 
 Mobility: velocity of a square patch of the tread for a unit force on it; the smaller the patch the higher its level.
 
@@ -44,8 +45,8 @@ Examples:
 const GRAVITY: f64 = 9.81;
 /// Points of the curves over the load.
 const CURVE_POINTS: usize = 40;
-/// Lowest and highest frequency of the mobility \[Hz\], and its frequencies.
-const MOBILITY: (f64, f64, u32) = (50.0, 3000.0, 120);
+/// Lowest and highest frequency of the mobility \[Hz\].
+const MOBILITY: (f64, f64) = (50.0, 3000.0);
 /// Frequencies of the mobility's table \[Hz\].
 const TABLE: [f64; 7] = [63.0, 100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
 /// Rows of the map of the compliance.
@@ -74,6 +75,9 @@ pub struct TyreArguments {
     /// Sides of the square patches of the mobility, in mm.
     #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "50,20,10,5", value_parser = positive)]
     patch: Vec<f64>,
+    /// Number of frequencies of the mobility; 300 resolve modes of 2 % damping.
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    points: u32,
     /// Print the JSON of all numbers instead of tables.
     #[arg(long)]
     json: bool,
@@ -129,7 +133,7 @@ impl UnderLoad {
 impl TyreArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, json } = self;
+        let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points, json } = self;
         let mut side = place.open("tyre")?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let tyre = &scene.tyre;
@@ -155,7 +159,7 @@ impl TyreArguments {
         let rows: Vec<f64> = (0..MAP_ROWS).map(|row| highest * (f64::from(row) + 0.5) / f64::from(MAP_ROWS)).collect();
         let map = radial_compliance(tyre, largest_n, &rows);
         let sides: Vec<f64> = patch.iter().map(|side| side * 1e-3).collect();
-        let (from, to, points) = MOBILITY;
+        let (from, to) = MOBILITY;
         let mut mobility_at = |frequencies: &[f64]| {
             let mobility = side.meter.time(Stage::Influence, || driving_point(tyre, &sides, frequencies));
             side.meter.count(Counter::ComplianceEvaluations, mobility.evaluations);
@@ -206,6 +210,7 @@ impl TyreArguments {
             "loads": newtons,
             "rolling": rolls,
             "patch_mm": patch,
+            "points": points,
         });
         if json {
             side.write(context)?;

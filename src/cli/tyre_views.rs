@@ -65,7 +65,7 @@ pub fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
     };
     let header = ["load", "deflection", "stiffness [N/m]", "tangent [N/m]", "patch, standing", "patch, rolling"];
     let mut report = Report::default();
-    report.text(format!("On a smooth road; patch in elements of {:.2} mm\n", 1e3 * element));
+    report.text(format!("On a smooth road; patch in steps of two elements, {:.2} mm\n", 2e3 * element));
     report.table(aligned(&header, &loads.iter().map(row).collect::<Vec<_>>()));
     report.text("\n");
     report

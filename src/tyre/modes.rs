@@ -15,6 +15,7 @@
 //!
 //! Cost: samples times waves evaluations of C for all tractions, and about 10 a mode.
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
@@ -23,7 +24,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::influence::Waves;
-use super::influence::kernel::{Kernel, KernelAt};
+use super::influence::kernel::Kernel;
 use super::layers::compliance::Matrix3;
 use crate::numeric::rational::RationalError;
 use crate::numeric::rational::aaa::approximate;
@@ -140,26 +141,36 @@ fn lateral_numbers(count: usize) -> impl Iterator<Item = usize> {
     Waves::lateral_numbers().take(count)
 }
 
-/// Modes up to the frequency `highest` \[Hz\] of the waves n = 0..=`largest_n` and of the lowest `lateral_count` lateral
-/// numbers that a centred load excites.
+/// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral numbers,
+/// the lowest that a centred load excites.
+///
+/// # Errors
+/// As [`modes_of`].
+pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
+    let kernel = Kernel::new(tyre);
+    let waves: Vec<_> = (0..=largest_n).flat_map(|n| lateral_numbers(lateral_count).map(move |m| (n, m))).collect();
+    modes_of(&waves, highest, |n, m, s| kernel.at(s).full(n as i64, m))
+}
+
+/// Modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement per traction,
+/// order circumferential, lateral, radial, C(conj s) = conj C(s).
 ///
 /// # Errors
 /// [`ModesError`] for a compliance that is not finite, of the first such wave.
-pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
-    let kernel = Kernel::new(tyre);
+pub fn modes_of(
+    waves: &[(usize, usize)],
+    highest: f64,
+    compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
+) -> Result<Modes, ModesError> {
     let line = Line::up_to(highest);
-    let samples: Vec<KernelAt> = line.points.iter().map(|&z| kernel.at(z + line.shift)).collect();
-    let waves: Vec<_> = (0..=largest_n).flat_map(|n| lateral_numbers(lateral_count).map(move |m| (n, m))).collect();
-    let of_waves: Vec<Modes> = waves
-        .into_par_iter()
-        .map(|(n, m)| {
-            let sampled: Vec<Matrix3> = samples.iter().map(|at| at.full(n as i64, m)).collect();
-            let wave = Wave { n, m, compliance: |s| kernel.at(s).full(n as i64, m) };
-            wave.modes(&line, &sampled).map_err(|source| ModesError { n, m, source })
-        })
-        .collect::<Result<_, _>>()?;
+    let of_wave = |&(n, m): &(usize, usize)| {
+        let wave = Wave { n, m, compliance: |s| compliance(n, m, s) };
+        wave.modes(&line).map_err(|source| ModesError { n, m, source })
+    };
+    let found: Vec<_> = waves.par_iter().map(of_wave).collect();
     let mut all = Modes::default();
-    for wave in of_waves {
+    for wave in found {
+        let wave = wave?;
         all.confirmed.extend(wave.confirmed);
         all.unconfirmed.extend(wave.unconfirmed);
         all.evaluations += wave.evaluations;
@@ -244,13 +255,14 @@ struct Wave<F> {
 }
 
 impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
-    fn modes(&self, line: &Line, sampled: &[Matrix3]) -> Result<Modes, RationalError> {
+    fn modes(&self, line: &Line) -> Result<Modes, RationalError> {
         let Self { n, m, .. } = *self;
-        let evaluations = std::cell::Cell::new(sampled.len() as u64);
+        let evaluations = Cell::new(0);
         let compliance = |s: Complex64| {
             evaluations.set(evaluations.get() + 1);
             (self.compliance)(s)
         };
+        let sampled: Vec<Matrix3> = line.points.iter().map(|&z| compliance(z + line.shift)).collect();
         let mut modes = Modes::default();
         let mut doubtful = Vec::new();
         for entry in 0..3 {
@@ -309,10 +321,8 @@ mod tests {
         std::array::from_fn(|i| std::array::from_fn(|j| if i == j { entries[i] } else { Complex64::ZERO }))
     }
 
-    fn of(compliance: impl Fn(Complex64) -> Matrix3) -> Modes {
-        let line = Line::up_to(500.0);
-        let sampled: Vec<Matrix3> = line.points.iter().map(|&z| compliance(z + line.shift)).collect();
-        Wave { n: 2, m: 1, compliance }.modes(&line, &sampled).unwrap()
+    fn of(compliance: impl Fn(Complex64) -> Matrix3 + Sync) -> Modes {
+        modes_of(&[(2, 1)], 500.0, |_, _, s| compliance(s)).unwrap()
     }
 
     /// A mass on a spring and a damper with the pole p; of mass 1.
@@ -370,6 +380,22 @@ mod tests {
         for (share, expected) in below[0].shares.iter().zip([0.36, 0.0, 0.64]) {
             assert!((share - expected).abs() < 1e-6, "{below:?}");
         }
+    }
+
+    #[test]
+    fn a_pole_that_only_the_samples_have_is_reported_and_what_is_not_finite_refused() {
+        let ringing = pole(100.0, 0.05);
+        let line = Line::up_to(500.0);
+        let cut = |s: Complex64| if s.re < 0.9 * line.shift { Complex64::ONE } else { oscillator(ringing, s) };
+        let modes = of(|s| diagonal([Complex64::ONE, Complex64::ONE, cut(s)]));
+        assert_eq!((modes.confirmed.len(), modes.unconfirmed.len()), (0, 1), "{modes:?}");
+        let (n, m, found) = modes.unconfirmed[0];
+        assert!((n, m) == (2, 1) && same(found, ringing, 1e-3), "{modes:?}");
+        let waves = [(0, 1), (1, 3), (2, 1)];
+        let broken = modes_of(&waves, 500.0, |n, _, s| diagonal([if n > 0 { f64::NAN.into() } else { s.inv() }; 3]));
+        let error = broken.unwrap_err();
+        assert_eq!((error.n, error.m), (1, 3));
+        assert!(matches!(error.source, RationalError::NotFinite { .. }), "{error}");
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use clap::Args;
 use serde_json::{Value, json};
-use tyrewave::contact::static_contact::StaticContact;
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::results::table::Report;
 use tyrewave::run::{Progress, RunError};
@@ -15,7 +14,7 @@ use super::error::CliError;
 use super::mobility::{frequencies, level, plot as mobility_plot, to_csv as mobility_csv};
 use super::options::positive;
 use super::side::Place;
-use super::tyre_views::{self as views, phase};
+use super::tyre_views::{self as views, UnderLoad, phase};
 
 const EXAMPLES: &str = "\
 Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
@@ -102,34 +101,6 @@ fn load(text: &str) -> Result<Load, String> {
     Ok(Load { label: format!("{value} {unit}"), newtons: newtons * value })
 }
 
-/// What a load does.
-pub struct UnderLoad {
-    /// As it was given.
-    pub label: String,
-    /// The tyre standing.
-    pub standing: StaticContact,
-    /// Mean length of the rolling patch \[m\].
-    pub rolling: Option<f64>,
-}
-
-impl UnderLoad {
-    /// Load over deflection \[N/m\].
-    pub fn secant_stiffness(&self) -> f64 {
-        self.standing.force / self.standing.indentation
-    }
-
-    fn to_json(&self) -> Value {
-        json!({
-            "load": self.standing.force,
-            "deflection": self.standing.indentation,
-            "secant_stiffness": self.secant_stiffness(),
-            "tangent_stiffness": self.standing.stiffness,
-            "patch_length": self.standing.length,
-            "rolling_patch_length": self.rolling,
-        })
-    }
-}
-
 impl TyreArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
@@ -181,7 +152,9 @@ impl TyreArguments {
             })
             .collect();
 
-        side.picture("dispersion.svg", views::dispersion(&found, &title, [largest_n as f64, highest]).to_svg())?;
+        let lateral_names = views::lateral_names(&found);
+        let dispersion = views::dispersion(&found, &lateral_names, &title, [largest_n as f64, highest]);
+        side.picture("dispersion.svg", dispersion.to_svg())?;
         side.picture("compliance.svg", views::compliance(&found, &title, highest, &map))?;
         side.picture("load_deflection.svg", views::load_deflection(&curve, &under, &title).to_svg())?;
         side.picture("patch_length.svg", views::patch_length(&curve, &under, &title).to_svg())?;

@@ -1,6 +1,6 @@
 //! What `tyrewave tyre` shows of its results: tables, files and pictures.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -12,14 +12,40 @@ use tyrewave::tyre::influence::mobility::Mobility;
 use tyrewave::tyre::modes::{Mode, Modes, Motion};
 
 use super::mobility::{Quantity, level};
-use super::tyre::UnderLoad;
 
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;
-/// Names in the legend of the dispersion; more lateral numbers than these have none.
-const LATERAL_NAMES: [&str; 7] = ["m = 0", "m = 1", "m = 2", "m = 3", "m = 4", "m = 5", "m = 6"];
 
 pub const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
+
+/// What a load does.
+pub struct UnderLoad {
+    /// As it was given.
+    pub label: String,
+    /// The tyre standing.
+    pub standing: StaticContact,
+    /// Mean length of the rolling patch \[m\].
+    pub rolling: Option<f64>,
+}
+
+impl UnderLoad {
+    /// Load over deflection \[N/m\].
+    pub fn secant_stiffness(&self) -> f64 {
+        self.standing.force / self.standing.indentation
+    }
+
+    /// For `tyre.json`.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "load": self.standing.force,
+            "deflection": self.standing.indentation,
+            "secant_stiffness": self.secant_stiffness(),
+            "tangent_stiffness": self.standing.stiffness,
+            "patch_length": self.standing.length,
+            "rolling_patch_length": self.rolling,
+        })
+    }
+}
 
 /// Phase \[degrees\].
 pub fn phase(value: Complex64) -> f64 {
@@ -124,18 +150,25 @@ pub fn loads_csv(loads: &[UnderLoad]) -> String {
     csv([header.map(str::to_owned).to_vec()].into_iter().chain(loads.iter().map(row)))
 }
 
+/// The lateral numbers that have modes, with their names in the legend.
+pub fn lateral_names(modes: &Modes) -> BTreeMap<usize, String> {
+    modes.confirmed.iter().map(|mode| (mode.m, format!("m = {}", mode.m))).collect()
+}
+
 /// Each mode as a dash at its n, one colour for each lateral number.
-pub fn dispersion<'a>(modes: &Modes, title: &'a str, [largest_n, highest]: [f64; 2]) -> LinePlot<'a> {
-    let lateral: BTreeSet<usize> = modes.confirmed.iter().map(|mode| mode.m).collect();
-    let series = lateral.into_iter().map(|m| {
-        let dash = |mode: &Mode| {
-            let (n, frequency) = (mode.n as f64, mode.frequency());
-            [(n - DASH, frequency), (n + DASH, frequency), (n, f64::NAN)]
-        };
-        Series {
-            name: LATERAL_NAMES.get(m).copied().unwrap_or_default(),
-            points: modes.confirmed.iter().filter(|mode| mode.m == m).flat_map(dash).collect(),
-        }
+pub fn dispersion<'a>(
+    modes: &Modes,
+    names: &'a BTreeMap<usize, String>,
+    title: &'a str,
+    [largest_n, highest]: [f64; 2],
+) -> LinePlot<'a> {
+    let dash = |mode: &Mode| {
+        let (n, frequency) = (mode.n as f64, mode.frequency());
+        [(n - DASH, frequency), (n + DASH, frequency), (n, f64::NAN)]
+    };
+    let series = names.iter().map(|(&m, name)| Series {
+        name,
+        points: modes.confirmed.iter().filter(|mode| mode.m == m).flat_map(dash).collect(),
     });
     LinePlot {
         title,

@@ -18,7 +18,8 @@ use super::tyre_views::{self as views, UnderLoad, phase};
 
 const EXAMPLES: &str = "\
 Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
-critical one) and by what moves most: radial, circumferential (for n = 0: torsion) or lateral. They are poles of the \
+critical one) and motion: radial (by a quarter at least), else what is most, circumferential (for n = 0: torsion) or \
+lateral. They are poles of the \
 tread surface's compliance; m are the lowest that a centred load excites. The tyre stands still.
 
 Loads: deflection, stiffness and length of the patch on a smooth road, the tyre standing; --rolling adds the mean \

@@ -8,8 +8,8 @@
 //! 3. the secant method on 1/C_jj moves each of them to a pole of C itself. All laws but the hysteretic one are
 //!    analytic off the negative real axis, so C can be followed to the left of the imaginary axis;
 //! 4. the residue of C, the difference of C on both sides of the pole, is the product of the mode's shape with itself:
-//!    what moves most, radially, round the tyre or across it, names the mode, and a pole that several entries share
-//!    is listed once.
+//!    what moves, radially, round the tyre or across it, names the mode, and a pole that several entries share is
+//!    listed once.
 //!
 //! A pole of step 2 that step 3 does not confirm, and that the samples feel, is reported as [`Modes::unconfirmed`].
 //!
@@ -49,25 +49,25 @@ const LAST_STEP: f64 = 1e-12;
 const LONGEST_WAY: f64 = 0.05;
 /// Distance from a pole at which its residue is read, relative to |s|.
 const BESIDE: f64 = 1e-4;
+/// Share of radial motion from which a mode is called radial. A quarter: a ring that moves as a whole, n = 1, moves as
+/// much round itself as along its radius.
+const RADIAL: f64 = 0.25;
 /// Poles closer than this, relative to |s|, are the same.
 const SAME: f64 = 1e-7;
 
-/// What moves most in a mode.
+/// What moves in a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {
-    /// Along the radius.
+    /// Along the radius, at least by a quarter: what a road excites and what radiates.
     Radial,
-    /// Round the tyre: torsion for n = 0.
+    /// Hardly along the radius, and most round the tyre: torsion for n = 0.
     Circumferential,
-    /// Across the tyre.
+    /// Hardly along the radius, and most across the tyre.
     Lateral,
 }
 
 impl Motion {
-    /// In the order of C.
-    const OF_ENTRIES: [Self; 3] = [Self::Circumferential, Self::Lateral, Self::Radial];
-
     /// In a word.
     pub const fn name(self) -> &'static str {
         match self {
@@ -85,7 +85,7 @@ pub struct Mode {
     pub n: usize,
     /// Lateral number.
     pub m: usize,
-    /// What moves most on the tread's surface.
+    /// How the tread's surface moves.
     pub motion: Motion,
     /// The pole, Im > 0 \[1/s\].
     pub pole: Complex64,
@@ -275,7 +275,7 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
                 if !line.rings(pole) {
                     continue;
                 }
-                let mode = self.mode(pole, entry, &compliance);
+                let mode = self.mode(pole, entry, compliance);
                 let is_new = |other: &Mode| other.motion != mode.motion || !same(other.pole, pole, SAME);
                 if modes.confirmed.iter().all(is_new) {
                     modes.confirmed.push(mode);
@@ -301,9 +301,16 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
             |i: usize| if i == entry { own.norm() } else { (residue(i, entry) * residue(entry, i) / own).norm() };
         let parts: [f64; 3] = std::array::from_fn(part);
         let sum: f64 = parts.iter().sum();
-        let largest = (0..3).max_by(|&i, &j| parts[i].total_cmp(&parts[j])).unwrap_or(entry);
-        let motion = Motion::OF_ENTRIES[largest];
-        Mode { n: self.n, m: self.m, motion, pole, shares: parts.map(|part| part / sum) }
+        let shares = parts.map(|part| part / sum);
+        let [circumferential, lateral, radial] = shares;
+        let motion = if radial >= RADIAL {
+            Motion::Radial
+        } else if circumferential >= lateral {
+            Motion::Circumferential
+        } else {
+            Motion::Lateral
+        };
+        Mode { n: self.n, m: self.m, motion, pole, shares }
     }
 }
 

@@ -318,7 +318,12 @@ fn the_car_tyre_has_its_modes() {
     let found = modes_of(&waves, 300.0, |n, m, s| car.compliance(n as i64, m, s, STEP).0).unwrap();
     for mode in &found.confirmed {
         let (frequency, damping) = (mode.frequency(), mode.damping());
-        println!("n = {}: {:<15} {frequency:6.1} Hz, damping {damping:.4}", mode.n, mode.motion.name());
+        println!(
+            "n = {}: {:<15} {frequency:6.1} Hz, damping {damping:.4}, {:.3?}",
+            mode.n,
+            mode.motion.name(),
+            mode.shares
+        );
     }
     assert_eq!(found.unconfirmed, []);
     // MODEL section 13, within 2 Hz.

@@ -334,7 +334,8 @@ fn the_car_tyre_has_its_modes() {
     for (n, frequency) in (1..).zip([68.0, 90.0, 109.5, 131.0, 154.5, 180.5]) {
         is_there("bending", n, Motion::Radial, frequency);
     }
-    is_there("cavity", 1, Motion::Radial, 227.0);
+    // The air rings against a belt that gives way round the tyre more than along its radius.
+    is_there("cavity", 1, Motion::Circumferential, 227.0);
     is_there("breathing", 0, Motion::Radial, 245.0);
     is_there("torsion", 0, Motion::Circumferential, 47.0);
     is_there("lateral", 0, Motion::Lateral, 48.0);

@@ -43,12 +43,12 @@ pub struct MobilityArguments {
 }
 
 /// Level re 1 m/(N s) \[dB\].
-fn level(value: num_complex::Complex64) -> f64 {
+pub(super) fn level(value: num_complex::Complex64) -> f64 {
     20.0 * value.norm().log10()
 }
 
 /// One row per frequency; real part, imaginary part and level for each patch.
-fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
+pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
     let columns = |patch: &f64| [format!("re_{patch}mm"), format!("im_{patch}mm"), format!("level_db_{patch}mm")];
     let header: Vec<String> = ["frequency_hz".to_owned()].into_iter().chain(patches.iter().flat_map(columns)).collect();
     let rows = mobility.frequencies.iter().zip(&mobility.values).map(|(&frequency, row)| {
@@ -58,16 +58,27 @@ fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
     csv([header].into_iter().chain(rows))
 }
 
-fn plot<'a>(mobility: &Mobility, title: &'a str, names: &'a [String]) -> LinePlot<'a> {
+/// What a picture shows of a mobility.
+pub(super) type Quantity = (&'static str, fn(num_complex::Complex64) -> f64);
+
+pub(super) const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
+
+/// A curve for each patch.
+pub(super) fn plot<'a>(
+    mobility: &Mobility,
+    title: &'a str,
+    names: &'a [String],
+    (quantity, shown): Quantity,
+) -> LinePlot<'a> {
     let curves = names.iter().enumerate().map(|(column, name)| Series {
         name,
-        points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, level(row[column]))).collect(),
+        points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, shown(row[column]))).collect(),
     });
-    let levels = mobility.values.iter().flatten().map(|&value| level(value));
+    let values = mobility.values.iter().flatten().map(|&value| shown(value));
     LinePlot {
         title,
         x: Axis::logarithmic_around("Frequency [Hz]", mobility.frequencies.iter().copied(), [1.0, 1.0]),
-        y: Axis::linear_around("Driving-point mobility [dB re 1 m/(N s)]", levels),
+        y: Axis::linear_around(quantity, values),
         series: curves.collect(),
     }
 }
@@ -75,7 +86,7 @@ fn plot<'a>(mobility: &Mobility, title: &'a str, names: &'a [String]) -> LinePlo
 impl MobilityArguments {
     /// Computes, writes `mobility.csv` and `mobility.svg`.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let frequencies = self.frequencies();
+        let frequencies = frequencies(self.from, self.to, self.points);
         let Self { place, patch, from, to, points } = self;
         let mut side = place.open("mobility")?;
         let mut progress = context.progress();
@@ -87,19 +98,16 @@ impl MobilityArguments {
         drop(progress);
         let names: Vec<String> = patch.iter().map(|patch| format!("{patch} mm")).collect();
         side.file("mobility.csv", to_csv(&mobility, &patch));
-        side.picture("mobility.svg", plot(&mobility, &side.loaded.title(), &names).to_svg())?;
+        side.picture("mobility.svg", plot(&mobility, &side.loaded.title(), &names, LEVEL).to_svg())?;
         side.settings = json!({ "scene": side.settings, "patch_mm": patch, "from": from, "to": to, "points": points });
         side.finish(context, &Report::default())
     }
+}
 
-    /// The frequencies \[Hz\], lowest first; both ends exact.
-    fn frequencies(&self) -> Vec<f64> {
-        let last = self.points - 1;
-        let ratio = self.to / self.from;
-        (0..self.points)
-            .map(|k| if k == last { self.to } else { self.from * ratio.powf(f64::from(k) / f64::from(last)) })
-            .collect()
-    }
+/// So many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
+pub(super) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
+    let (last, ratio) = (points - 1, to / from);
+    (0..points).map(|k| if k == last { to } else { from * ratio.powf(f64::from(k) / f64::from(last)) }).collect()
 }
 
 #[cfg(test)]
@@ -129,9 +137,10 @@ mod tests {
 
     #[test]
     fn frequencies_are_evenly_spaced_on_a_logarithmic_axis() {
-        let frequencies = parse(&["a.toml", "--from", "100", "--to", "10000", "--points", "5"]).unwrap().frequencies();
-        for (got, expected) in frequencies.iter().zip([100.0, 316.227_766, 1000.0, 3_162.277_66, 10_000.0]) {
-            assert!((got / expected - 1.0).abs() < 1e-8, "{frequencies:?}");
+        for (got, expected) in
+            frequencies(100.0, 10_000.0, 5).iter().zip([100.0, 316.227_766, 1000.0, 3_162.277_66, 10_000.0])
+        {
+            assert!((got / expected - 1.0).abs() < 1e-8, "{got} {expected}");
         }
         assert!(parse(&["a.toml", "--points", "1"]).is_err());
     }

@@ -29,6 +29,8 @@ mod slice;
 mod slices;
 mod study;
 mod sweep;
+mod tyre;
+mod tyre_views;
 
 use std::process::ExitCode;
 
@@ -84,6 +86,8 @@ pub enum Command {
     Resume(resume::ResumeArguments),
     /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
     Sweep(sweep::SweepArguments),
+    /// Show what kind of tyre a scene has: modes, stiffness and patch under loads, mobility.
+    Tyre(tyre::TyreArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
     /// Describe and draw a scene's road.
@@ -118,6 +122,7 @@ impl Command {
             Self::Study(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
+            Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
@@ -182,7 +187,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 16);
+        assert_eq!(names.len(), 17);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -3,6 +3,7 @@
 //! - [`accuracy`]: accuracy against time of every knob, and whether the presets keep what they state;
 //! - [`effects`]: what each effect is worth; [`rules`]: time rules side by side;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
+//! - [`loads`]: a tyre under given loads, standing and rolling;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
 //!
 //! Comparisons roll by [`trial`], which holds runs against each other, too.
@@ -10,6 +11,7 @@
 pub mod accuracy;
 pub mod calibration;
 pub mod effects;
+pub mod loads;
 pub mod rules;
 pub mod sweep;
 pub mod trial;

@@ -6,9 +6,11 @@
 //! - [`influence`]: from compliances to influence functions H_n(s), sums over all waves that look like the wavenumber n
 //!   on the elements;
 //! - [`poles`]: from influence functions to rational models, poles and residues for each n: what a run takes;
-//! - [`views`]: what there is to see of both.
+//! - [`views`]: what there is to see of both;
+//! - [`modes`]: resonances of single waves, poles of C.
 
 pub mod influence;
 pub mod layers;
+pub mod modes;
 pub mod poles;
 pub mod views;

@@ -12,6 +12,7 @@ use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
 use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP, air_stiffness};
 use tyrewave::tyre::layers::cylinder::Cylinder;
 use tyrewave::tyre::layers::{cases, material};
+use tyrewave::tyre::modes::{Mode, Motion, modes_of};
 
 fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
     Material {
@@ -416,4 +417,34 @@ fn sums_of_guided_and_curved_tyres_agree_with_those_without_a_tail() {
             }
         }
     }
+}
+
+#[test]
+fn the_car_tyre_has_its_modes() {
+    let car = car();
+    let waves: Vec<(usize, usize)> = (0..=6).map(|n| (n, 0)).collect();
+    let found = modes_of(&waves, 300.0, |n, m, s| car.compliance(n as i64, m, s, STEP).0).unwrap();
+    for mode in &found.confirmed {
+        let (frequency, damping) = (mode.frequency(), mode.damping());
+        println!(
+            "n = {}: {:<15} {frequency:6.1} Hz, damping {damping:.4}, {:.3?}",
+            mode.n,
+            mode.motion.name(),
+            mode.shares
+        );
+    }
+    assert_eq!(found.unconfirmed, []);
+    // MODEL section 13, within 2 Hz.
+    let is_there = |what: &str, n: usize, motion: Motion, frequency: f64| {
+        let fits = |mode: &&Mode| (mode.n, mode.motion) == (n, motion) && (mode.frequency() - frequency).abs() < 2.0;
+        assert_eq!(found.confirmed.iter().filter(fits).count(), 1, "{what}, {frequency} Hz");
+    };
+    for (n, frequency) in (1..).zip([68.0, 90.0, 109.5, 131.0, 154.5, 180.5]) {
+        is_there("bending", n, Motion::Radial, frequency);
+    }
+    // The air rings against a belt that gives way round the tyre more than along its radius.
+    is_there("cavity", 1, Motion::Circumferential, 227.0);
+    is_there("breathing", 0, Motion::Radial, 245.0);
+    is_there("torsion", 0, Motion::Circumferential, 47.0);
+    is_there("lateral", 0, Motion::Lateral, 48.0);
 }

@@ -34,4 +34,5 @@ mod study;
 mod sweep;
 mod time_rules;
 mod tread_laws;
+mod tyre;
 mod vibration;

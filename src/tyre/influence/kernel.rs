@@ -62,7 +62,7 @@ impl Waves {
     }
 
     /// The lateral numbers that a centred strip excites, from the lowest on.
-    pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + use<> {
+    pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         (self.first_lateral_number()..).step_by(2)
     }
 
@@ -161,8 +161,7 @@ impl KernelAt {
         }
     }
 
-    #[allow(dead_code)]
-    /// C of a wave with n >= 0 \[m/Pa\]; order circumferential, lateral, outward.
+    /// C of a wave with n >= 0 for all tractions \[m/Pa\]; order circumferential, lateral, outward.
     pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
         match self.curved(n, m) {
             Some((wave, at)) => wave.full(at).0,

@@ -1,0 +1,231 @@
+//! `tyrewave tyre`: what kind of tyre a scene has.
+
+use clap::Args;
+use serde_json::{Value, json};
+use tyrewave::counters::{Counter, Stage};
+use tyrewave::results::table::Report;
+use tyrewave::run::{Progress, RunError};
+use tyrewave::study::loads::{Standing, rolling};
+use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
+use tyrewave::tyre::modes::{modes, radial_compliance};
+
+use super::context::{Context, print};
+use super::error::CliError;
+use super::mobility::{frequencies, level, plot as mobility_plot, to_csv as mobility_csv};
+use super::options::positive;
+use super::side::Place;
+use super::tyre_views::{self as views, UnderLoad, phase};
+
+const EXAMPLES: &str = "\
+Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
+critical one) and motion: radial (by a quarter at least), else what is most, circumferential (for n = 0: torsion) or \
+lateral. They are poles of the \
+tread surface's compliance; m are the lowest that a centred load excites. The tyre stands still.
+
+Loads: deflection, stiffness and length of the patch on a smooth road, the tyre standing; --rolling adds the mean \
+length at the scene's speed, from a short run for each load. Lengths are those of whole elements, L/N, and grow by \
+two at a time: numerics.elements refines them. A load is in kg (its weight counts, with 9.81 m/s2), or in newtons \
+where an N follows.
+
+Mobility: velocity of a square patch of the tread for a unit force on it; the smaller the patch the higher its level.
+
+Of the scene its tyre, its elements and, with --rolling, its speed and numerics count.
+
+Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
+compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
+mobility.svg, mobility_phase.svg.
+
+Examples:
+  tyrewave tyre scenes/default.toml
+  tyrewave tyre scenes/default.toml --rolling --loads 300,350,400
+  tyrewave tyre scenes/default.toml --loads 3400N,4000N --waves 20 --highest 800 --out tyre
+  tyrewave tyre scenes/default.toml --json -q";
+
+/// Weight of a kilogram \[N\].
+const GRAVITY: f64 = 9.81;
+/// Points of the curves over the load.
+const CURVE_POINTS: usize = 40;
+/// Lowest and highest frequency of the mobility \[Hz\].
+const MOBILITY: (f64, f64) = (50.0, 3000.0);
+/// Frequencies of the mobility's table \[Hz\].
+const TABLE: [f64; 7] = [63.0, 100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
+/// Rows of the map of the compliance.
+const MAP_ROWS: u32 = 250;
+
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct TyreArguments {
+    #[command(flatten)]
+    place: Place,
+    /// Most periods n round the tyre.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(..=500))]
+    waves: u16,
+    /// Number of lateral numbers m, from the lowest on.
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50))]
+    lateral: u16,
+    /// Highest frequency of the modes, in Hz.
+    #[arg(long, value_name = "HZ", default_value = "500", value_parser = positive)]
+    highest: f64,
+    /// Loads: kg, or newtons as 3400N.
+    #[arg(long, value_name = "LOADS", value_delimiter = ',', default_value = "300,350,400", value_parser = load)]
+    loads: Vec<Load>,
+    /// Also roll the tyre under each load on a smooth road (seconds each).
+    #[arg(long)]
+    rolling: bool,
+    /// Sides of the square patches of the mobility, in mm.
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "50,20,10,5", value_parser = positive)]
+    patch: Vec<f64>,
+    /// Number of frequencies of the mobility; 300 resolve modes of 2 % damping.
+    #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    points: u32,
+    /// Print the JSON of all numbers instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A load as it was given, and in N.
+#[derive(Clone, Debug, PartialEq)]
+struct Load {
+    label: String,
+    newtons: f64,
+}
+
+/// `300` or `300kg`, `3400N`.
+fn load(text: &str) -> Result<Load, String> {
+    let text = text.trim();
+    let wrong = |_| format!("\"{text}\" is no load: kilograms as 350, or newtons as 3400N");
+    let (number, unit, newtons) = match text.strip_suffix('N') {
+        Some(number) => (number, "N", 1.0),
+        None => (text.strip_suffix("kg").unwrap_or(text), "kg", GRAVITY),
+    };
+    let value = positive(number).map_err(wrong)?;
+    Ok(Load { label: format!("{value} {unit}"), newtons: newtons * value })
+}
+
+impl TyreArguments {
+    /// Computes, writes, prints.
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points, json } = self;
+        let mut side = place.open("tyre")?;
+        let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
+        let tyre = &scene.tyre;
+        if rolls {
+            side.loaded.check_time_domain()?;
+        }
+        let mut progress = context.progress();
+        progress.stage(Stage::Axle);
+        let standing = side.meter.time(Stage::Influence, || Standing::new(&scene));
+        let newtons: Vec<f64> = loads.iter().map(|load| load.newtons).collect();
+        let contacts = newtons.iter().map(|&load| standing.under(load)).collect::<Result<Vec<_>, _>>();
+        let contacts = contacts.map_err(RunError::from)?;
+        let largest = newtons.iter().copied().fold(0.0, f64::max);
+        let curve = standing.curve(largest, CURVE_POINTS).map_err(RunError::from)?;
+
+        progress.stage(Stage::Influence);
+        let (largest_n, lateral) = (usize::from(waves), usize::from(lateral));
+        let found = side
+            .meter
+            .time(Stage::Influence, || modes(tyre, largest_n, lateral, highest))
+            .map_err(|error| CliError::Failed(error.to_string()))?;
+        side.meter.count(Counter::ComplianceEvaluations, found.evaluations);
+        let rows: Vec<f64> = (0..MAP_ROWS).map(|row| highest * (f64::from(row) + 0.5) / f64::from(MAP_ROWS)).collect();
+        let map = radial_compliance(tyre, largest_n, &rows);
+        let sides: Vec<f64> = patch.iter().map(|side| side * 1e-3).collect();
+        let (from, to) = MOBILITY;
+        let mut mobility_at = |frequencies: &[f64]| {
+            let mobility = side.meter.time(Stage::Influence, || driving_point(tyre, &sides, frequencies));
+            side.meter.count(Counter::ComplianceEvaluations, mobility.evaluations);
+            mobility
+        };
+        let (mobility, in_table) = (mobility_at(&frequencies(from, to, points)), mobility_at(&TABLE));
+
+        let stop = context.interrupt.flag();
+        let lengths = if rolls { Some(rolling(&scene, &newtons, stop, &mut progress)?) } else { None };
+        drop(progress);
+        let under: Vec<UnderLoad> = loads
+            .into_iter()
+            .zip(contacts)
+            .enumerate()
+            .map(|(index, (Load { label, .. }, standing))| UnderLoad {
+                label,
+                standing,
+                rolling: lengths.as_ref().map(|lengths| lengths[index]),
+            })
+            .collect();
+
+        let lateral_names = views::lateral_names(&found);
+        let dispersion = views::dispersion(&found, &lateral_names, &title, [largest_n as f64, highest]);
+        side.picture("dispersion.svg", dispersion.to_svg())?;
+        side.picture("compliance.svg", views::compliance(&found, &title, highest, &map))?;
+        side.picture("load_deflection.svg", views::load_deflection(&curve, &under, &title).to_svg())?;
+        side.picture("patch_length.svg", views::patch_length(&curve, &under, &title).to_svg())?;
+        let names: Vec<String> = patch.iter().map(|patch| format!("{patch} mm")).collect();
+        for (name, quantity) in [("mobility.svg", super::mobility::LEVEL), ("mobility_phase.svg", views::PHASE)] {
+            side.picture(name, mobility_plot(&mobility, &title, &names, quantity).to_svg())?;
+        }
+        side.file("modes.csv", views::modes_csv(&found));
+        side.file("loads.csv", views::loads_csv(&under));
+        side.file("mobility.csv", mobility_csv(&mobility, &patch));
+        let answer = json!({
+            "title": title,
+            "modes": found.confirmed.iter().map(views::mode_json).collect::<Vec<_>>(),
+            "unconfirmed": found.unconfirmed.iter().map(views::unconfirmed_json).collect::<Vec<_>>(),
+            "element": tyre.circumference / scene.numerics.elements as f64,
+            "loads": under.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
+            "mobility": mobility_json(&mobility),
+        });
+        let answer = format!("{answer:#}\n");
+        side.file("tyre.json", answer.clone());
+        side.settings = json!({
+            "scene": side.settings,
+            "waves": waves,
+            "lateral": lateral,
+            "highest": highest,
+            "loads": newtons,
+            "rolling": rolls,
+            "patch_mm": patch,
+            "points": points,
+        });
+        if json {
+            side.write(context)?;
+            return print(&answer);
+        }
+        let mut report = Report::default();
+        report.text(format!("{title}\n\n"));
+        report.append(views::modes_report(&found, largest_n));
+        report.append(views::loads_report(&under, tyre.circumference / scene.numerics.elements as f64));
+        report.append(views::mobility_report(&in_table, &names));
+        report.text("\n");
+        side.finish(context, &report)
+    }
+}
+
+/// Frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases \[degrees\].
+fn mobility_json(mobility: &Mobility) -> Value {
+    let of = |column: usize| mobility.values.iter().map(move |row| row[column]);
+    let patches = mobility.patches.iter().enumerate().map(|(column, side)| {
+        json!({
+            "side": side,
+            "level": of(column).map(level).collect::<Vec<_>>(),
+            "phase": of(column).map(phase).collect::<Vec<_>>(),
+        })
+    });
+    json!({ "frequencies": mobility.frequencies, "patches": patches.collect::<Vec<_>>() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_is_in_kilograms_or_in_newtons_where_it_says_so() {
+        let newtons = |text: &str| load(text).unwrap().newtons;
+        assert!((newtons("350") - 3433.5).abs() < 1e-9 && (newtons(" 350kg ") - 3433.5).abs() < 1e-9);
+        assert!((newtons("3400N") - 3400.0).abs() < 1e-9);
+        assert_eq!((load("350").unwrap().label, load("3400N").unwrap().label), ("350 kg".into(), "3400 N".into()));
+        for text in ["0", "-3", "heavy", "", "N", "3 t", "nan"] {
+            let error = load(text).unwrap_err();
+            assert!(error.contains("kilograms") && error.contains(&format!("\"{text}\"")), "{error}");
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! What `tyrewave tyre` shows of its results: tables, files and pictures.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use serde_json::{Value, json};
+use tyrewave::contact::static_contact::StaticContact;
+use tyrewave::results::plots::{Axis, HeatMap, LinePlot, PlotError, Series};
+use tyrewave::results::table::{Report, aligned, csv, numbers};
+use tyrewave::tyre::influence::mobility::Mobility;
+use tyrewave::tyre::modes::{Mode, Modes, Motion};
+
+use super::mobility::{Quantity, level};
+
+/// Half the length of a mode's dash, in n.
+const DASH: f64 = 0.35;
+
+pub const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
+
+/// What a load does.
+pub struct UnderLoad {
+    /// As it was given.
+    pub label: String,
+    /// The tyre standing.
+    pub standing: StaticContact,
+    /// Mean length of the rolling patch \[m\].
+    pub rolling: Option<f64>,
+}
+
+impl UnderLoad {
+    /// Load over deflection \[N/m\].
+    pub fn secant_stiffness(&self) -> f64 {
+        self.standing.force / self.standing.indentation
+    }
+
+    /// For `tyre.json`.
+    pub fn to_json(&self) -> Value {
+        json!({
+            "load": self.standing.force,
+            "deflection": self.standing.indentation,
+            "secant_stiffness": self.secant_stiffness(),
+            "tangent_stiffness": self.standing.stiffness,
+            "patch_length": self.standing.length,
+            "rolling_patch_length": self.rolling,
+        })
+    }
+}
+
+/// Phase \[degrees\].
+pub fn phase(value: Complex64) -> f64 {
+    value.arg().to_degrees()
+}
+
+/// A row for each n, a column for each lateral number and motion that has modes.
+pub fn modes_report(modes: &Modes, largest_n: usize) -> Report {
+    let kinds: BTreeSet<(usize, Motion)> = modes.confirmed.iter().map(|mode| (mode.m, mode.motion)).collect();
+    let header =
+        ["n".to_owned()].into_iter().chain(kinds.iter().map(|(m, motion)| format!("m = {m} {}", motion.name())));
+    let cell = |n: usize, kind: (usize, Motion)| {
+        let of_kind = modes.confirmed.iter().filter(|mode| (mode.n, (mode.m, mode.motion)) == (n, kind));
+        let texts: Vec<String> =
+            of_kind.map(|mode| format!("{:.1} ({:.1})", mode.frequency(), 100.0 * mode.damping())).collect();
+        texts.join(", ")
+    };
+    let row = |n: usize| -> Vec<String> {
+        [n.to_string()].into_iter().chain(kinds.iter().map(|&kind| cell(n, kind))).collect()
+    };
+    let mut report = Report::default();
+    report.text("Modes: frequency in Hz (damping in % of the critical one)\n");
+    report.table(numbers(&header.collect::<Vec<_>>(), &(0..=largest_n).map(row).collect::<Vec<_>>()));
+    for &(n, m, pole) in &modes.unconfirmed {
+        let frequency = pole.im / std::f64::consts::TAU;
+        report.text(format!("not confirmed by the compliance itself: n = {n}, m = {m}, near {frequency:.1} Hz\n"));
+    }
+    report.text("\n");
+    report
+}
+
+/// A row for each load.
+pub fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
+    let row = |under: &UnderLoad| {
+        [
+            under.label.clone(),
+            format!("{:.2} mm", 1e3 * under.standing.indentation),
+            format!("{:.3e}", under.secant_stiffness()),
+            format!("{:.3e}", under.standing.stiffness),
+            format!("{:.1} mm", 1e3 * under.standing.length),
+            under.rolling.map_or("-".to_owned(), |length| format!("{:.1} mm", 1e3 * length)),
+        ]
+    };
+    let header = ["load", "deflection", "stiffness [N/m]", "tangent [N/m]", "patch, standing", "patch, rolling"];
+    let mut report = Report::default();
+    report.text(format!("On a smooth road; patch in steps of two elements, {:.2} mm\n", 2e3 * element));
+    report.table(aligned(&header, &loads.iter().map(row).collect::<Vec<_>>()));
+    report.text("\n");
+    report
+}
+
+/// A row for each patch.
+pub fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
+    let header = ["patch".to_owned()].into_iter().chain(mobility.frequencies.iter().map(|f| format!("{f} Hz")));
+    let row = |(column, name): (usize, &String)| -> Vec<String> {
+        let cell = |row: &Vec<Complex64>| format!("{:.1}, {:.0}°", level(row[column]), phase(row[column]));
+        [name.clone()].into_iter().chain(mobility.values.iter().map(cell)).collect()
+    };
+    let mut report = Report::default();
+    report.text("Driving-point mobility of square patches: dB re 1 m/(N s), phase\n");
+    report.table(aligned(&header.collect::<Vec<_>>(), &names.iter().enumerate().map(row).collect::<Vec<_>>()));
+    report
+}
+
+/// For `tyre.json`: shares of the motion are circumferential, lateral and radial.
+pub fn mode_json(mode: &Mode) -> Value {
+    json!({
+        "n": mode.n,
+        "m": mode.m,
+        "motion": mode.motion,
+        "frequency": mode.frequency(),
+        "damping": mode.damping(),
+        "pole": [mode.pole.re, mode.pole.im],
+        "shares": mode.shares,
+    })
+}
+
+/// For `tyre.json`.
+pub fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
+    json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })
+}
+
+/// One row for each mode.
+pub fn modes_csv(modes: &Modes) -> String {
+    let header = ["n", "m", "motion", "frequency_hz", "damping", "circumferential", "lateral", "radial"];
+    let row = |mode: &Mode| {
+        let words = [mode.n.to_string(), mode.m.to_string(), mode.motion.name().to_owned()];
+        let values = [mode.frequency(), mode.damping()].into_iter().chain(mode.shares);
+        words.into_iter().chain(values.map(|value| value.to_string())).collect::<Vec<_>>()
+    };
+    csv([header.map(str::to_owned).to_vec()].into_iter().chain(modes.confirmed.iter().map(row)))
+}
+
+/// One row for each load.
+pub fn loads_csv(loads: &[UnderLoad]) -> String {
+    let header = ["load_n", "deflection_m", "secant_n_per_m", "tangent_n_per_m", "patch_m", "rolling_patch_m"];
+    let row = |under: &UnderLoad| {
+        let StaticContact { indentation, force, stiffness, length } = under.standing;
+        let values = [force, indentation, under.secant_stiffness(), stiffness, length].map(|value| value.to_string());
+        values.into_iter().chain([under.rolling.map_or(String::new(), |length| length.to_string())]).collect()
+    };
+    csv([header.map(str::to_owned).to_vec()].into_iter().chain(loads.iter().map(row)))
+}
+
+/// The lateral numbers that have modes, with their names in the legend.
+pub fn lateral_names(modes: &Modes) -> BTreeMap<usize, String> {
+    modes.confirmed.iter().map(|mode| (mode.m, format!("m = {}", mode.m))).collect()
+}
+
+/// Each mode as a dash at its n, one colour for each lateral number.
+pub fn dispersion<'a>(
+    modes: &Modes,
+    names: &'a BTreeMap<usize, String>,
+    title: &'a str,
+    [largest_n, highest]: [f64; 2],
+) -> LinePlot<'a> {
+    let dash = |mode: &Mode| {
+        let (n, frequency) = (mode.n as f64, mode.frequency());
+        [(n - DASH, frequency), (n + DASH, frequency), (n, f64::NAN)]
+    };
+    let series = names.iter().map(|(&m, name)| Series {
+        name,
+        points: modes.confirmed.iter().filter(|mode| mode.m == m).flat_map(dash).collect(),
+    });
+    LinePlot {
+        title,
+        x: Axis::linear("Waves n round the tyre", -0.5..largest_n + 0.5),
+        y: Axis::linear("Frequency of the modes [Hz]", 0.0..highest),
+        series: series.collect(),
+    }
+}
+
+/// |C_zz| of the lowest lateral number over n and frequency; cells with a mode are grey.
+pub fn compliance(
+    modes: &Modes,
+    title: &str,
+    highest: f64,
+    (m, rows): &(usize, Vec<Vec<f64>>),
+) -> Result<String, PlotError> {
+    let columns = rows.first().map_or(0, Vec::len);
+    let mut values = Array2::from_shape_fn((rows.len(), columns), |(row, n)| 20.0 * rows[row][n].log10());
+    for mode in modes.confirmed.iter().filter(|mode| mode.m == *m) {
+        let row = (mode.frequency() / highest * rows.len() as f64) as usize;
+        if let Some(cell) = values.get_mut((row, mode.n)) {
+            *cell = f64::NAN;
+        }
+    }
+    let quantity = format!("|C| radial, m = {m} [dB re 1 m/Pa]; grey: modes");
+    let map = HeatMap {
+        title,
+        x: Axis::linear("Waves n round the tyre", -0.5..columns as f64 - 0.5),
+        y: Axis::linear("Frequency [Hz]", 0.0..highest),
+        quantity: &quantity,
+        values: values.view(),
+        range: None,
+        aspect: None,
+    };
+    map.to_svg()
+}
+
+/// Load over deflection of the standing tyre.
+pub fn load_deflection<'a>(curve: &[StaticContact], loads: &'a [UnderLoad], title: &'a str) -> LinePlot<'a> {
+    let point = |contact: &StaticContact| (1e3 * contact.indentation, contact.force);
+    let points: Vec<(f64, f64)> = [(0.0, 0.0)].into_iter().chain(curve.iter().map(point)).collect();
+    let deepest = points.last().map_or(1.0, |point| point.0);
+    // A load is a line from the axis to the curve and down.
+    let series = loads.iter().map(|under| {
+        let (x, y) = point(&under.standing);
+        Series { name: &under.label, points: vec![(0.0, y), (x, y), (x, 0.0)] }
+    });
+    let forces = points.iter().map(|point| point.1).collect::<Vec<_>>();
+    LinePlot {
+        title,
+        x: Axis::linear("Deflection [mm]", 0.0..deepest),
+        y: Axis::linear("Load, standing on a smooth road [N]", 0.0..forces.last().copied().unwrap_or(1.0)),
+        series: [Series { name: "standing", points }].into_iter().chain(series).collect(),
+    }
+}
+
+/// Length of the patch over the load.
+pub fn patch_length<'a>(curve: &[StaticContact], loads: &[UnderLoad], title: &'a str) -> LinePlot<'a> {
+    let standing: Vec<(f64, f64)> = curve.iter().map(|contact| (contact.force, 1e3 * contact.length)).collect();
+    let mut rolling: Vec<(f64, f64)> =
+        loads.iter().filter_map(|under| Some((under.standing.force, 1e3 * under.rolling?))).collect();
+    rolling.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ends = |points: &[(f64, f64)], of: fn(&(f64, f64)) -> f64| points.last().map_or(1.0, of);
+    let (heaviest, longest) = (ends(&standing, |point| point.0), ends(&standing, |point| point.1));
+    let mut series = vec![Series { name: "standing", points: standing }];
+    if !rolling.is_empty() {
+        series.push(Series { name: "rolling", points: rolling });
+    }
+    LinePlot {
+        title,
+        x: Axis::linear("Load [N]", 0.0..heaviest),
+        y: Axis::linear("Length of the patch [mm]", 0.0..longest),
+        series,
+    }
+}

@@ -1,0 +1,89 @@
+//! A tyre under given loads on a smooth road: how far it gives way and how long its patch is, standing and rolling.
+//!
+//! 1. standing: static influence functions, contact at rest under each load;
+//! 2. rolling: a short run at the scene's speed for each load.
+//!
+//! Both with the elastic tread, whatever the scene's contact law: this is about the tyre. Lengths are whole elements
+//! where a step rolls a whole element.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::contact::ContactError;
+use crate::contact::static_contact::{StaticContact, StaticTyre};
+use crate::run::error::RunError;
+use crate::run::progress::Progress;
+use crate::scene::{Axle, Contact, Effects, Road, Scene};
+use crate::study::trial::{SETTLING, Trials};
+use crate::tyre::influence::{Field, InfluenceSum};
+
+/// Time that a rolling patch is averaged over \[s\]: a good revolution at 80 km/h.
+const AVERAGED: f64 = 0.1;
+/// The curve ends this far beyond the largest load.
+const BEYOND: f64 = 1.2;
+
+/// A tyre that stands on a smooth road.
+#[derive(Clone, Debug)]
+pub struct Standing {
+    /// Static influence of the element j further on \[m/N\].
+    row: Vec<f64>,
+    circumference: f64,
+}
+
+impl Standing {
+    /// The tyre of a scene with the scene's elements, all its settings decided.
+    pub fn new(scene: &Scene) -> Self {
+        let Scene { tyre, rolling, numerics, .. } = scene;
+        let time_step = tyre.circumference / (numerics.elements as f64 * numerics.substeps as f64 * rolling.speed());
+        let sum = InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / time_step);
+        Self { row: sum.static_row(Field::Surface), circumference: tyre.circumference }
+    }
+
+    fn tyre(&self) -> StaticTyre<'_> {
+        StaticTyre { influence: &self.row, circumference: self.circumference }
+    }
+
+    /// Contact under a load \[N\].
+    ///
+    /// # Errors
+    /// [`ContactError::LoadNotReached`], or of the search.
+    pub fn under(&self, load: f64) -> Result<StaticContact, ContactError> {
+        self.tyre().under(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
+    }
+
+    /// Contacts at evenly spaced indentations, so many, to a little beyond that of a load \[N\].
+    ///
+    /// # Errors
+    /// As [`Self::under`].
+    pub fn curve(&self, load: f64, points: usize) -> Result<Vec<StaticContact>, ContactError> {
+        let deepest = BEYOND * self.under(load)?.indentation;
+        (1..=points).map(|k| self.tyre().at(deepest * k as f64 / points as f64)).collect()
+    }
+}
+
+/// Mean length of the rolling patch under each load \[N\], at the scene's speed on a smooth road \[m\].
+///
+/// # Errors
+/// Of any of the runs; [`RunError::Interrupted`].
+pub fn rolling(
+    scene: &Scene,
+    loads: &[f64],
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<Vec<f64>, RunError> {
+    let mut smooth = scene.clone();
+    smooth.numerics.forget_wishes();
+    (smooth.road, smooth.contact) = (Road::Smooth, Contact::default());
+    smooth.effects = Effects { centrifugal_tension: scene.effects.centrifugal_tension, ..Effects::default() };
+    (smooth.outputs.vibration, smooth.rolling.start) = (None, None);
+    smooth.rolling.warm_up = smooth.rolling.warm_up.max(SETTLING);
+    smooth.rolling.duration = AVERAGED;
+    let time = loads.len() as f64 * (smooth.rolling.warm_up + AVERAGED);
+    let mut trials = Trials::new(time, stop, progress);
+    let lengths = loads.iter().map(|&load| {
+        smooth.rolling.axle = Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE };
+        Ok(trials.roll(&smooth)?.contact_length())
+    });
+    let lengths = lengths.collect::<Result<_, RunError>>()?;
+    trials.finish();
+    Ok(lengths)
+}

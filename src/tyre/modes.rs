@@ -1,0 +1,320 @@
+//! Modes: how waves of n periods round the tyre and of the lateral number m ring freely.
+//!
+//! A mode is a pole of the wave's compliance C(n, m, s). It rings at |Im s|/2 pi with the damping -Re s/|s|. For each
+//! wave and each diagonal entry C_jj:
+//!
+//! 1. C_jj is sampled on a line just right of the imaginary axis, where it is finite also for a tyre without loss;
+//! 2. an AAA approximation (see [`crate::numeric::rational::aaa`]) finds how many poles there are, and roughly where;
+//! 3. the secant method on 1/C_jj moves each of them to a pole of C itself. All laws but the hysteretic one are
+//!    analytic off the negative real axis, so C can be followed to the left of the imaginary axis;
+//! 4. the residue of C, the difference of C on both sides of the pole, is the product of the mode's shape with itself:
+//!    what moves, radially, round the tyre or across it, names the mode, and a pole that several entries share is
+//!    listed once.
+//!
+//! A pole of step 2 that step 3 does not confirm, and that the samples feel, is reported as [`Modes::unconfirmed`].
+//!
+//! Cost: samples times waves evaluations of C for all tractions, and about 10 a mode.
+
+use std::cell::Cell;
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use serde::Serialize;
+use thiserror::Error;
+
+use super::influence::Waves;
+use super::influence::kernel::Kernel;
+use super::layers::compliance::Matrix3;
+use crate::numeric::rational::RationalError;
+use crate::numeric::rational::aaa::approximate;
+use crate::scene::Tyre;
+
+/// Samples up to the highest frequency.
+const SAMPLES: usize = 200;
+/// Samples go on beyond it, so that a mode near the end has them on both sides.
+const BEYOND: f64 = 1.25;
+/// Error of the approximation relative to the largest sample. Far below what a start needs: weak modes are then seen,
+/// too.
+const TOLERANCE: f64 = 1e-10;
+/// Most support points; ten modes of lossy layers need some twenty.
+const MOST_POINTS: usize = 40;
+/// Above this damping nothing rings: it loses 97 % of its amplitude in a period.
+const LARGEST_DAMPING: f64 = 0.5;
+/// Part of the largest sample above which a pole is felt.
+const FELT: f64 = 1e-5;
+/// The secant method: iterations, last step, and how far it may go from its start, relative to |s|.
+const ITERATIONS: usize = 40;
+const LAST_STEP: f64 = 1e-12;
+const LONGEST_WAY: f64 = 0.05;
+/// Distance from a pole at which its residue is read, relative to |s|.
+const BESIDE: f64 = 1e-4;
+/// Share of radial motion from which a mode is called radial. A quarter: a ring that moves as a whole, n = 1, moves as
+/// much round itself as along its radius.
+const RADIAL: f64 = 0.25;
+/// Poles closer than this, relative to |s|, are the same.
+const SAME: f64 = 1e-7;
+
+/// What moves in a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// Along the radius, at least by a quarter: what a road excites and what radiates.
+    Radial,
+    /// Hardly along the radius, and most round the tyre: torsion for n = 0.
+    Circumferential,
+    /// Hardly along the radius, and most across the tyre.
+    Lateral,
+}
+
+impl Motion {
+    /// In a word.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Radial => "radial",
+            Self::Circumferential => "circumferential",
+            Self::Lateral => "lateral",
+        }
+    }
+}
+
+/// A mode of a wave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// Periods round the tyre.
+    pub n: usize,
+    /// Lateral number.
+    pub m: usize,
+    /// How the tread's surface moves.
+    pub motion: Motion,
+    /// The pole, Im > 0 \[1/s\].
+    pub pole: Complex64,
+    /// Circumferential, lateral and radial motion of the tread's surface: squared, of a sum of 1.
+    pub shares: [f64; 3],
+}
+
+impl Mode {
+    /// Frequency |Im s|/2 pi \[Hz\].
+    pub fn frequency(&self) -> f64 {
+        frequency(self.pole)
+    }
+
+    /// Damping -Re s/|s|, of the critical one.
+    pub fn damping(&self) -> f64 {
+        damping(self.pole)
+    }
+}
+
+fn frequency(pole: Complex64) -> f64 {
+    pole.im.abs() / TAU
+}
+
+fn damping(pole: Complex64) -> f64 {
+    -pole.re / pole.norm()
+}
+
+/// The modes of a tyre.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Modes {
+    /// By n, then m, then frequency.
+    pub confirmed: Vec<Mode>,
+    /// Poles of an approximation, as (n, m, pole), that were not found again in C itself.
+    pub unconfirmed: Vec<(usize, usize, Complex64)>,
+    /// Evaluations of the compliance.
+    pub evaluations: u64,
+}
+
+/// Why the modes of a wave cannot be found.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("modes of the wave n = {n}, m = {m}: {source}")]
+pub struct ModesError {
+    /// Periods round the tyre.
+    pub n: usize,
+    /// Lateral number.
+    pub m: usize,
+    /// What the approximation met.
+    pub source: RationalError,
+}
+
+/// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral numbers,
+/// the lowest that a centred load excites.
+///
+/// # Errors
+/// As [`modes_of`].
+pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
+    let kernel = Kernel::new(tyre, BEYOND * TAU * highest, TOLERANCE);
+    let lateral = Waves::new(tyre).lateral_numbers().take(lateral_count);
+    let waves: Vec<_> = (0..=largest_n).flat_map(|n| lateral.clone().map(move |m| (n, m))).collect();
+    modes_of(&waves, highest, |n, m, s| kernel.at(s).full(n as i64, m))
+}
+
+/// Modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement per traction,
+/// order circumferential, lateral, radial, C(conj s) = conj C(s).
+///
+/// # Errors
+/// [`ModesError`] for a compliance that is not finite, of the first such wave.
+pub fn modes_of(
+    waves: &[(usize, usize)],
+    highest: f64,
+    compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
+) -> Result<Modes, ModesError> {
+    let line = Line::up_to(highest);
+    let of_wave = |&(n, m): &(usize, usize)| {
+        let wave = Wave { n, m, compliance: |s| compliance(n, m, s) };
+        wave.modes(&line).map_err(|source| ModesError { n, m, source })
+    };
+    let found: Vec<_> = waves.par_iter().map(of_wave).collect();
+    let mut all = Modes::default();
+    for wave in found {
+        let wave = wave?;
+        all.confirmed.extend(wave.confirmed);
+        all.unconfirmed.extend(wave.unconfirmed);
+        all.evaluations += wave.evaluations;
+    }
+    Ok(all)
+}
+
+/// |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency \[Hz\],
+/// one column for each n; with it the lateral number.
+pub fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
+    let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
+    let kernel = Kernel::new(tyre, TAU * top, TOLERANCE);
+    let m = Waves::new(tyre).first_lateral_number();
+    let row = |&frequency: &f64| {
+        let at = kernel.at(Complex64::new(0.0, TAU * frequency));
+        (0..=largest_n).map(|n| at.full(n as i64, m)[2][2].norm()).collect()
+    };
+    (m, frequencies.par_iter().map(row).collect())
+}
+
+/// Where C is sampled: at z + shift, z on the imaginary axis.
+struct Line {
+    points: Vec<Complex64>,
+    shift: f64,
+    highest: f64,
+}
+
+impl Line {
+    /// Evenly spaced; as far right of the axis as the points are apart, so that no pole lies closer.
+    fn up_to(highest: f64) -> Self {
+        let shift = TAU * highest / SAMPLES as f64;
+        let count = (BEYOND * SAMPLES as f64) as usize;
+        let points = (0..count).map(|k| Complex64::new(0.0, (k as f64 + 0.5) * shift)).collect();
+        Self { points, shift, highest }
+    }
+
+    /// Poles of an approximation to a function's values on the line that ring within the band; with each whether the
+    /// values feel it.
+    fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
+        let model = approximate(&self.points, values, TOLERANCE, MOST_POINTS)?;
+        let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
+        let felt = |z: Complex64| residue(|z| model.evaluate(z), z).norm() > FELT * largest * z.re.abs();
+        let poles = model.poles()?.into_iter().filter(|&z| self.rings(z + self.shift));
+        Ok(poles.map(|z| (z + self.shift, felt(z))).collect())
+    }
+
+    fn rings(&self, pole: Complex64) -> bool {
+        pole.im > 0.0 && frequency(pole) <= self.highest && damping(pole).abs() < LARGEST_DAMPING
+    }
+}
+
+/// Residue of a simple pole: what is regular there has the same value on both sides.
+fn residue(f: impl Fn(Complex64) -> Complex64, pole: Complex64) -> Complex64 {
+    let beside = BESIDE * pole.norm();
+    (f(pole + beside) - f(pole - beside)) * (0.5 * beside)
+}
+
+/// The pole of f near a start, by the secant method on 1/f.
+fn polished(f: impl Fn(Complex64) -> Complex64, start: Complex64) -> Option<Complex64> {
+    let (mut before, mut s) = (start * (1.0 + BESIDE), start);
+    let (mut inverse_before, mut inverse) = (f(before).inv(), f(s).inv());
+    for _ in 0..ITERATIONS {
+        // On the pole itself 1/f is 0, or not a number where f has overflowed.
+        let step = if inverse.norm() > 0.0 { inverse * (s - before) / (inverse - inverse_before) } else { 0.0.into() };
+        (before, inverse_before) = (s, inverse);
+        s -= step;
+        if !s.is_finite() || (s - start).norm() > LONGEST_WAY * start.norm() {
+            return None;
+        }
+        if step.norm() <= LAST_STEP * s.norm() {
+            return Some(s);
+        }
+        inverse = f(s).inv();
+    }
+    None
+}
+
+/// One wave.
+struct Wave<F> {
+    n: usize,
+    m: usize,
+    compliance: F,
+}
+
+impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
+    fn modes(&self, line: &Line) -> Result<Modes, RationalError> {
+        let Self { n, m, .. } = *self;
+        let evaluations = Cell::new(0);
+        let compliance = |s: Complex64| {
+            evaluations.set(evaluations.get() + 1);
+            (self.compliance)(s)
+        };
+        let sampled: Vec<Matrix3> = line.points.iter().map(|&z| compliance(z + line.shift)).collect();
+        let mut modes = Modes::default();
+        let mut doubtful = Vec::new();
+        for entry in 0..3 {
+            let values: Vec<Complex64> = sampled.iter().map(|compliance| compliance[entry][entry]).collect();
+            for (start, felt) in line.poles(&values)? {
+                let Some(pole) = polished(|s| compliance(s)[entry][entry], start) else {
+                    doubtful.extend(felt.then_some(start));
+                    continue;
+                };
+                if !line.rings(pole) {
+                    continue;
+                }
+                let mode = self.mode(pole, entry, compliance);
+                let is_new = |other: &Mode| other.motion != mode.motion || !same(other.pole, pole, SAME);
+                if modes.confirmed.iter().all(is_new) {
+                    modes.confirmed.push(mode);
+                }
+            }
+        }
+        // Another entry may have confirmed it.
+        doubtful.retain(|&start| !modes.confirmed.iter().any(|mode| same(mode.pole, start, LONGEST_WAY)));
+        modes.unconfirmed = doubtful.into_iter().map(|pole| (n, m, pole)).collect();
+        modes.confirmed.sort_by(|a, b| a.pole.im.total_cmp(&b.pole.im).then(a.motion.cmp(&b.motion)));
+        modes.evaluations = evaluations.get();
+        Ok(modes)
+    }
+
+    /// The mode of a pole that was found in the entry jj. Its residue is v_i w_j, so that v_i w_i is R_ij R_ji/R_jj:
+    /// of another mode that happens to have the same pole nothing enters.
+    fn mode(&self, pole: Complex64, entry: usize, compliance: impl Fn(Complex64) -> Matrix3) -> Mode {
+        let beside = BESIDE * pole.norm();
+        let (right, left) = (compliance(pole + beside), compliance(pole - beside));
+        let residue = |i: usize, j: usize| right[i][j] - left[i][j];
+        let own = residue(entry, entry);
+        let part =
+            |i: usize| if i == entry { own.norm() } else { (residue(i, entry) * residue(entry, i) / own).norm() };
+        let parts: [f64; 3] = std::array::from_fn(part);
+        let sum: f64 = parts.iter().sum();
+        let shares = parts.map(|part| part / sum);
+        let [circumferential, lateral, radial] = shares;
+        let motion = if radial >= RADIAL {
+            Motion::Radial
+        } else if circumferential >= lateral {
+            Motion::Circumferential
+        } else {
+            Motion::Lateral
+        };
+        Mode { n: self.n, m: self.m, motion, pole, shares }
+    }
+}
+
+fn same(a: Complex64, b: Complex64, within: f64) -> bool {
+    (a - b).norm() <= within * a.norm()
+}
+
+#[cfg(test)]
+#[path = "modes_tests.rs"]
+mod tests;

@@ -18,7 +18,7 @@ use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
-use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation, wave_bytes};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -96,6 +96,8 @@ pub struct Amounts {
     pub memory_per_thread: f64,
     /// Memory for each thread in the fit, which is over before the steps \[bytes\].
     pub fit_memory_per_thread: f64,
+    /// Memory of the waves of a curved tyre in the fit \[bytes\].
+    pub fit_memory: f64,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
 }
@@ -118,6 +120,7 @@ impl Amounts {
             memory: Vec::new(),
             memory_per_thread: 0.0,
             fit_memory_per_thread: 0.0,
+            fit_memory: 0.0,
             result_bytes: 0.0,
         };
         if plan.needs_model() {
@@ -140,7 +143,7 @@ impl Amounts {
     /// before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
-        let fit = self.fit_memory_per_thread * threads as f64;
+        let fit = self.fit_memory_per_thread * threads as f64 + self.fit_memory;
         fit.max(steps + expected_fit::KEPT * fit)
     }
 
@@ -164,7 +167,8 @@ impl Amounts {
         let (wavenumbers, lags, steps) = (wavenumbers(scene), plan.lags as f64, plan.steps as f64);
         let Expected { points, columns, .. } = self.expected;
         let evaluations = wavenumbers * lags * terms(scene, plan);
-        self.add(Stage::Influence, Unit::Evaluation, evaluations, Place::BeforeOnAll);
+        let cost = if scene.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
+        self.add(Stage::Influence, Unit::Evaluation, cost * evaluations, Place::BeforeOnAll);
         self.count(Counter::ComplianceEvaluations, evaluations);
         // The first steps have less of a past.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
@@ -178,9 +182,10 @@ impl Amounts {
         let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
         self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);
         if kept.is_none() {
-            let share = expected_fit::share(elements, tolerance, scene.tyre.layers.len());
+            let share = expected_fit::share(elements, tolerance, &scene.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
+            self.fit_memory = wave_bytes(&scene.tyre, 0.01 * tolerance);
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }

@@ -54,7 +54,7 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
     let begin = Instant::now();
     fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { kept: None })?;
-    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre.layers.len()) * Unit::Fit.typical();
+    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * Unit::Fit.typical();
 
     let mut probes = Probes { fit: begin.elapsed().as_secs_f64() / fit, ..Probes::default() };
     probes.roll(base.clone(), stop)?;

@@ -28,12 +28,31 @@ pub(super) struct CurvedWaves {
     prepared: Vec<OnceLock<Option<Box<CylinderWave>>>>,
 }
 
+/// Bytes of a prepared wave of two layers (measured).
+const BYTES: f64 = 2.4e4;
+
+/// Wavenumber \[1/m\] from which waves are a flat layer's.
+fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
+    let thickness = tyre.layers.last().map_or(tyre.circumference, |tread| tread.thickness);
+    thickness_limit(thickness, tolerance)
+}
+
+/// Memory of all waves of a tyre that sums within a relative `tolerance` ask for \[bytes\]; none for a flat one.
+pub fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
+    if !tyre.curvature {
+        return 0.0;
+    }
+    let (waves, limit) = (Waves::new(tyre), flat_from(tyre, tolerance));
+    // A quarter of a disc over n and over every other m.
+    let count = 0.25 * std::f64::consts::PI * (limit / waves.kx(1) + 1.0) * (0.5 * limit / waves.ky(1) + 1.0);
+    count * BYTES * 0.5 * tyre.layers.len() as f64
+}
+
 impl CurvedWaves {
     /// For |s| up to `largest_s` and values within a relative `tolerance`.
     pub(super) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         let waves = Waves::new(tyre);
-        let thickness = tyre.layers.last().map_or(tyre.circumference, |tread| tread.thickness);
-        let below = thickness_limit(thickness, tolerance);
+        let below = flat_from(tyre, tolerance);
         let columns = (below / waves.ky(1)) as usize + 1;
         let rows = (below / waves.kx(1)) as usize + 1;
         Self {

@@ -1,4 +1,6 @@
-//! What a fit is expected to take and to give, before it is done: from those of the default tyre.
+//! What a fit is expected to take and to give, before it is done: from those of the flat car tyre.
+
+use crate::scene::Tyre;
 
 /// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
 /// `tyrewave influence --cost`).
@@ -24,17 +26,27 @@ pub const BYTES: f64 = 26e6;
 /// Share of them that the allocator still keeps afterwards (measured).
 pub const KEPT: f64 = 0.3;
 
+/// Cost of a curved tyre's fit over the flat one's: its waves are prepared first (measured).
+const CURVED: f64 = 6.0;
+/// The same of one evaluation, in lanes (measured).
+pub const CURVED_EVALUATION: f64 = 3.3;
+
 /// Poles, conjugates counted, of a fit with so many elements to a tolerance.
 pub fn poles(elements: f64, tolerance: f64) -> f64 {
     of_elements(elements).0 * POLES_BY_DECADE.powf(-tolerance.log10() - 5.0)
 }
 
 /// Time relative to that of the default tyre with 512 elements to 1e-5.
-pub fn share(elements: f64, tolerance: f64, layers: usize) -> f64 {
+pub fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
+    let shape = if tyre.curvature { CURVED } else { 1.0 };
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
     let low = (place as usize).min(BY_TOLERANCE.len() - 2);
     let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);
-    of_elements(elements).1 * a * (b / a).powf(place - low as f64) * (0.5 * layers as f64).powf(BY_LAYERS)
+    of_elements(elements).1
+        * a
+        * (b / a).powf(place - low as f64)
+        * (0.5 * tyre.layers.len() as f64).powf(BY_LAYERS)
+        * shape
 }
 
 /// Between the lines of the table by its first column, linear in the logarithms; beyond its ends by the last two.

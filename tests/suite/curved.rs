@@ -327,9 +327,8 @@ fn differences_from_steps(tyre: &CurvedStack, largest_s: f64, tolerance: f64, st
             let (c, d) = tyre.compliance(n, m, s, step);
             let at = cylinder.at(s);
             let (found_c, found_d) = wave.full(&at);
-            worst[0] = worst[0].max((found_c[2][2] - c[2][2]).norm() / c[2][2].norm());
+            worst[0] = worst[0].max((found_c[2][2] - c[2][2]).norm() / c[2][2].norm()).max(difference(&found_c, &c));
             worst[1] = worst[1].max((found_d[2][2] - d[2][2]).norm() / c[2][2].norm());
-            assert!(difference(&found_c, &c) < 1e3 * tolerance, "n {n}, m {m}, s {s}");
             let both = wave.normal(&at);
             assert!((both.surface - found_c[2][2]).norm() < 1e-12 * both.surface.norm());
             assert!((both.bottom - found_d[2][2]).norm() < 1e-9 * both.surface.norm());

@@ -8,6 +8,7 @@ mod compliance;
 mod context;
 mod effects;
 mod error;
+mod fit_tyre;
 mod heights;
 mod indent;
 mod influence;
@@ -86,6 +87,8 @@ pub enum Command {
     Sweep(sweep::SweepArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
+    /// Identify a tyre from measured driving-point mobilities.
+    FitTyre(fit_tyre::FitTyreArguments),
     /// Describe and draw a scene's road.
     Road(road::RoadArguments),
     /// Record what fixed workloads cost, and compare two records or programs.
@@ -119,6 +122,7 @@ impl Command {
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
+            Self::FitTyre(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
@@ -182,7 +186,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 16);
+        assert_eq!(names.len(), 17);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -75,12 +75,17 @@ impl Side {
 
     /// Writes the folder and answers.
     pub fn finish(self, context: &Context, report: &Report) -> Result<(), CliError> {
+        let place = self.write(context)?;
+        context.answer(report, &place)
+    }
+
+    /// Writes the folder and says where it is.
+    pub fn write(self, context: &Context) -> Result<PathBuf, CliError> {
         let folder = ResultsFolder::create(&self.target)?;
         for (name, text) in &self.files {
             folder.write_text(name, text)?;
         }
         let cost = Cost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun(&self.loaded.title(), self.settings, cost))?;
-        context.answer(report, &place)
+        Ok(folder.finish(Summary::begun(&self.loaded.title(), self.settings, cost))?)
     }
 }

@@ -5,7 +5,7 @@
 //! computed mode lies on a measured neighbour; so:
 //! 1. the start and [`TRIALS`] - 1 more points, spread evenly over tension and foundation, are tried on the frequencies
 //!    up to [`LOW`];
-//! 2. bounded least squares from the best [`BEST`] of them on these frequencies;
+//! 2. bounded least squares from the best [`BEST`] of them on these frequencies, until one explains them;
 //! 3. the same from the best of these on all frequencies.
 //!
 //! With J at the end, (J^T J)^-1 holds the variances and correlations of the logarithms. Where the residuals are larger
@@ -41,6 +41,8 @@ pub const BEST: usize = 4;
 /// Pieces of the work that a watcher hears of: the trials, the descents on low frequencies, the one on all.
 pub const PIECES: u64 = BEST as u64 + 2;
 
+/// chi^2/N of a descent after which no other valley is looked for: a neighbouring mode misses by far more.
+const EXPLAINED: f64 = 1.5;
 /// How far trials go: a factor to both sides.
 const REACH: f64 = 2.0;
 /// Steps on low frequencies end early: what is left is found on all. A decrease of 1 moves a parameter by as much as
@@ -208,6 +210,9 @@ fn low_point(
         (squares(&residuals), point)
     };
     let mut trials: Vec<(f64, Vec<f64>)> = (0..TRIALS).into_par_iter().map(tried).collect();
+    if stop.load(Ordering::Relaxed) {
+        return Err(FitTyreError::Interrupted);
+    }
     trials.sort_by(|a, b| a.0.total_cmp(&b.0));
     trials.truncate(BEST);
     let freedom = (2 * low.len() - unknowns) as f64;
@@ -219,7 +224,11 @@ fn low_point(
             going_on(stop)
         };
         let end = minimise(&of_low, &trial, &space.bounds(), ON_LOW, &mut tell);
+        let explained = end.squares() < EXPLAINED * freedom;
         ends.push((end.squares(), end.point));
+        if explained {
+            break;
+        }
     }
     if stop.load(Ordering::Relaxed) {
         return Err(FitTyreError::Interrupted);

@@ -114,7 +114,9 @@ impl FitTyreArguments {
         side.file("mobility.csv", to_csv(&fitted, &points));
         let names: Vec<String> =
             patches(&points).iter().map(|side| format!("{} mm", (side * 1e6).round() / 1e3)).collect();
-        let [overlay, residuals] = pictures(&fitted, &points, &title, &names);
+        let titles = ["measured (marks) and fitted (lines)", "fitted less measured"];
+        let titles = titles.map(|what| format!("{title}: {what}"));
+        let [overlay, residuals] = pictures(&fitted, &points, &titles, &names);
         side.picture("mobility.svg", overlay.to_svg())?;
         side.picture("residuals.svg", residuals.to_svg())?;
         side.settings = json!({
@@ -195,6 +197,11 @@ fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
     })
 }
 
+/// Whether an interval, by its upper end, is smaller than the room that a parameter has.
+fn is_told(value: f64, upper: f64) -> bool {
+    upper / value < BOUND
+}
+
 /// What a reader is told.
 fn tables(fit: &Fit, points: &[Point]) -> Report {
     let mut report = Report::default();
@@ -208,9 +215,12 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
     let number = |value: f64| if (1e-2..1e4).contains(&value) { format!("{value:.4}") } else { format!("{value:.3e}") };
     let row = |parameter: Parameter| match fit.estimates.iter().find(|estimate| estimate.parameter == parameter) {
         Some(Estimate { start, value, interval: [from, to], at_bound, .. }) => {
-            let factor = to / value;
-            let width = if factor < BOUND { format!("{:.1}", 100.0 * (factor - 1.0)) } else { "not told".to_owned() };
             let note = if *at_bound { "at its bound" } else { "" };
+            if !is_told(*value, *to) {
+                let none = || "-".to_owned();
+                return [number(*start), number(*value), none(), none(), "not told".to_owned(), note.to_owned()];
+            }
+            let width = format!("{:.1}", 100.0 * (to / value - 1.0));
             [number(*start), number(*value), number(*from), number(*to), width, note.to_owned()]
         }
         None => {
@@ -233,9 +243,13 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
     });
     report.table(aligned(&header, &rows.collect::<Vec<Vec<String>>>()));
     report.text("\n");
-    if fit.estimates.iter().any(|estimate| estimate.at_bound) {
+    let lost = |estimate: &&Estimate| estimate.at_bound || !is_told(estimate.value, estimate.interval[1]);
+    let lost: Vec<&str> = fit.estimates.iter().filter(lost).map(|estimate| estimate.parameter.name()).collect();
+    if !lost.is_empty() {
+        let lost = lost.join(",");
         report.text(format!(
-            "note: a parameter at its bound, a factor {BOUND} from the start, was not found: start nearer, or fix it\n"
+            "note: not found, for the measurement does not tell it or the start is a factor {BOUND} away: {lost}; fix \
+             it (--fix {lost}), or start nearer\n"
         ));
     }
     if after > LARGE {
@@ -291,7 +305,7 @@ fn degrees(value: Complex64) -> f64 {
 }
 
 /// Measured and fitted levels and phases; what is left of them, in uncertainties.
-fn pictures<'a>(fit: &Fit, points: &[Point], title: &'a str, names: &'a [String]) -> [ComparisonPlot<'a>; 2] {
+fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a [String]) -> [ComparisonPlot<'a>; 2] {
     let sides = patches(points);
     // One list a patch, by rising frequency.
     let by_patch = |value: &dyn Fn(usize) -> f64| -> Vec<Vec<(f64, f64)>> {
@@ -316,14 +330,14 @@ fn pictures<'a>(fit: &Fit, points: &[Point], title: &'a str, names: &'a [String]
     let frequencies = points.iter().map(|point| point.frequency);
     let x = Axis::logarithmic_around("Frequency [Hz]", frequencies, [0.97, 1.03]);
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let plot = |panels: [ComparisonPanel; 2]| ComparisonPlot {
+    let plot = |title: &'a str, panels: [ComparisonPanel; 2]| ComparisonPlot {
         title,
         x: x.clone(),
         names: names.clone(),
         panels: panels.into(),
     };
     [
-        plot([compared("Mobility [dB re 1 m/(N s)]", level), compared("Phase [degrees]", degrees)]),
-        plot([left("Level residual / uncertainty", 0), left("Phase residual / uncertainty", 1)]),
+        plot(&titles[0], [compared("Mobility [dB re 1 m/(N s)]", level), compared("Phase [degrees]", degrees)]),
+        plot(&titles[1], [left("Level residual / uncertainty", 0), left("Phase residual / uncertainty", 1)]),
     ]
 }

@@ -8,6 +8,7 @@ mod compliance;
 mod context;
 mod effects;
 mod error;
+mod fit_tyre;
 mod heights;
 mod indent;
 mod influence;
@@ -90,6 +91,8 @@ pub enum Command {
     Tyre(tyre::TyreArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
+    /// Identify a tyre from measured driving-point mobilities.
+    FitTyre(fit_tyre::FitTyreArguments),
     /// Describe and draw a scene's road.
     Road(road::RoadArguments),
     /// Record what fixed workloads cost, and compare two records or programs.
@@ -124,6 +127,7 @@ impl Command {
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
+            Self::FitTyre(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),

@@ -79,7 +79,7 @@ impl Side {
         context.answer(report, &place)
     }
 
-    /// Writes the folder; where it is.
+    /// Writes the folder and says where it is.
     pub fn write(self, context: &Context) -> Result<PathBuf, CliError> {
         let folder = ResultsFolder::create(&self.target)?;
         for (name, text) in &self.files {

@@ -1,5 +1,6 @@
 //! Numerical building blocks that know no physics.
 
+pub mod bounded_least_squares;
 pub mod complex_field;
 pub mod digest;
 pub mod lanes;

@@ -2,6 +2,7 @@
 //!
 //! - [`accuracy`]: accuracy against time of every knob, and whether the presets keep what they state;
 //! - [`effects`]: what each effect is worth; [`rules`]: time rules side by side;
+//! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
 //! - [`loads`]: a tyre under given loads, standing and rolling;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
@@ -11,6 +12,7 @@
 pub mod accuracy;
 pub mod calibration;
 pub mod effects;
+pub mod fit_tyre;
 pub mod loads;
 pub mod rules;
 pub mod sweep;

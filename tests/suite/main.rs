@@ -12,6 +12,7 @@ mod conditions;
 mod convergence;
 mod curved;
 mod determinism;
+mod fit_tyre;
 mod half_space_closed_forms;
 mod hard_cases;
 mod histories;

@@ -6,6 +6,7 @@
 pub mod axis;
 mod canvas;
 mod colour;
+pub mod comparison;
 pub mod force_map;
 pub mod heat_map;
 pub mod lines;
@@ -16,6 +17,7 @@ pub mod work_precision;
 
 pub use axis::Axis;
 pub use canvas::PlotError;
+pub use comparison::{ComparisonPanel, ComparisonPlot};
 pub use force_map::ForceMap;
 pub use heat_map::HeatMap;
 pub use lines::{LinePlot, Series};

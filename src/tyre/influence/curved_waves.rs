@@ -6,6 +6,8 @@
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
+
 use super::kernel::Waves;
 use crate::scene::Tyre;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
@@ -69,6 +71,17 @@ impl CurvedWaves {
     /// The same for s = 0 alone.
     pub(super) fn at_rest(&self) -> Self {
         Self::new(&self.tyre, 0.0, self.tolerance)
+    }
+
+    /// Prepares the waves below a wavenumber \[1/m\] whose m a centred strip excites, on all threads: for sums that would
+    /// ask for the same waves from every thread.
+    pub(super) fn prepare(&self, cut_off: f64) {
+        (0..(cut_off / self.waves.kx(1)) as i64 + 1).into_par_iter().for_each(|n| {
+            let below = |m: &usize| self.waves.kx(n).hypot(self.waves.ky(*m)) < cut_off;
+            for m in self.waves.lateral_numbers().take_while(below) {
+                self.get(n, m);
+            }
+        });
     }
 
     /// The wave (n, m); `None`: a flat layer's will do.

@@ -111,6 +111,13 @@ impl Kernel {
         self.stack.layers().last().filter(|tread| !tread.is_tense())
     }
 
+    /// Has the waves below a wavenumber ready: see [`CurvedWaves::prepare`].
+    pub(super) fn prepare(&self, cut_off: f64) {
+        if let Some(waves) = &self.curved {
+            waves.prepare(cut_off);
+        }
+    }
+
     /// At s = 0: waves that are never asked for anything else take less work.
     pub(super) fn at_rest(&self) -> KernelAt {
         let curved = self.curved.as_ref().map(|waves| Arc::new(waves.at_rest()));

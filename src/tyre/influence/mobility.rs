@@ -59,6 +59,7 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
         }
         None => highest,
     };
+    kernel.prepare(cut_off);
     let coefficients = tread.map_or([0.0; TERMS], |tread| series(modulus_ratio(tread.material.poisson)));
     let moments: Vec<[f64; TERMS]> = weights.par_iter().map(|weights| moments(weights, waves, cut_off)).collect();
 

@@ -1,0 +1,343 @@
+//! `tyrewave fit-tyre`: a tyre identified from measured driving-point mobilities.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use num_complex::Complex64;
+use serde_json::json;
+use tyrewave::counters::Stage;
+use tyrewave::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
+use tyrewave::results::table::{Report, aligned, csv};
+use tyrewave::scene::{LoadedScene, SceneError, Tyre};
+use tyrewave::study::fit_tyre::measured::{Point, read};
+use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
+
+use super::context::{Context, print};
+use super::error::CliError;
+use super::options::positive;
+use super::side::Place;
+
+const EXAMPLES: &str = "\
+MOBILITY.csv has a header and one line for each measured value, several patches in one file; columns in any order:
+  frequency_hz  frequency
+  patch_m       side of the square patch that is driven and whose mean velocity is observed
+  re, im        mobility in m/(N s), time factor exp(+i w t); or
+  level_db      its level, dB re 1 m/(N s), and
+  phase_deg     its phase
+Other columns are not looked at; lines that begin with # are left out.
+
+The scene's tyre is the start, and gives what is not fitted. Names of parameters: tread-modulus, tread-loss, \
+tread-thickness, tread-density, belt-modulus, belt-loss, tension-along, tension-across, foundation-normal, \
+foundation-tangential, foundation-loss. Thickness and density of the tread stand still unless they are named with \
+--free: weigh and measure them. So does the foundation's loss factor. Every parameter stays within a factor 4 of the \
+start.
+
+Results: tyre.toml, to be named in a scene as tyre = \"tyre.toml\"; fit.txt, fit.json; mobility.csv, measured and \
+fitted; mobility.svg and residuals.svg. An interval holds its parameter at 95 %, if the uncertainties are right and \
+the model is; it grows by sqrt(chi^2/N) where that is above 1.
+
+Examples:
+  tyrewave fit-tyre mobility.csv scenes/default.toml
+  tyrewave fit-tyre mobility.csv scenes/default.toml --free foundation-loss --fix tension-across --out fitted
+  tyrewave fit-tyre mobility.csv scenes/default.toml --level-error 1 --phase-error 5 --json";
+
+/// chi^2/N that chance does not explain.
+const LARGE: f64 = 2.0;
+/// Residuals larger than this are drawn here.
+const WORST: f64 = 10.0;
+
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct FitTyreArguments {
+    /// Measured mobilities, see below.
+    #[arg(value_name = "MOBILITY.csv")]
+    mobility: PathBuf,
+    #[command(flatten)]
+    place: Place,
+    /// Parameters to leave as they are.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parameter)]
+    fix: Vec<Parameter>,
+    /// Parameters to fit beside the usual ones.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parameter)]
+    free: Vec<Parameter>,
+    /// Standard deviation of the measured levels, in dB.
+    #[arg(long, value_name = "DB", default_value = "0.5", value_parser = positive)]
+    level_error: f64,
+    /// Standard deviation of the measured phases, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value = "3", value_parser = positive)]
+    phase_error: f64,
+    /// Print JSON instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parameter(text: &str) -> Result<Parameter, String> {
+    let wanted = text.trim();
+    let found = Parameter::ALL.into_iter().find(|parameter| parameter.name() == wanted);
+    found.ok_or_else(|| format!("the parameters are: {}", Parameter::ALL.map(Parameter::name).join(", ")))
+}
+
+impl FitTyreArguments {
+    /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let Self { mobility: path, place, fix, free, level_error, phase_error, json: as_json } = self;
+        let mut side = place.open("fit-tyre")?;
+        let free = free_parameters(&side.loaded, &fix, &free)?;
+        let start = &side.loaded.scene.tyre;
+        let bytes = std::fs::read(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let in_file = |error: &dyn std::fmt::Display| CliError::Usage(format!("{}: {error}", path.display()));
+        let points = read(&bytes, start.width).map_err(|error| in_file(&error))?;
+        let uncertainty = Uncertainty { level: level_error, phase: phase_error };
+        let bar = context.bar("fitting the tyre", PIECES);
+        let mut watch = |done: u64, text: &str| {
+            bar.set_position(done);
+            bar.set_message(text.to_owned());
+        };
+        let work = || fit(start, &free, &points, uncertainty, context.interrupt.flag(), &mut watch);
+        let fitted = side.meter.time(Stage::Influence, work).map_err(|error| match error {
+            FitTyreError::Interrupted => CliError::Interrupted { kept: None },
+            other => in_file(&other),
+        })?;
+        bar.finish_and_clear();
+
+        let title = side.loaded.title();
+        let answer = format!("{:#}\n", record(&fitted, &points));
+        let tables = tables(&fitted, &points);
+        let heading = format!(
+            "# Fitted by `tyrewave fit-tyre` to {} mobilities, from the tyre of: {}\n",
+            points.len(),
+            title.replace(char::is_control, " ")
+        );
+        side.file("tyre.toml", heading + &written(&fitted.tyre)?);
+        side.file("fit.txt", tables.to_string());
+        side.file("fit.json", answer.clone());
+        side.file("mobility.csv", to_csv(&fitted, &points));
+        let names: Vec<String> =
+            patches(&points).iter().map(|side| format!("{} mm", (side * 1e6).round() / 1e3)).collect();
+        let titles = ["measured (marks) and fitted (lines)", "fitted less measured"];
+        let titles = titles.map(|what| format!("{title}: {what}"));
+        let [overlay, residuals] = pictures(&fitted, &points, &titles, &names);
+        side.picture("mobility.svg", overlay.to_svg())?;
+        side.picture("residuals.svg", residuals.to_svg())?;
+        side.settings = json!({
+            "scene": side.settings,
+            "mobility": path.display().to_string(),
+            "free": free.iter().map(|parameter| parameter.name()).collect::<Vec<_>>(),
+            "level_error_db": level_error,
+            "phase_error_deg": phase_error,
+        });
+        if as_json {
+            side.write(context)?;
+            return print(&answer);
+        }
+        side.finish(context, &tables)
+    }
+}
+
+/// The usual parameters and those asked for, as far as the tyre has them.
+fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) -> Result<Vec<Parameter>, CliError> {
+    if let Some(both) = free.iter().find(|parameter| fix.contains(parameter)) {
+        return Err(CliError::Usage(format!("{} cannot be both free and fixed", both.name())));
+    }
+    let tyre = &loaded.scene.tyre;
+    let missing = free.iter().filter(|parameter| parameter.value(tyre).is_none());
+    let diagnostics: Vec<_> = missing
+        .map(|parameter| {
+            let wrong = format!("{} cannot be fitted from 0, or from what is not there", parameter.name());
+            loaded.complain(&parameter.key(tyre), wrong, "start from a positive value, or leave it out of --free")
+        })
+        .collect();
+    if !diagnostics.is_empty() {
+        return Err(SceneError::Invalid { diagnostics }.into());
+    }
+    let wanted = |parameter: &Parameter| {
+        let asked = free.contains(parameter) || (parameter.is_usually_free() && !fix.contains(parameter));
+        asked && parameter.value(tyre).is_some()
+    };
+    let chosen: Vec<Parameter> = Parameter::ALL.into_iter().filter(wanted).collect();
+    if chosen.is_empty() { Err(CliError::Usage("every parameter is fixed".to_owned())) } else { Ok(chosen) }
+}
+
+/// The tyre as a file.
+fn written(tyre: &Tyre) -> Result<String, CliError> {
+    Ok(toml::to_string(tyre).map_err(|source| SceneError::NotToml { source })?)
+}
+
+/// Distinct sides of patches, the largest first.
+fn patches(points: &[Point]) -> Vec<f64> {
+    let mut sides: Vec<f64> = points.iter().map(|point| point.patch).collect();
+    sides.sort_by(|a, b| b.total_cmp(a));
+    sides.dedup_by(|a, b| a.total_cmp(b).is_eq());
+    sides
+}
+
+/// Everything, for programs; a number that is infinite is null.
+fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
+    let estimate = |estimate: &Estimate| {
+        let Estimate { parameter, start, value, deviation, interval, at_bound } = estimate;
+        json!({
+            "name": parameter.name(),
+            "unit": parameter.unit(),
+            "start": start,
+            "value": value,
+            "interval_95": interval,
+            "relative_deviation": deviation,
+            "at_bound": at_bound,
+        })
+    };
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "measured_values": points.len(),
+        "chi_squared_per_n": { "start": fit.chi_squared[0], "fitted": fit.chi_squared[1] },
+        "converged": fit.converged,
+        "condition": fit.condition,
+        "parameters": fit.estimates.iter().map(estimate).collect::<Vec<_>>(),
+        "correlations": fit.correlations,
+        "tyre": fit.tyre,
+    })
+}
+
+/// Whether an interval, by its upper end, is smaller than the room that a parameter has.
+fn is_told(value: f64, upper: f64) -> bool {
+    upper / value < BOUND
+}
+
+/// What a reader is told.
+fn tables(fit: &Fit, points: &[Point]) -> Report {
+    let mut report = Report::default();
+    let [before, after] = fit.chi_squared;
+    report.text(format!(
+        "{} measured values of {} patches: chi^2/N {after:.2} ({before:.1} at the start), condition {:.0}\n\n",
+        points.len(),
+        patches(points).len(),
+        fit.condition
+    ));
+    let number = |value: f64| if (1e-2..1e4).contains(&value) { format!("{value:.4}") } else { format!("{value:.3e}") };
+    let row = |parameter: Parameter| match fit.estimates.iter().find(|estimate| estimate.parameter == parameter) {
+        Some(Estimate { start, value, interval: [from, to], at_bound, .. }) => {
+            let note = if *at_bound { "at its bound" } else { "" };
+            if !is_told(*value, *to) {
+                let none = || "-".to_owned();
+                return [number(*start), number(*value), none(), none(), "not told".to_owned(), note.to_owned()];
+            }
+            let width = format!("{:.1}", 100.0 * (to / value - 1.0));
+            [number(*start), number(*value), number(*from), number(*to), width, note.to_owned()]
+        }
+        None => {
+            let [value, none] = [parameter.value(&fit.tyre).map_or("none".to_owned(), number), String::new()];
+            [value.clone(), value, none.clone(), none.clone(), none, "fixed".to_owned()]
+        }
+    };
+    let named = |parameter: Parameter| match parameter.unit() {
+        "" => parameter.name().to_owned(),
+        unit => format!("{} [{unit}]", parameter.name()),
+    };
+    let rows = Parameter::ALL.map(|parameter| [vec![named(parameter)], row(parameter).to_vec()].concat());
+    report.table(aligned(&["", "start", "fitted", "95 % from", "to", "+- %", ""], &rows));
+    report.text("\nCorrelations:\n");
+    let header: Vec<String> =
+        [String::new()].into_iter().chain((1..=fit.estimates.len()).map(|number| number.to_string())).collect();
+    let rows = fit.estimates.iter().zip(&fit.correlations).zip(1..).map(|((estimate, row), number)| {
+        let name = format!("{number} {}", estimate.parameter.name());
+        [name].into_iter().chain(row.iter().map(|value| format!("{value:.2}"))).collect()
+    });
+    report.table(aligned(&header, &rows.collect::<Vec<Vec<String>>>()));
+    report.text("\n");
+    let lost = |estimate: &&Estimate| estimate.at_bound || !is_told(estimate.value, estimate.interval[1]);
+    let lost: Vec<&str> = fit.estimates.iter().filter(lost).map(|estimate| estimate.parameter.name()).collect();
+    if !lost.is_empty() {
+        let lost = lost.join(",");
+        report.text(format!(
+            "note: not found, for the measurement does not tell it or the start is a factor {BOUND} away: {lost}; fix \
+             it (--fix {lost}), or start nearer\n"
+        ));
+    }
+    if after > LARGE {
+        report.text(format!(
+            "note: the residuals are {:.1} times what the uncertainties explain: see residuals.svg for whether a \
+             patch's side, the model or the uncertainties are wrong\n",
+            after.sqrt()
+        ));
+    }
+    if !fit.converged {
+        report.text("note: the steps ran out before the minimum was found: start again from tyre.toml\n");
+    }
+    report
+}
+
+/// One line for each measured value, in the file's order; it can be fitted again.
+fn to_csv(fit: &Fit, points: &[Point]) -> String {
+    let header = [
+        "frequency_hz",
+        "patch_m",
+        "level_db",
+        "phase_deg",
+        "fitted_level_db",
+        "fitted_phase_deg",
+        "level_residual",
+        "phase_residual",
+    ];
+    let rows =
+        points.iter().zip(&fit.mobilities).zip(fit.residuals.chunks_exact(2)).map(|((point, fitted), residual)| {
+            let Point { frequency, patch, mobility } = *point;
+            let numbers = [
+                frequency,
+                patch,
+                level(mobility),
+                degrees(mobility),
+                level(*fitted),
+                degrees(*fitted),
+                residual[0],
+                residual[1],
+            ];
+            numbers.map(|number| number.to_string())
+        });
+    csv([header.map(str::to_owned)].into_iter().chain(rows))
+}
+
+/// Level re 1 m/(N s) \[dB\].
+fn level(value: Complex64) -> f64 {
+    20.0 * value.norm().log10()
+}
+
+fn degrees(value: Complex64) -> f64 {
+    value.arg().to_degrees()
+}
+
+/// Measured and fitted levels and phases; what is left of them, in uncertainties.
+fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a [String]) -> [ComparisonPlot<'a>; 2] {
+    let sides = patches(points);
+    // One list a patch, by rising frequency.
+    let by_patch = |value: &dyn Fn(usize) -> f64| -> Vec<Vec<(f64, f64)>> {
+        let of = |side: &f64| {
+            let own = points.iter().enumerate().filter(|(_, point)| point.patch.total_cmp(side).is_eq());
+            let mut list: Vec<(f64, f64)> = own.map(|(index, point)| (point.frequency, value(index))).collect();
+            list.sort_by(|a, b| a.0.total_cmp(&b.0));
+            list
+        };
+        sides.iter().map(of).collect()
+    };
+    let panel = |title: &str, points: Vec<Vec<(f64, f64)>>, curves: Vec<Vec<(f64, f64)>>| {
+        let values = points.iter().chain(&curves).flatten().map(|point| point.1);
+        ComparisonPanel { y: Axis::linear_around(title, values), points, curves }
+    };
+    let compared = |title: &str, of: fn(Complex64) -> f64| {
+        panel(title, by_patch(&|index| of(points[index].mobility)), by_patch(&|index| of(fit.mobilities[index])))
+    };
+    let left = |title: &str, part: usize| {
+        panel(title, by_patch(&|index| fit.residuals[2 * index + part].clamp(-WORST, WORST)), Vec::new())
+    };
+    let frequencies = points.iter().map(|point| point.frequency);
+    let x = Axis::logarithmic_around("Frequency [Hz]", frequencies, [0.97, 1.03]);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let plot = |title: &'a str, panels: [ComparisonPanel; 2]| ComparisonPlot {
+        title,
+        x: x.clone(),
+        names: names.clone(),
+        panels: panels.into(),
+    };
+    [
+        plot(&titles[0], [compared("Mobility [dB re 1 m/(N s)]", level), compared("Phase [degrees]", degrees)]),
+        plot(&titles[1], [left("Level residual / uncertainty", 0), left("Phase residual / uncertainty", 1)]),
+    ]
+}

@@ -1,0 +1,118 @@
+//! Measured points and computed curves over a common horizontal axis, in panels above each other, with a legend.
+
+use plotters::style::RGBColor;
+
+use super::axis::Axis;
+use super::canvas::{Form, Frame, Grid, INK, MARK, PlotError, draw, legend_width};
+use super::colour;
+use super::lines::cut;
+
+const WHITE: RGBColor = RGBColor(255, 255, 255);
+
+/// Height and width of a panel's frame, the margins round it, all in shown pixels.
+const HEIGHT: i32 = 330;
+const WIDTH: i32 = 680;
+const MARGIN: i32 = 85;
+const TOP: i32 = 50;
+const BETWEEN: i32 = 70;
+
+/// One panel.
+#[derive(Clone, Debug)]
+pub struct ComparisonPanel {
+    /// Vertical axis.
+    pub y: Axis,
+    /// Points by name, in the order of the names.
+    pub points: Vec<Vec<(f64, f64)>>,
+    /// Curves by name; empty where points stand alone.
+    pub curves: Vec<Vec<(f64, f64)>>,
+}
+
+/// The picture. Points outside the frame are drawn at its edge; curves are cut there.
+#[derive(Clone, Debug)]
+pub struct ComparisonPlot<'a> {
+    /// Title over the picture.
+    pub title: &'a str,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// What is compared: a colour and a form each.
+    pub names: Vec<&'a str>,
+    /// The panels, from the top.
+    pub panels: Vec<ComparisonPanel>,
+}
+
+impl ComparisonPlot<'_> {
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`].
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let frames: Vec<Frame> = (0..self.panels.len() as i32)
+            .map(|panel| {
+                let top = TOP + panel * (HEIGHT + BETWEEN);
+                Frame::of(MARGIN..MARGIN + WIDTH, top..top + HEIGHT)
+            })
+            .collect();
+        let size = (
+            MARGIN + WIDTH + 25 + legend_width(self.names.iter().copied()),
+            TOP + self.panels.len() as i32 * (HEIGHT + BETWEEN),
+        );
+        draw("a comparison", size, "", |sheet| {
+            for (number, (panel, frame)) in self.panels.iter().zip(&frames).enumerate() {
+                sheet.axes(if number == 0 { self.title } else { "" }, frame, &self.x, &panel.y, Grid::Both);
+                let zero = panel.y.place(0.0);
+                if (0.0..=1.0).contains(&zero) {
+                    sheet.line(vec![(frame.x.start, frame.up(zero)), (frame.x.end, frame.up(zero))], INK, 0.75);
+                }
+                let place = |&(x, y): &(f64, f64)| (self.x.place(x), panel.y.place(y));
+                for (index, points) in panel.points.iter().enumerate() {
+                    for (x, y) in points.iter().map(place).filter(|(x, y)| x.is_finite() && y.is_finite()) {
+                        let at = (frame.across(x.clamp(0.0, 1.0)), frame.up(y.clamp(0.0, 1.0)));
+                        sheet.mark(at, form(index), 0.6 * MARK, colour::line(index), WHITE);
+                    }
+                }
+                for (index, curve) in panel.curves.iter().enumerate() {
+                    for piece in cut(&curve.iter().map(place).collect::<Vec<_>>()) {
+                        let points = piece.into_iter().map(|(x, y)| (frame.across(x), frame.up(y))).collect();
+                        sheet.line(points, colour::line(index), 1.75);
+                    }
+                }
+                sheet.frame(frame);
+            }
+            if let Some(frame) = frames.first() {
+                for (row, name) in self.names.iter().enumerate() {
+                    sheet.legend_entry(frame, row, name, colour::line(row), Some((form(row), WHITE)));
+                }
+            }
+        })
+    }
+}
+
+fn form(index: usize) -> Form {
+    Form::OF_CURVES[index % Form::OF_CURVES.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_panel_has_its_points_and_curves_and_the_legend_its_names() {
+        let panel = |title: &str, curves: Vec<Vec<(f64, f64)>>| ComparisonPanel {
+            y: Axis::linear(title, -1.0..1.0),
+            points: vec![vec![(10.0, 0.5), (20.0, f64::NAN), (50.0, 7.0)], vec![(30.0, -0.5)]],
+            curves,
+        };
+        let plot = ComparisonPlot {
+            title: "t",
+            x: Axis::logarithmic("Frequency", 10.0..100.0),
+            names: vec!["50 mm", "20 mm"],
+            panels: vec![panel("Level", vec![vec![(10.0, 0.4), (100.0, 0.6)]]), panel("Phase", vec![])],
+        };
+        let svg = plot.to_svg().unwrap();
+        for text in ["50 mm", "20 mm", "Level", "Phase", "Frequency"] {
+            assert!(svg.contains(text), "{text}");
+        }
+        // Two disks with an inside and an outline in each panel, and one in the legend: NaN has no place.
+        assert_eq!(svg.matches("<circle").count(), 2 * 2 * 2 + 2, "{svg}");
+    }
+}

@@ -1,0 +1,213 @@
+//! What of a tyre can be fitted.
+
+use std::ops::Range;
+
+use crate::scene::{Law, Tyre};
+
+/// Bounds of a parameter: its start over and times this.
+pub const BOUND: f64 = 4.0;
+
+/// A parameter of the tyre. The tread is the outermost layer, the belt the innermost one under tension, or the
+/// innermost where none is. All are positive and fitted by their logarithm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Parameter {
+    /// Modulus of the tread \[Pa\].
+    TreadModulus,
+    /// Its loss factor.
+    TreadLoss,
+    /// Its thickness \[m\].
+    TreadThickness,
+    /// Its density \[kg/m^3\].
+    TreadDensity,
+    /// Modulus of the belt \[Pa\].
+    BeltModulus,
+    /// Its loss factor.
+    BeltLoss,
+    /// Its tension along the circumference \[N/m\].
+    TensionAlong,
+    /// Its tension across \[N/m\].
+    TensionAcross,
+    /// Normal stiffness of the foundation \[N/m^3\].
+    FoundationNormal,
+    /// Its tangential stiffness \[N/m^3\].
+    FoundationTangential,
+    /// Its loss factor.
+    FoundationLoss,
+}
+
+impl Parameter {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::TreadModulus,
+        Self::TreadLoss,
+        Self::TreadThickness,
+        Self::TreadDensity,
+        Self::BeltModulus,
+        Self::BeltLoss,
+        Self::TensionAlong,
+        Self::TensionAcross,
+        Self::FoundationNormal,
+        Self::FoundationTangential,
+        Self::FoundationLoss,
+    ];
+
+    /// Those that say where the lowest modes lie: what a search over starts varies.
+    pub const OF_LOW_MODES: [Self; 3] = [Self::TensionAlong, Self::FoundationNormal, Self::FoundationTangential];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::TreadModulus => "tread-modulus",
+            Self::TreadLoss => "tread-loss",
+            Self::TreadThickness => "tread-thickness",
+            Self::TreadDensity => "tread-density",
+            Self::BeltModulus => "belt-modulus",
+            Self::BeltLoss => "belt-loss",
+            Self::TensionAlong => "tension-along",
+            Self::TensionAcross => "tension-across",
+            Self::FoundationNormal => "foundation-normal",
+            Self::FoundationTangential => "foundation-tangential",
+            Self::FoundationLoss => "foundation-loss",
+        }
+    }
+
+    /// Its unit; empty for a number.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::TreadModulus | Self::BeltModulus => "Pa",
+            Self::TreadLoss | Self::BeltLoss | Self::FoundationLoss => "",
+            Self::TreadThickness => "m",
+            Self::TreadDensity => "kg/m^3",
+            Self::TensionAlong | Self::TensionAcross => "N/m",
+            Self::FoundationNormal | Self::FoundationTangential => "N/m^3",
+        }
+    }
+
+    /// Whether it is fitted unless somebody says otherwise: thickness and density of the tread are weighed and measured
+    /// better than any mobility tells them, and with them known the others are told well. The foundation's losses show
+    /// in the lowest modes only.
+    pub const fn is_usually_free(self) -> bool {
+        !matches!(self, Self::TreadThickness | Self::TreadDensity | Self::FoundationLoss)
+    }
+
+    /// The key of the scene that holds it.
+    pub fn key(self, tyre: &Tyre) -> String {
+        let belt = belt(tyre).unwrap_or(0);
+        let tread = tyre.layers.len().saturating_sub(1);
+        match self {
+            Self::TreadModulus => format!("tyre.layers[{tread}].material.modulus"),
+            Self::TreadLoss => format!("tyre.layers[{tread}].material.loss_factor"),
+            Self::TreadThickness => format!("tyre.layers[{tread}].thickness"),
+            Self::TreadDensity => format!("tyre.layers[{tread}].material.density"),
+            Self::BeltModulus => format!("tyre.layers[{belt}].material.modulus"),
+            Self::BeltLoss => format!("tyre.layers[{belt}].material.loss_factor"),
+            Self::TensionAlong | Self::TensionAcross => format!("tyre.layers[{belt}].tension"),
+            Self::FoundationNormal => "tyre.foundation.normal".to_owned(),
+            Self::FoundationTangential => "tyre.foundation.tangential".to_owned(),
+            Self::FoundationLoss => "tyre.foundation.loss_factor".to_owned(),
+        }
+    }
+
+    /// Where it stands in a tyre; `None` where the tyre, or its material's law, has no such thing.
+    pub fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
+        let belt = belt(tyre);
+        let layer = match self {
+            Self::TreadModulus | Self::TreadLoss | Self::TreadThickness | Self::TreadDensity => {
+                tyre.layers.last_mut()?
+            }
+            Self::FoundationNormal => return Some(&mut tyre.foundation.normal),
+            Self::FoundationTangential => return Some(&mut tyre.foundation.tangential),
+            Self::FoundationLoss => return Some(&mut tyre.foundation.loss_factor),
+            _ => tyre.layers.get_mut(belt?)?,
+        };
+        let has_loss = matches!(layer.material.law, Law::PowerLaw | Law::Hysteretic);
+        match self {
+            Self::TreadThickness => Some(&mut layer.thickness),
+            Self::TensionAlong => Some(&mut layer.tension[0]),
+            Self::TensionAcross => Some(&mut layer.tension[1]),
+            Self::TreadDensity => Some(&mut layer.material.density),
+            Self::TreadModulus | Self::BeltModulus => Some(&mut layer.material.modulus),
+            _ if has_loss => Some(&mut layer.material.loss_factor),
+            _ => None,
+        }
+    }
+
+    /// Its value, if a logarithm can vary it.
+    pub fn value(self, tyre: &Tyre) -> Option<f64> {
+        self.place(&mut tyre.clone()).copied().filter(|&value| value > 0.0)
+    }
+}
+
+/// Place of the belt among the layers; a single layer is the tread.
+fn belt(tyre: &Tyre) -> Option<usize> {
+    let inner = tyre.layers.len().checked_sub(1).filter(|&count| count > 0)?;
+    Some(tyre.layers[..inner].iter().position(crate::scene::Layer::is_tense).unwrap_or(0))
+}
+
+/// Free parameters round a starting tyre: points are logarithms over the start.
+#[derive(Clone, Debug)]
+pub(super) struct Space<'a> {
+    pub(super) start: &'a Tyre,
+    pub(super) free: &'a [Parameter],
+}
+
+impl Space<'_> {
+    /// The box in which all points lie.
+    pub(super) fn bounds(&self) -> Vec<Range<f64>> {
+        vec![-BOUND.ln()..BOUND.ln(); self.free.len()]
+    }
+
+    /// The tyre at a point.
+    pub(super) fn tyre(&self, point: &[f64]) -> Tyre {
+        let mut tyre = self.start.clone();
+        for (parameter, logarithm) in self.free.iter().zip(point) {
+            if let Some(value) = parameter.place(&mut tyre) {
+                *value *= logarithm.exp();
+            }
+        }
+        tyre
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_models::plate_tyre;
+
+    #[test]
+    fn every_parameter_moves_its_own_value_and_names_its_key() {
+        let start = plate_tyre();
+        let scene = toml::Table::try_from(&start).unwrap();
+        for parameter in Parameter::ALL {
+            let moved = Space { start: &start, free: &[parameter] }.tyre(&[2.0_f64.ln()]);
+            let before = parameter.value(&start).unwrap();
+            assert!((parameter.value(&moved).unwrap() / before - 2.0).abs() < 1e-12, "{parameter:?}");
+            let changed = Parameter::ALL.into_iter().filter(|other| other.value(&moved) != other.value(&start));
+            assert_eq!(changed.collect::<Vec<_>>(), [parameter]);
+            let key = parameter.key(&start).replace("tyre.", "").replace('[', ".").replace(']', "");
+            let mut value = &toml::Value::Table(scene.clone());
+            for name in key.split('.') {
+                value = match name.parse::<usize>() {
+                    Ok(number) => &value[number],
+                    Err(_) => &value[name],
+                };
+            }
+            let places: Vec<f64> = value.as_array().map_or_else(
+                || value.as_float().into_iter().collect(),
+                |pair| pair.iter().filter_map(toml::Value::as_float).collect(),
+            );
+            assert!(places.contains(&before), "{key}: {places:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_tyre_does_not_have_has_no_value() {
+        let mut tyre = plate_tyre();
+        tyre.layers[0].tension[1] = 0.0;
+        tyre.layers[1].material.law = Law::Elastic;
+        assert_eq!((Parameter::TensionAcross.value(&tyre), Parameter::TreadLoss.value(&tyre)), (None, None));
+        tyre.layers.remove(0);
+        assert_eq!((Parameter::BeltModulus.value(&tyre), Parameter::TensionAlong.value(&tyre)), (None, None));
+        assert!(Parameter::TreadModulus.value(&tyre).is_some());
+    }
+}

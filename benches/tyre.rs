@@ -1,5 +1,5 @@
-//! Cost of the tyre: one evaluation of the compliance, and one influence function by its two exact ways, with the error
-//! of both against a sum of the smallest tolerance.
+//! Cost of the tyre: one evaluation of the compliance, flat and curved, and one influence function by its two exact ways,
+//! with the error of both against a sum of the smallest tolerance.
 //!
 //! `cargo bench --bench tyre`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -9,9 +9,12 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
+use tyrewave::scene::{DEFAULT, Scene, Tyre};
 use tyrewave::test_models::{plate_scene, plate_tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::layers::Stack;
+use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
+use tyrewave::tyre::layers::cylinder::Cylinder;
 
 const ELEMENTS: usize = 512;
 
@@ -83,5 +86,44 @@ fn influence(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, compliance, influence);
+/// A wave of the curved tyre by the ways to it, with the error of each against steps a sixth as long; then the sums of
+/// one wavenumber at many s side by side, curved and flat.
+fn curved(criterion: &mut Criterion) {
+    let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let (n, m, s) = (60, 4, Complex64::new(50.0, 2.0 * PI * 1000.0));
+    let top = 2.0 * PI * 20e3;
+    let stack = CurvedStack::new(&tyre);
+    let cylinder = Cylinder::new(&tyre, top, 1e-5);
+    let (wave, at) = (cylinder.wave(n, m).unwrap(), cylinder.at(s));
+    let exact = stack.compliance(n, m, s, FINE_STEP / 6.0).0[2][2];
+    let error = |value: Complex64| (value - exact).norm() / exact.norm();
+    println!(
+        "error of C: prepared wave {:.1e}, steps {:.1e}, fine steps {:.1e}",
+        error(wave.normal(&at).surface),
+        error(stack.compliance(n, m, s, STEP).0[2][2]),
+        error(stack.compliance(n, m, s, FINE_STEP).0[2][2])
+    );
+    let mut group = criterion.benchmark_group("curved");
+    group.sample_size(20);
+    group.bench_function("prepare a wave", |bench| bench.iter(|| cylinder.wave(black_box(n), m)));
+    group.bench_function("prepared wave at s", |bench| bench.iter(|| wave.normal(black_box(&at))));
+    group.bench_function("steps at s", |bench| bench.iter(|| stack.compliance(n, m, black_box(s), STEP)));
+    let flat = Tyre { curvature: false, inflation: None, cavity: None, ..tyre.clone() };
+    for (name, tyre) in [("curved", &tyre), ("flat", &flat)] {
+        let sum = InfluenceSum::with(tyre, Projection::new(tyre, ELEMENTS), Truncation::Tail, 1e-7, top);
+        let points: Vec<_> = (1..=256).map(|k| sum.at(Complex64::new(0.0, 2.0 * PI * 10.0 * f64::from(k)))).collect();
+        let mut values = Vec::new();
+        sum.faces(60, &points, Field::Surface, &mut values);
+        group.throughput(Throughput::Elements(values.iter().map(|faces| faces.evaluations).sum()));
+        group.bench_function(BenchmarkId::new("sums at 256 s", name), |bench| {
+            bench.iter(|| {
+                values.clear();
+                sum.faces(60, &points, Field::Surface, &mut values);
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, compliance, influence, curved);
 criterion_main!(benches);

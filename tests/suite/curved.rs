@@ -234,25 +234,55 @@ fn curved_compliance_equals_that_of_polynomials_in_each_layer() {
     assert!(production < 2e-5 && fine < 5e-7, "{production:e} {fine:e}");
 }
 
+/// The difference is of the first order in 1/R: 1e-4 of C far from resonances at 1000 R, more where the belt resonates.
 #[test]
-fn a_tyre_of_a_thousand_radii_is_flat() {
+fn a_tyre_of_many_radii_is_flat_to_the_first_order() {
+    let differences = [100, 1000, 10_000].map(|stretched| {
+        let mut tyre = car();
+        let radius = tyre.radius;
+        tyre.radius *= f64::from(stretched);
+        tyre.cavity = None;
+        tyre.pressure = 0.0;
+        let flat = Stack::of(tyre.layers.clone(), tyre.foundation.clone());
+        let mut all = Vec::new();
+        for (n, m) in [(0, 1), (3, 1), (20, 2), (160, 1), (400, 5)] {
+            for frequency in [50.0, 400.0, 2000.0] {
+                let s = at_frequency(frequency);
+                let (c, d) = tyre.compliance(n * i64::from(stretched), m, s, FINE_STEP);
+                let (flat_c, flat_d) = flat.at(s).full(n as f64 / radius, m as f64 * PI / tyre.width);
+                all.push(difference(&c, &flat_c).max(difference(&d, &flat_d)));
+            }
+        }
+        all.sort_by(f64::total_cmp);
+        println!("{stretched} R: median {:.1e}, largest {:.1e}", all[all.len() / 2], all[all.len() - 1]);
+        [all[all.len() / 2], all[all.len() - 1]]
+    });
+    let [_, [median, _], [_, last]] = differences;
+    assert!(median < 1e-4 && last < 1e-4, "{differences:?}");
+    for pair in differences.windows(2) {
+        let ratio = pair[0][1] / pair[1][1];
+        assert!((9.0..11.0).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
+fn the_carcass_under_a_riding_tread_is_the_flat_one_for_many_radii() {
     let mut tyre = car();
-    let (radius, stretched) = (tyre.radius, 1000);
+    let (radius, stretched) = (tyre.radius, 10_000);
     tyre.radius *= f64::from(stretched);
     tyre.cavity = None;
     tyre.pressure = 0.0;
     let flat = Stack::of(tyre.layers.clone(), tyre.foundation.clone());
-    let mut worst = 0.0_f64;
-    for (n, m) in [(0, 1), (3, 1), (20, 2), (160, 1), (400, 5)] {
-        for frequency in [50.0, 400.0, 2000.0] {
+    let cylinder = Cylinder::of(tyre.clone(), 2e4, 1e-8);
+    for (n, m) in [(0, 1), (3, 1), (20, 2), (160, 1)] {
+        let wave = cylinder.wave(n * i64::from(stretched), m).unwrap();
+        for frequency in [0.0, 50.0, 400.0, 2000.0] {
             let s = at_frequency(frequency);
-            let (c, d) = tyre.compliance(n * i64::from(stretched), m, s, FINE_STEP);
-            let (flat_c, flat_d) = flat.at(s).full(n as f64 / radius, m as f64 * PI / tyre.width);
-            worst = worst.max(difference(&c, &flat_c)).max(difference(&d, &flat_d));
+            let found = wave.under_tread(&cylinder.at(s));
+            let wanted = flat.at(s).under_tread(n as f64 / radius, m as f64 * PI / tyre.width);
+            assert!((found - wanted).norm() < 1e-4 * wanted.norm(), "n {n}, m {m}, {frequency} Hz: {found} {wanted}");
         }
     }
-    println!("largest difference from the flat layers {worst:.1e}");
-    assert!(worst < 1e-3, "{worst:e}");
 }
 
 #[test]

@@ -134,7 +134,7 @@ pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
     let mut record = csv::ByteRecord::new();
     let (mut columns, mut points) = (None, Vec::new());
     while reader.read_byte_record(&mut record)? {
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = record.position().map_or(0, |position| line_of(bytes, position));
         if record.iter().all(<[u8]>::is_empty) {
             continue;
         }
@@ -148,6 +148,14 @@ pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
         return Err(MeasuredError::NoColumn { line: 1, name: FREQUENCY, found: Vec::new() });
     }
     if points.is_empty() { Err(MeasuredError::Empty) } else { Ok(points) }
+}
+
+/// Line of a record that was begun at a position: the reader counts blank lines and comments before it as its own.
+fn line_of(bytes: &[u8], position: &csv::Position) -> u64 {
+    let rest = bytes.get(position.byte() as usize..).unwrap_or_default();
+    let is_skipped = |line: &&[u8]| line.trim_ascii().is_empty() || line.starts_with(b"#");
+    let skipped = rest.split(|&byte| byte == b'\n').take_while(is_skipped).count();
+    position.line() + skipped as u64
 }
 
 impl Columns {

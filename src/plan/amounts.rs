@@ -18,7 +18,7 @@ use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
-use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation, wave_bytes};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation, WAVE_BYTES, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -185,7 +185,7 @@ impl Amounts {
             let share = expected_fit::share(elements, tolerance, &scene.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
-            self.fit_memory = wave_bytes(&scene.tyre, 0.01 * tolerance);
+            self.fit_memory = WAVE_BYTES * wave_count(&scene.tyre, 0.01 * tolerance);
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }
@@ -247,6 +247,10 @@ impl Amounts {
         let smooth = matches!(scene.road, Road::Smooth);
         let solutions = plan.steps as f64 * scene.numerics.time_rule.stages() as f64;
         self.add(Stage::Axle, Unit::StaticPair, columns * columns, Place::Before);
+        let waves = wave_count(&scene.tyre, scene.numerics.influence_tolerance);
+        if waves > 0.0 {
+            self.add(Stage::Axle, Unit::Evaluation, waves * expected_fit::WAVE_AT_REST, Place::BeforeOnAll);
+        }
         let column = if smooth { Unit::LevelColumn } else { Unit::RoughColumn };
         self.add(Stage::Penetration, column, solutions * columns, Place::March);
         self.count(Counter::Steps, plan.steps as f64);

@@ -31,7 +31,7 @@ pub(super) struct CurvedWaves {
 }
 
 /// Bytes of a prepared wave of two layers (measured).
-const BYTES: f64 = 2.4e4;
+pub const WAVE_BYTES: f64 = 2.4e4;
 
 /// Wavenumber \[1/m\] from which waves are a flat layer's.
 fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
@@ -39,15 +39,14 @@ fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
     thickness_limit(thickness, tolerance)
 }
 
-/// Memory of all waves of a tyre that sums within a relative `tolerance` ask for \[bytes\]; none for a flat one.
-pub fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
+/// Waves of a tyre that sums within a relative `tolerance` prepare; none of a flat one.
+pub fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
     if !tyre.curvature {
         return 0.0;
     }
     let (waves, limit) = (Waves::new(tyre), flat_from(tyre, tolerance));
     // A quarter of a disc over n and over every other m.
-    let count = 0.25 * std::f64::consts::PI * (limit / waves.kx(1) + 1.0) * (0.5 * limit / waves.ky(1) + 1.0);
-    count * BYTES * 0.5 * tyre.layers.len() as f64
+    0.25 * std::f64::consts::PI * (limit / waves.kx(1) + 1.0) * (0.5 * limit / waves.ky(1) + 1.0)
 }
 
 impl CurvedWaves {

@@ -23,7 +23,7 @@ mod moments;
 mod projection;
 mod tail_sum;
 
-pub use curved_waves::wave_bytes;
+pub use curved_waves::{WAVE_BYTES, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::{Field, Waves};
 pub use lane_sum::FaceValues;

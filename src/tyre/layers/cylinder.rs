@@ -61,6 +61,8 @@ struct CurvedLayer {
     shear_waves: f64,
     /// |mu| where the fastest waves are \[Pa\].
     shear: f64,
+    /// Whether s = 0 is all that will be asked for.
+    at_rest: bool,
     /// By degree.
     products: Vec<OnceLock<RadialProducts>>,
 }
@@ -116,6 +118,7 @@ impl Cylinder {
                 from: inner,
                 shear_waves: layer.material.density * largest_s * largest_s / shear.norm(),
                 shear: material::shear_modulus(&layer.material, (REFERENCE * largest_s).into()).norm(),
+                at_rest: largest_s <= 0.0,
                 products: (0..=HIGHEST_DEGREE).map(|_| OnceLock::new()).collect(),
             }
         });
@@ -181,7 +184,7 @@ impl CurvedLayer {
         let poisson = layer.material.poisson;
         let lame_ratio = 2.0 * poisson / (1.0 - 2.0 * poisson);
         let prestress = layer.tension.map(|tension| tension / layer.thickness);
-        LayerModes::new(&LayerWave { n, ky, lame_ratio, prestress, shear: *shear }, products)
+        LayerModes::new(&LayerWave { n, ky, lame_ratio, prestress, shear: *shear, at_rest: self.at_rest }, products)
     }
 }
 

@@ -4,6 +4,7 @@
 
 use std::ops::Range;
 
+use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::radial_polynomials::RadialProducts;
@@ -51,6 +52,8 @@ pub(super) struct LayerWave {
     pub prestress: [f64; 2],
     /// mu_0 \[Pa\].
     pub shear: f64,
+    /// Whether s = 0 is all that will be asked for, and mu_0 the modulus there: no mode moves then.
+    pub at_rest: bool,
 }
 
 impl LayerWave {
@@ -127,6 +130,13 @@ impl LayerModes {
             stiffness += prestress * faer::Scale(wave.shear.recip());
         }
         let modes = stiffness.nrows() - 6;
+        if wave.at_rest {
+            let coupling = stiffness.submatrix(6, 0, modes, 6);
+            let following = stiffness.submatrix(6, 6, modes, modes).llt(Side::Lower).ok()?.solve(coupling);
+            let stiff = reduced(&stiffness, &(following.transpose() * coupling * faer::Scale(-0.5)), None);
+            let faces = [stiff, [0.0; ENTRIES], [0.0; ENTRIES]];
+            return Some(Self { faces, reference: None, modes: 0, blocks: Vec::new() });
+        }
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
         let (vectors, squares) = (held.U(), held.S().column_vector());
         let coupling = |matrix: &Mat<f64>| vectors.transpose() * matrix.submatrix(6, 0, modes, 6);

@@ -31,6 +31,9 @@ const CURVED: f64 = 6.0;
 /// The same of one evaluation, in lanes (measured).
 pub const CURVED_EVALUATION: f64 = 3.3;
 
+/// Cost of a wave prepared for s = 0 alone, in evaluations of a flat tyre (measured).
+pub const WAVE_AT_REST: f64 = 1400.0;
+
 /// Poles, conjugates counted, of a fit with so many elements to a tolerance.
 pub fn poles(elements: f64, tolerance: f64) -> f64 {
     of_elements(elements).0 * POLES_BY_DECADE.powf(-tolerance.log10() - 5.0)

@@ -353,7 +353,7 @@ fn differences_from_steps(tyre: &CurvedStack, largest_s: f64, tolerance: f64, st
     let mut worst = [0.0_f64; 2];
     for (n, m) in [(0, 0), (1, 0), (2, 6), (6, 2), (20, 0), (60, 0), (60, 14), (160, 2), (220, 6)] {
         let wave = cylinder.wave(n, m).unwrap();
-        for &s in axis.iter().chain(&real) {
+        for &s in axis.iter().chain(&real).filter(|s| s.norm() < 1.001 * largest_s.max(1e-9)) {
             let (c, d) = tyre.compliance(n, m, s, step);
             let at = cylinder.at(s);
             let (found_c, found_d) = wave.full(&at);
@@ -369,11 +369,12 @@ fn differences_from_steps(tyre: &CurvedStack, largest_s: f64, tolerance: f64, st
 
 #[test]
 fn prepared_waves_agree_with_steps_through_the_layers() {
-    let largest = 2.0 * PI * 20e3;
-    for (tolerance, bound) in [(1e-4, 2e-5), (1e-5, 2e-6)] {
-        let worst = differences_from_steps(&car(), largest, tolerance, FINE_STEP);
-        println!("{tolerance:.0e}: C {:.1e}, D {:.1e}", worst[0], worst[1]);
-        assert!(worst.iter().all(|&error| error < bound), "{tolerance:.0e}: {worst:?}");
+    for largest in [0.0, 2e4, 2.0 * PI * 20e3] {
+        for tolerance in [1e-4, 1e-5] {
+            let worst = differences_from_steps(&car(), largest, tolerance, FINE_STEP);
+            println!("|s| up to {largest:.1e}, {tolerance:.0e}: C {:.1e}, D {:.1e}", worst[0], worst[1]);
+            assert!(worst.iter().all(|&error| error < 2.0 * tolerance), "{largest:.1e}, {tolerance:.0e}: {worst:?}");
+        }
     }
 }
 

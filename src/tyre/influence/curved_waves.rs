@@ -13,8 +13,8 @@ use crate::scene::Tyre;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
 use crate::tyre::layers::surface_asymptote::thickness_limit;
 
-/// Estimated errors of C over those that are found: the estimate is that much on the safe side.
-const SAFETY: f64 = 100.0;
+/// Tolerance of a wave over that of the sums: a tenth of what poles are fitted to. A wave is smooth in s however coarse.
+const COARSER: f64 = 10.0;
 
 /// Prepared waves, by n and m.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ impl CurvedWaves {
         let columns = (below / waves.ky(1)) as usize + 1;
         let rows = (below / waves.kx(1)) as usize + 1;
         Self {
-            cylinder: Cylinder::new(tyre, largest_s, SAFETY * tolerance),
+            cylinder: Cylinder::new(tyre, largest_s, COARSER * tolerance),
             tyre: tyre.clone(),
             tolerance,
             waves,

@@ -40,7 +40,7 @@ use crate::scene::{Layer, Tyre};
 /// Where the prestress is part of the stiffness, as a share of the largest |s|: modes matter where waves are short.
 const REFERENCE: f64 = 0.3;
 /// Degrees across a layer.
-const LEAST_DEGREE: usize = 3;
+const LEAST_DEGREE: usize = 6;
 const HIGHEST_DEGREE: usize = 64;
 
 /// A curved tyre whose waves may be prepared.
@@ -163,7 +163,8 @@ impl Cylinder {
 
 impl CurvedLayer {
     /// Degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of about
-    /// (a/2)^p/p!, and C has the square of what is left out.
+    /// (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its stretching,
+    /// wants no less than the least degree.
     fn degree(&self, n: f64, ky: f64, tolerance: f64) -> usize {
         let k_squared = (n / self.from).powi(2) + ky * ky;
         let a = 0.5 * self.layer.thickness * (k_squared + self.shear_waves).sqrt();
@@ -171,7 +172,7 @@ impl CurvedLayer {
         for degree in 1..HIGHEST_DEGREE {
             coefficient *= 0.5 * a / degree as f64;
             if degree as f64 > a && coefficient * coefficient < tolerance {
-                return degree.max(LEAST_DEGREE);
+                return (degree + 1).clamp(LEAST_DEGREE, HIGHEST_DEGREE);
             }
         }
         HIGHEST_DEGREE

@@ -1,6 +1,11 @@
 //! The smooth road: the force settles, the patch profile is smooth, and the elements converge.
 
-use tyrewave::test_models::{scene_text, with_all_terms};
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use tyrewave::scene::{DEFAULT, PLATE, Tyre};
+use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, with_road};
+use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 
 use crate::common::{Results, mean_and_deviation, run};
 
@@ -45,6 +50,61 @@ fn hard_case_4_short_the_force_on_a_smooth_road_settles() {
     let ratio = assert_settled(&results, 1e-6);
     println!("N = 256: std/mean = {ratio:.1e}");
     assert_smooth(&last_profile(&results));
+}
+
+/// Rolling that has settled, found without time steps: in the road's frame the waves stand, and wave n is asked at the
+/// frequency n V/R at which it passes. Force \[N\] and points in contact at an indentation.
+fn standing_waves(tyre: &Tyre, elements: usize, speed: f64, indentation: f64) -> (f64, usize) {
+    let sum = InfluenceSum::with(tyre, Projection::new(tyre, elements), Truncation::Tail, 1e-6, 1e5);
+    let answers: Vec<Complex64> = (0..=elements / 2)
+        .map(|n| {
+            let s = Complex64::new(0.0, n as f64 * speed / tyre.radius());
+            sum.value(n, &sum.at(s), Field::Surface).value
+        })
+        .collect();
+    let influence: Vec<f64> = (0..elements)
+        .map(|j| {
+            let turn = |n: usize| Complex64::cis(TAU * ((n * j) % elements) as f64 / elements as f64);
+            let waves = (1..elements / 2).map(|n| 2.0 * (answers[n] * turn(n)).re);
+            answers[0].re + waves.sum::<f64>() + (answers[elements / 2] * turn(elements / 2)).re
+        })
+        .collect();
+    // Elements round the lowest point, pressed down one by one until none moves any more (Gauss and Seidel, projected).
+    let reach = elements / 12;
+    let lift = |k: usize| {
+        let angle = TAU * (k as f64 - reach as f64) / elements as f64;
+        indentation - tyre.radius() * (1.0 - angle.cos())
+    };
+    let mut forces = vec![0.0_f64; 2 * reach + 1];
+    for _ in 0..4000 {
+        for k in 0..forces.len() {
+            let moved: f64 = (0..forces.len()).map(|i| influence[(elements + k - i) % elements] * forces[i]).sum();
+            forces[k] = (forces[k] + (lift(k) - moved) / influence[0]).max(0.0);
+        }
+    }
+    (forces.iter().sum(), forces.iter().filter(|&&force| force > 0.0).count())
+}
+
+#[test]
+fn rolling_that_has_settled_is_that_of_waves_that_stand_in_the_patch() {
+    let curved = with_road(DEFAULT, "kind = \"smooth\"");
+    let plate = with_road(PLATE, "kind = \"smooth\"");
+    for (text, indentation) in [(&curved, 0.017), (&plate, 0.0145)] {
+        let rolling = [
+            ("rolling.axle", &*format!("{{ indentation = {indentation}, ramp = 0.05 }}")),
+            ("rolling.warm_up", "0.3"),
+            ("rolling.duration", "0.2"),
+        ];
+        let results = run(&edit(text, &rolling));
+        let force = results.array("total_force.npy");
+        let (force, points) = (force[force.len() - 1], last_profile(&results).len());
+        let loaded = scene(text);
+        let (tyre, speed) = (&loaded.scene.tyre, loaded.scene.rolling.speed());
+        let (expected, standing) = standing_waves(tyre, loaded.scene.numerics.elements, speed, indentation);
+        println!("{force:.0} N, {points} points; without time steps {expected:.0} N, {standing} points");
+        assert!((force / expected - 1.0).abs() < 0.01, "{force} N, {expected} N");
+        assert!(points.abs_diff(standing) <= 1, "{points}, {standing}");
+    }
 }
 
 #[test]

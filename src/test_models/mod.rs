@@ -1,7 +1,8 @@
 //! What unit tests, integration tests and benchmarks calculate with: tyres, roads and scenes.
 //!
-//! A scene to test with is the shipped one of the flat tyre, or one of that tyre, as text, with some keys changed. A change that
-//! finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene changes.
+//! A scene to test with is the shipped one of the flat tyre, or one of that tyre, as text, with some keys changed. A
+//! change that finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene
+//! changes.
 
 use std::path::Path;
 

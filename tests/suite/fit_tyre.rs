@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
-use tyrewave::scene::{DEFAULT, Scene, Tyre};
+use tyrewave::scene::{PLATE, Scene, Tyre};
 use tyrewave::study::fit_tyre::measured::Point;
 use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, Parameter, Uncertainty, fit};
 use tyrewave::test_models::{plate_tyre, replaced};
@@ -153,7 +153,7 @@ fn too_few_values_and_an_interruption_are_errors() {
 fn folder(csv: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("measured.csv"), csv).unwrap();
-    fs::write(folder.path().join("scene.toml"), DEFAULT).unwrap();
+    fs::write(folder.path().join("scene.toml"), PLATE).unwrap();
     folder
 }
 
@@ -189,7 +189,7 @@ fn the_program_leaves_a_tyre_for_scenes_with_tables_and_pictures() {
     }
 
     // A scene with the fitted tyre, and its own measurement as a further one.
-    let mut scene: toml::Table = DEFAULT.parse().unwrap();
+    let mut scene: toml::Table = PLATE.parse().unwrap();
     scene.insert("tyre".to_owned(), "fitted/tyre.toml".into());
     fs::write(folder.path().join("other.toml"), scene.to_string()).unwrap();
     let tyre = Scene::load(folder.path().join("other.toml")).unwrap().scene.tyre;
@@ -225,7 +225,7 @@ fn mistakes_are_refused_with_their_place_and_nothing_is_written() {
     }
     // A parameter that the tyre does not have, with its place in the scene.
     let folder = folder(good);
-    let scene = replaced(DEFAULT, &[("tension = [6.0e4, 2.0e4]", "tension = [6.0e4, 0.0]")]);
+    let scene = replaced(PLATE, &[("tension = [6.0e4, 2.0e4]", "tension = [6.0e4, 0.0]")]);
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     let output = tyrewave(folder.path(), &[&COMMAND[..], &["--free", "tension-across"]].concat());
     let message = String::from_utf8_lossy(&output.stderr);

@@ -6,8 +6,9 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 
 use super::folded_sum::{InfluenceSum, InfluenceValue, SumAt};
-use super::kernel::{Field, Waves};
+use super::kernel::Field;
 use super::projection::Projection;
+use super::waves::Waves;
 
 impl InfluenceSum {
     /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static

@@ -1,19 +1,20 @@
 //! The waves of a curved tyre, each prepared when it is first asked for and kept.
 //!
-//! Waves so short that they do not feel the tread's thickness are a flat layer's, as in the sums' tail: the same wave is
-//! in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What it leaves out falls
-//! like 1/(k R): 1e-4 of C at low frequencies, 2e-3 at 3 kHz, where such a wave is a small part of H_n.
+//! Waves so short that they do not feel the tread's thickness are a flat layer's, as in the sums' tail: the same wave
+//! is in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What it leaves out
+//! falls like 1/(k R): 1e-4 of C at low frequencies, 2e-3 at 3 kHz, where such a wave is a small part of H_n.
 
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::kernel::Waves;
+use super::waves::Waves;
 use crate::scene::Tyre;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
 use crate::tyre::layers::surface_asymptote::thickness_limit;
 
-/// Tolerance of a wave over that of the sums: a tenth of what poles are fitted to. A wave is smooth in s however coarse.
+/// Tolerance of a wave over that of the sums: a tenth of what poles are fitted to. A wave is smooth in s however
+/// coarse.
 const COARSER: f64 = 10.0;
 
 /// Prepared waves, by n and m.
@@ -72,8 +73,8 @@ impl CurvedWaves {
         Self::new(&self.tyre, 0.0, self.tolerance)
     }
 
-    /// Prepares the waves below a wavenumber \[1/m\] whose m a centred strip excites, on all threads: for sums that would
-    /// ask for the same waves from every thread.
+    /// Prepares the waves below a wavenumber \[1/m\] whose m a centred strip excites, on all threads: for sums that
+    /// would ask for the same waves from every thread.
     pub(super) fn prepare(&self, cut_off: f64) {
         (0..(cut_off / self.waves.kx(1)) as i64 + 1).into_par_iter().for_each(|n| {
             let below = |m: &usize| self.waves.kx(n).hypot(self.waves.ky(*m)) < cut_off;

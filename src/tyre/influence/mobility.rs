@@ -10,8 +10,9 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::kernel::{Field, Kernel, Waves};
-use super::projection::sinc;
+use super::kernel::{Field, Kernel};
+use super::waves::Waves;
+use super::waves::sinc;
 use crate::scene::Tyre;
 use crate::tyre::layers::material::modulus_ratio;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};

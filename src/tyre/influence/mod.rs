@@ -2,6 +2,7 @@
 //!
 //! In the order of the data's way:
 //!
+//! - [`Waves`]: their wavenumbers, and what a strip takes of them across the width;
 //! - `kernel`: C and D of one wave (n, m) at s, the only place where the tyre's shape is asked for;
 //! - `curved_waves`: those of a curved tyre, prepared once for all s;
 //! - `projection`: what a contact element takes of a wave;
@@ -22,9 +23,11 @@ pub mod mobility;
 mod moments;
 mod projection;
 mod tail_sum;
+mod waves;
 
 pub use curved_waves::{WAVE_BYTES, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
-pub use kernel::{Field, Waves};
+pub use kernel::Field;
 pub use lane_sum::FaceValues;
 pub use projection::Projection;
+pub use waves::Waves;

@@ -2,13 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::kernel::Waves;
+use super::waves::{Waves, sinc};
 use crate::scene::Tyre;
-
-/// sin(x)/x.
-pub(super) fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
-}
 
 /// Wavenumbers and weights of the sum.
 #[derive(Clone, Debug, PartialEq)]

@@ -163,8 +163,8 @@ impl Cylinder {
 
 impl CurvedLayer {
     /// Degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of about
-    /// (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its stretching,
-    /// wants no less than the least degree.
+    /// (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its
+    /// stretching, wants no less than the least degree.
     fn degree(&self, n: f64, ky: f64, tolerance: f64) -> usize {
         let k_squared = (n / self.from).powi(2) + ky * ky;
         let a = 0.5 * self.layer.thickness * (k_squared + self.shear_waves).sqrt();

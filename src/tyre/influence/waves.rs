@@ -1,0 +1,58 @@
+//! The tyre's waves: numbers, wavenumbers, and what a centred strip takes of them across the width. Geometry only.
+
+use std::f64::consts::PI;
+
+use crate::scene::{Sides, Tyre};
+
+/// sin(x)/x.
+pub(super) fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+}
+
+/// The wavenumbers of the tyre's waves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waves {
+    /// Circumference L \[m\].
+    pub circumference: f64,
+    /// Width B between the sides \[m\].
+    pub width: f64,
+    /// What the sides allow.
+    pub sides: Sides,
+}
+
+impl Waves {
+    /// Those of a tyre.
+    pub fn new(tyre: &Tyre) -> Self {
+        Self { circumference: tyre.circumference, width: tyre.width, sides: tyre.sides }
+    }
+
+    /// kx of the integer wavenumber n \[1/m\].
+    pub fn kx(&self, n: i64) -> f64 {
+        2.0 * PI * n as f64 / self.circumference
+    }
+
+    /// ky of the lateral number m \[1/m\].
+    pub fn ky(&self, m: usize) -> f64 {
+        PI * m as f64 / self.width
+    }
+
+    /// The lateral numbers that a centred strip excites, from the lowest on.
+    pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        (self.first_lateral_number()..).step_by(2)
+    }
+
+    /// The lowest of them.
+    pub fn first_lateral_number(&self) -> usize {
+        match self.sides {
+            Sides::Supported => 1,
+            Sides::Guided => 0,
+        }
+    }
+
+    /// (2/B) a_m^2 of a centred strip b wide, (1/B) a_0^2 \[1/m\]; the sum over all m that it excites is 1/b.
+    pub fn lateral_weight(&self, m: usize, strip: f64) -> f64 {
+        let shape = sinc(0.5 * self.ky(m) * strip);
+        let full = 2.0 / self.width * shape * shape;
+        if m == 0 { 0.5 * full } else { full }
+    }
+}

@@ -399,8 +399,9 @@ fn prepared_waves_are_passive_and_reciprocal_on_a_hard_grid() {
                 let s = at_frequency(10f64.powf(-1.0 + 0.045 * f64::from(step)));
                 let (c, _) = wave.full(&cylinder.at(s));
                 let size = c.iter().flatten().map(|entry| entry.norm()).fold(0.0, f64::max);
-                for i in 0..3 {
-                    assert!((s * c[i][i]).re >= -1e-12 * (s * c[i][i]).norm(), "n {n}, m {m}, s {s}, axis {i}");
+                for (axis, row) in c.iter().enumerate() {
+                    let power = s * row[axis];
+                    assert!(power.re >= -1e-12 * power.norm(), "n {n}, m {m}, s {s}, axis {axis}");
                 }
                 // C_ij of the wave is C_ji of the one the other way round: odd where one of them is outward.
                 for (i, j, sign) in [(0, 1, 1.0), (0, 2, -1.0), (1, 2, -1.0)] {

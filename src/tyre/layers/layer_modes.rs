@@ -205,9 +205,9 @@ impl LayerModes {
             }
             for block in &self.blocks {
                 let mut inverse = [shear; BLOCK];
-                for j in 0..BLOCK {
+                for (j, inverse) in inverse.iter_mut().enumerate() {
                     let sum = (shear * block.stiffness[j]).plus_scaled(block.prestress[j], left) + inertia;
-                    inverse[j] = -sum.reciprocal();
+                    *inverse = -sum.reciprocal();
                 }
                 for (products, factor) in block.products.iter().zip([squared, mixed, left_squared]) {
                     add(&mut entries, products, factor, &inverse);
@@ -216,8 +216,8 @@ impl LayerModes {
         } else {
             for block in &self.blocks {
                 let mut inverse = [shear; BLOCK];
-                for j in 0..BLOCK {
-                    inverse[j] = -(shear * block.stiffness[j] + inertia).reciprocal();
+                for (j, inverse) in inverse.iter_mut().enumerate() {
+                    *inverse = -(shear * block.stiffness[j] + inertia).reciprocal();
                 }
                 for products in &block.products {
                     add(&mut entries, products, squared, &inverse);
@@ -257,8 +257,8 @@ fn add<T: ComplexField>(
     inverse: &[T; BLOCK],
 ) {
     let mut coefficients = *inverse;
-    for j in 0..BLOCK {
-        coefficients[j] = coefficients[j] * factor;
+    for coefficient in &mut coefficients {
+        *coefficient = *coefficient * factor;
     }
     for k in 0..ENTRIES {
         let mut sum = entries[k];

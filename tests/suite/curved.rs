@@ -234,7 +234,7 @@ fn curved_compliance_equals_that_of_polynomials_in_each_layer() {
     assert!(production < 2e-5 && fine < 5e-7, "{production:e} {fine:e}");
 }
 
-/// The difference is of the first order in 1/R: 1e-4 of C far from resonances at 1000 R, more where the belt resonates.
+/// The difference is of the first order in 1/R: about 1e-4 of C at 1000 R, more where the belt resonates.
 #[test]
 fn a_tyre_of_many_radii_is_flat_to_the_first_order() {
     let differences = [100, 1000, 10_000].map(|stretched| {
@@ -258,10 +258,10 @@ fn a_tyre_of_many_radii_is_flat_to_the_first_order() {
         [all[all.len() / 2], all[all.len() - 1]]
     });
     let [_, [median, _], [_, last]] = differences;
-    assert!(median < 1e-4 && last < 1e-4, "{differences:?}");
+    assert!(median < 2e-4 && last < 1e-4, "{differences:?}");
     for pair in differences.windows(2) {
         let ratio = pair[0][1] / pair[1][1];
-        assert!(ratio > 9.0, "{differences:?}");
+        assert!((9.0..11.0).contains(&ratio), "{differences:?}");
     }
 }
 

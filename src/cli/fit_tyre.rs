@@ -14,8 +14,10 @@ use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Para
 
 use super::context::{Context, print};
 use super::error::CliError;
+use super::mobility::level;
 use super::options::positive;
 use super::side::Place;
+use super::tyre_views::phase;
 
 const EXAMPLES: &str = "\
 MOBILITY.csv has a header and one line for each measured value, several patches in one file; columns in any order:
@@ -284,24 +286,15 @@ fn to_csv(fit: &Fit, points: &[Point]) -> String {
                 frequency,
                 patch,
                 level(mobility),
-                degrees(mobility),
+                phase(mobility),
                 level(*fitted),
-                degrees(*fitted),
+                phase(*fitted),
                 residual[0],
                 residual[1],
             ];
             numbers.map(|number| number.to_string())
         });
     csv([header.map(str::to_owned)].into_iter().chain(rows))
-}
-
-/// Level re 1 m/(N s) \[dB\].
-fn level(value: Complex64) -> f64 {
-    20.0 * value.norm().log10()
-}
-
-fn degrees(value: Complex64) -> f64 {
-    value.arg().to_degrees()
 }
 
 /// Measured and fitted levels and phases; what is left of them, in uncertainties.
@@ -337,7 +330,7 @@ fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a
         panels: panels.into(),
     };
     [
-        plot(&titles[0], [compared("Mobility [dB re 1 m/(N s)]", level), compared("Phase [degrees]", degrees)]),
+        plot(&titles[0], [compared("Mobility [dB re 1 m/(N s)]", level), compared("Phase [degrees]", phase)]),
         plot(&titles[1], [left("Level residual / uncertainty", 0), left("Phase residual / uncertainty", 1)]),
     ]
 }

@@ -1,8 +1,9 @@
-//! What is kept on disk beside the results: whole files, sealed ones, the states of runs and a cache.
+//! Files beside the results: whole ones, sealed ones, the states of runs, a cache, and tables that are read.
 //!
 //! - [`pending_file`]: files that are whole or not there;
 //! - [`sealed_file`]: the one binary format, for checkpoints and cache entries alike;
 //! - [`cache`]: results that take long, kept for the next run;
+//! - [`separated`]: tables of cells parted by commas, semicolons or tabs;
 //! - [`state`]: a saved state against what it is restored into.
 //!
 //! None of them knows what the bytes mean: a type that is kept says so by deriving serde's traits.
@@ -10,6 +11,7 @@
 pub mod cache;
 pub mod pending_file;
 pub mod sealed_file;
+pub mod separated;
 pub mod state;
 
 pub use cache::{Cache, CacheEntry, CacheError, Cached, Kind};

@@ -195,6 +195,8 @@ fn profiles_without_numbers() {
     assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "0 usable points", &line]);
     fs::write(&profile, "x,z\n0,0.1\n1,rough\n2,0.2\n").unwrap();
     assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "line 3", "\"rough\" is not a number", &line]);
+    fs::write(&profile, "# exported\nx,z\n\n0,0.1\n\n# next\n1,rough\n2,0.2\n").unwrap();
+    assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "line 7", "\"rough\" is not a number", &line]);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
 use crate::road::texture::remove_line;
 use crate::scene::{LengthUnit, ProfileRoad};
+use crate::storage::separated;
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
@@ -134,16 +135,7 @@ fn csv_points(spec: &ProfileRoad, bytes: &[u8]) -> Result<Vec<Point>, RoadError>
     let unit = |unit: Option<LengthUnit>, key| {
         unit.map(metres).ok_or_else(|| RoadError::MissingUnit { path: path.clone(), key })
     };
-    let first_line = bytes.split(|&byte| byte == b'\n').find(|line| !line.trim_ascii().is_empty() && line[0] != b'#');
-    let occurrences = |delimiter: u8| first_line.unwrap_or_default().iter().filter(|&&byte| byte == delimiter).count();
-    let delimiter = [b';', b'\t', b','].into_iter().max_by_key(|&delimiter| occurrences(delimiter)).unwrap_or(b',');
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
+    let mut reader = separated::reader(bytes);
     let mut record = csv::ByteRecord::new();
     let fault = |fault| RoadError::file(path, fault);
     let mut columns = [0, 1];
@@ -154,7 +146,7 @@ fn csv_points(spec: &ProfileRoad, bytes: &[u8]) -> Result<Vec<Point>, RoadError>
         if record.iter().all(|cell| cell.is_empty()) {
             continue;
         }
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = separated::line_of(bytes, &record);
         if first {
             first = false;
             factors = [unit(spec.distance_unit, "distance_unit")?, unit(spec.height_unit, "height_unit")?];

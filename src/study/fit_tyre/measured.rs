@@ -7,6 +7,8 @@
 use num_complex::Complex64;
 use thiserror::Error;
 
+use crate::storage::separated;
+
 /// The smallest patch that is believed \[m\]: a smaller number is in another unit, and its sums would not end.
 const SMALLEST_PATCH: f64 = 1e-3;
 /// Most lines that are fitted: more of them are no measurement of a mobility.
@@ -120,21 +122,11 @@ struct Columns {
 /// # Errors
 /// [`MeasuredError`], with line and column.
 pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
-    let is_head = |line: &&[u8]| !line.trim_ascii().is_empty() && line[0] != b'#';
-    let head = bytes.split(|&byte| byte == b'\n').find(is_head).unwrap_or_default();
-    let occurrences = |delimiter: u8| head.iter().filter(|&&byte| byte == delimiter).count();
-    let delimiter = [b';', b'\t', b','].into_iter().max_by_key(|&delimiter| occurrences(delimiter)).unwrap_or(b',');
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(bytes);
+    let mut reader = separated::reader(bytes);
     let mut record = csv::ByteRecord::new();
     let (mut columns, mut points) = (None, Vec::new());
     while reader.read_byte_record(&mut record)? {
-        let line = record.position().map_or(0, |position| line_of(bytes, position));
+        let line = separated::line_of(bytes, &record);
         if record.iter().all(<[u8]>::is_empty) {
             continue;
         }
@@ -148,14 +140,6 @@ pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
         return Err(MeasuredError::NoColumn { line: 1, name: FREQUENCY, found: Vec::new() });
     }
     if points.is_empty() { Err(MeasuredError::Empty) } else { Ok(points) }
-}
-
-/// Line of a record that was begun at a position: the reader counts blank lines and comments before it as its own.
-fn line_of(bytes: &[u8], position: &csv::Position) -> u64 {
-    let rest = bytes.get(position.byte() as usize..).unwrap_or_default();
-    let is_skipped = |line: &&[u8]| line.trim_ascii().is_empty() || line.starts_with(b"#");
-    let skipped = rest.split(|&byte| byte == b'\n').take_while(is_skipped).count();
-    position.line() + skipped as u64
 }
 
 impl Columns {

@@ -28,7 +28,7 @@ pub(super) struct CurvedWaves {
     below: f64,
     /// Lateral numbers m below it, at most.
     columns: usize,
-    prepared: Vec<OnceLock<Option<Box<CylinderWave>>>>,
+    prepared: Vec<OnceLock<Box<CylinderWave>>>,
 }
 
 /// Bytes of a prepared wave of two layers (measured).
@@ -93,6 +93,6 @@ impl CurvedWaves {
         // The tyre is at rest in its own frame: n and -n do not differ for normal traction.
         let row = n.unsigned_abs() as usize;
         let wave = self.prepared.get(row * self.columns + m)?;
-        wave.get_or_init(|| self.cylinder.wave(row as i64, m).map(Box::new)).as_deref()
+        Some(wave.get_or_init(|| Box::new(self.cylinder.wave(row as i64, m))))
     }
 }

@@ -30,6 +30,7 @@ use num_complex::Complex64;
 
 use super::compliance::Matrix3;
 use super::material;
+use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
 
 /// Longest step times (wavenumber + 1/h): the error is below 2e-5, its median 4e-8.
@@ -63,14 +64,44 @@ pub struct CurvedStack {
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
-pub fn air_stiffness(cavity: &Cavity, n: i64, s: Complex64) -> Complex64 {
+#[inline(always)]
+pub fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
     let Cavity { radius, depth, density, sound_speed, relaxation } = *cavity;
     if n == 0 {
-        return Complex64::new(density * sound_speed * sound_speed / depth, 0.0);
+        return s.like(density * sound_speed * sound_speed / depth);
     }
-    let time = s / sound_speed;
-    let waves = time * time + (n as f64 / radius).powi(2) * (s * relaxation + 1.0);
-    s * s * (density / depth) / waves
+    let (squared, wavenumber) = (s * s, n as f64 / radius);
+    let waves = squared * sound_speed.powi(-2) + (s * relaxation + 1.0) * (wavenumber * wavenumber);
+    squared * (density / depth) * waves.reciprocal()
+}
+
+/// The inner face of a wave (n, k_y) and what acts on it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InnerFace {
+    n: i64,
+    /// k_y \[1/m\].
+    pub(super) ky: f64,
+    /// Radius \[m\].
+    pub(super) radius: f64,
+    pressure: f64,
+    /// The air, where the wave feels it.
+    cavity: Option<Cavity>,
+}
+
+impl InnerFace {
+    /// Traction per displacement at s of what carries the face: sidewalls and foundation, given as their tangential and
+    /// normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
+    #[inline(always)]
+    pub(super) fn impedance<T: ComplexField>(&self, s: T, [tangential, normal]: [T; 2]) -> [[T; 3]; 3] {
+        let Self { n, ky, radius, pressure, cavity } = *self;
+        let hoop = pressure / radius;
+        let normal = match &cavity {
+            Some(cavity) => normal + air_stiffness(cavity, n, s),
+            None => normal,
+        };
+        let (zero, turned, tilted) = (s.like(0.0), s.like(-(n as f64) * hoop), s.like(-ky * pressure));
+        [[tangential + -hoop, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -hoop]]
+    }
 }
 
 /// A layer at one value of s and one wavenumber.
@@ -181,9 +212,9 @@ impl CurvedStack {
     /// \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times (wavenumber
     /// + 1/h).
     pub fn compliance(&self, n: i64, m: usize, s: Complex64, step: f64) -> (Matrix3, Matrix3) {
-        let ky = m as f64 * std::f64::consts::PI / self.width;
-        let mut r = self.inner_radius();
-        let mut impedance = self.inner_impedance(n, m, ky, s, r);
+        let inner = self.inner_face(n, m);
+        let (ky, mut r) = (inner.ky, inner.radius);
+        let mut impedance = inner.impedance(s, self.foundation(s));
         let n = n as f64;
         let mut transfer = identity();
         for layer in &self.layers {
@@ -213,22 +244,21 @@ impl CurvedStack {
         (to_fields(surface), to_fields(bottom))
     }
 
-    /// Traction per displacement of what carries the inner face: sidewalls, following pressure, cavity.
-    fn inner_impedance(&self, n: i64, m: usize, ky: f64, s: Complex64, r: f64) -> Matrix3 {
-        let [tangential, normal] = material::foundation_stiffness(&self.foundation, s);
+    /// Its inner face at a wave.
+    pub(super) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
+        InnerFace {
+            n,
+            ky: m as f64 * std::f64::consts::PI / self.width,
+            radius: self.inner_radius(),
+            pressure: self.pressure,
+            cavity: self.cavity.filter(|_| m == 0),
+        }
+    }
+
+    /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
+    pub(super) fn foundation(&self, s: Complex64) -> [Complex64; 2] {
         let inertia = s * s * self.sidewall_mass;
-        let hoop = self.pressure / r;
-        let air = match &self.cavity {
-            Some(cavity) if m == 0 => air_stiffness(cavity, n, s),
-            _ => Complex64::ZERO,
-        };
-        let real = |value: f64| Complex64::new(value, 0.0);
-        let n = n as f64;
-        [
-            [tangential + inertia - hoop, Complex64::ZERO, real(-n * hoop)],
-            [Complex64::ZERO, tangential + inertia, real(-ky * self.pressure)],
-            [real(-n * hoop), real(-ky * self.pressure), normal + inertia - hoop + air],
-        ]
+        material::foundation_stiffness(&self.foundation, s).map(|stiffness| stiffness + inertia)
     }
 }
 

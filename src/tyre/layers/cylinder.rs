@@ -30,7 +30,7 @@ use num_complex::Complex64;
 use pulp::Simd;
 
 use super::compliance::{Matrix3, NormalCompliance};
-use super::curved::{CurvedStack, to_fields};
+use super::curved::{CurvedStack, InnerFace, to_fields};
 use super::layer_modes::{LayerModes, LayerWave};
 use super::material;
 use super::radial_polynomials::RadialProducts;
@@ -82,22 +82,9 @@ pub struct CylinderAt<T = Complex64> {
 #[derive(Clone, Debug)]
 pub struct CylinderWave {
     layers: Vec<LayerModes>,
-    n: f64,
-    ky: f64,
-    /// Radii of the inner and of the outer face \[m\].
-    radii: [f64; 2],
-    pressure: f64,
-    air: Option<Air>,
-}
-
-/// The cavity at n: s^2 density/depth/(s^2/c^2 + (n/R_c)^2 (1 + s tau)), which at n = 0 does not depend on s.
-#[derive(Clone, Copy, Debug)]
-struct Air {
-    constant: f64,
-    density_over_depth: f64,
-    slowness_squared: f64,
-    wavenumber_squared: f64,
-    relaxation: f64,
+    inner: InnerFace,
+    /// Of the outer face \[m\].
+    radius: f64,
 }
 
 impl Cylinder {
@@ -134,30 +121,17 @@ impl Cylinder {
                 [material::shear_modulus(&layer.material, s), s * s * layer.material.density]
             })
             .collect();
-        let inertia = s * s * self.stack.sidewall_mass;
-        let foundation = material::foundation_stiffness(&self.stack.foundation, s).map(|stiffness| stiffness + inertia);
-        CylinderAt { layers, foundation, s }
+        CylinderAt { layers, foundation: self.stack.foundation(s), s }
     }
 
-    /// The wave of n periods round the tyre and of the lateral number m. `None` for a tyre whose numbers are not
-    /// finite.
-    pub fn wave(&self, n: i64, m: usize) -> Option<CylinderWave> {
-        let CurvedStack { radius, width, pressure, cavity, .. } = self.stack;
-        let ky = m as f64 * std::f64::consts::PI / width;
-        let air = cavity.filter(|_| m == 0).map(|cavity| {
-            let (ratio, speed_squared) = (cavity.density / cavity.depth, cavity.sound_speed.powi(2));
-            let wavenumber_squared = (n as f64 / cavity.radius).powi(2);
-            Air {
-                constant: if n == 0 { ratio * speed_squared } else { 0.0 },
-                density_over_depth: if n == 0 { 0.0 } else { ratio },
-                slowness_squared: speed_squared.recip(),
-                wavenumber_squared: if n == 0 { 1.0 } else { wavenumber_squared },
-                relaxation: cavity.relaxation,
-            }
-        });
-        let n = n as f64;
-        let layers = self.layers.iter().map(|layer| layer.modes(n, ky, self.tolerance)).collect::<Option<_>>()?;
-        Some(CylinderWave { layers, n, ky, radii: [self.stack.inner_radius(), radius], pressure, air })
+    /// The wave of n periods round the tyre and of the lateral number m.
+    pub fn wave(&self, n: i64, m: usize) -> CylinderWave {
+        let inner = self.stack.inner_face(n, m);
+        CylinderWave {
+            layers: self.layers.iter().map(|layer| layer.modes(n as f64, inner.ky, self.tolerance)).collect(),
+            inner,
+            radius: self.stack.radius,
+        }
     }
 }
 
@@ -178,7 +152,7 @@ impl CurvedLayer {
         HIGHEST_DEGREE
     }
 
-    fn modes(&self, n: f64, ky: f64, tolerance: f64) -> Option<LayerModes> {
+    fn modes(&self, n: f64, ky: f64, tolerance: f64) -> LayerModes {
         let Self { layer, from, shear, .. } = self;
         let degree = self.degree(n, ky, tolerance);
         let products = self.products[degree].get_or_init(|| RadialProducts::new(*from, layer.thickness, degree));
@@ -205,17 +179,12 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
 }
 
 impl CylinderWave {
-    /// Modes of all layers.
-    pub fn modes(&self) -> usize {
-        self.layers.iter().map(LayerModes::modes).sum()
-    }
-
     /// C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
     #[inline(always)]
     pub fn normal<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
         let (impedance, transfer) = self.climb(at, self.layers.len());
         let [_, _, [a, b, c]] = inverse(impedance);
-        let [a, b, c] = [a * self.radii[1], b * self.radii[1], c * self.radii[1]];
+        let [a, b, c] = [a * self.radius, b * self.radius, c * self.radius];
         let bottom = match transfer {
             Some([.., [i, j, k]]) => i * a + j * b + k * c,
             None => c,
@@ -226,7 +195,7 @@ impl CylinderWave {
     /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
     pub fn full(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         let (impedance, transfer) = self.climb(at, self.layers.len());
-        let surface = inverse(impedance).map(|row| row.map(|entry| entry * self.radii[1]));
+        let surface = inverse(impedance).map(|row| row.map(|entry| entry * self.radius));
         let bottom = transfer.map_or(surface, |transfer| product(&transfer, &surface));
         (to_fields(surface), to_fields(bottom))
     }
@@ -241,14 +210,17 @@ impl CylinderWave {
             let following = product(&across, &product(&inverse(outer), &transposed(&across)));
             impedance = difference(&sum(&impedance, &inner), &following);
         }
-        inverse(impedance)[2][2] * self.radii[1]
+        inverse(impedance)[2][2] * self.radius
     }
 
     /// Through so many layers from the inner face: tractions times radius by displacements of the face that is reached,
     /// and displacements of the inner face by those (`None` without layers).
     #[inline(always)]
     fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> (Block<T>, Option<Block<T>>) {
-        let mut impedance = self.inner_impedance(at);
+        let mut impedance = self.inner.impedance(at.s, at.foundation);
+        for entry in impedance.as_flattened_mut() {
+            *entry = *entry * self.inner.radius;
+        }
         let mut transfer: Option<Block<T>> = None;
         for (layer, &[shear, inertia]) in self.layers.iter().zip(&at.layers).take(layers) {
             let [inner, across, outer] = layer.faces(shear, inertia);
@@ -263,25 +235,6 @@ impl CylinderWave {
             });
         }
         (impedance, transfer)
-    }
-
-    /// Of foundation, following pressure and cavity.
-    #[inline(always)]
-    fn inner_impedance<T: ComplexField>(&self, at: &CylinderAt<T>) -> Block<T> {
-        let [radius, _] = self.radii;
-        let [tangential, normal] = [at.foundation[0] * radius, at.foundation[1] * radius];
-        let normal = match self.air {
-            Some(air) => {
-                let Air { constant, density_over_depth, slowness_squared, wavenumber_squared, relaxation } = air;
-                let squared = at.s * at.s;
-                let waves = squared * slowness_squared + (at.s * relaxation + 1.0) * wavenumber_squared;
-                normal + squared * (density_over_depth * radius) * waves.reciprocal() + constant * radius
-            }
-            None => normal,
-        };
-        let (zero, pressure) = (normal.like(0.0), self.pressure);
-        let (turned, tilted) = (normal.like(-self.n * pressure), normal.like(-self.ky * pressure * radius));
-        [[tangential + -pressure, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -pressure]]
     }
 }
 

@@ -25,7 +25,6 @@ pub(super) struct LayerModes {
     faces: [[f64; ENTRIES]; 3],
     /// 1/mu_0 under tension.
     reference: Option<f64>,
-    modes: usize,
     blocks: Vec<Block>,
 }
 
@@ -121,8 +120,14 @@ fn upper(entry: impl Fn(usize, usize) -> f64) -> [f64; ENTRIES] {
 }
 
 impl LayerModes {
-    /// Of a layer at a wave. `None` where the eigenvalue problem has no solution, as for numbers that are not finite.
-    pub fn new(wave: &LayerWave, products: &RadialProducts) -> Option<Self> {
+    /// Of a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, nothing of it
+    /// is a number.
+    pub fn new(wave: &LayerWave, products: &RadialProducts) -> Self {
+        let nothing = [[f64::NAN; ENTRIES]; 3];
+        Self::between_held_faces(wave, products).unwrap_or(Self { faces: nothing, reference: None, blocks: Vec::new() })
+    }
+
+    fn between_held_faces(wave: &LayerWave, products: &RadialProducts) -> Option<Self> {
         let tense = wave.prestress.iter().any(|stress| stress.abs() > 0.0);
         let prestress = tense.then(|| wave.prestress(products));
         let mut stiffness = wave.stiffness(products);
@@ -135,7 +140,7 @@ impl LayerModes {
             let following = stiffness.submatrix(6, 6, modes, modes).llt(Side::Lower).ok()?.solve(coupling);
             let stiff = reduced(&stiffness, &(following.transpose() * coupling * faer::Scale(-0.5)), None);
             let faces = [stiff, [0.0; ENTRIES], [0.0; ENTRIES]];
-            return Some(Self { faces, reference: None, modes: 0, blocks: Vec::new() });
+            return Some(Self { faces, reference: None, blocks: Vec::new() });
         }
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
         let (vectors, squares) = (held.U(), held.S().column_vector());
@@ -177,13 +182,7 @@ impl LayerModes {
             blocks: (0..modes).step_by(BLOCK).map(block).collect(),
             faces: [stiff, heavy, tight.as_ref().map_or([0.0; ENTRIES], |(faces, ..)| *faces)],
             reference: tense.then(|| wave.shear.recip()),
-            modes,
         })
-    }
-
-    /// Modes.
-    pub fn modes(&self) -> usize {
-        self.modes
     }
 
     /// Tractions on the faces times their radii by displacements, at mu and rho s^2: the blocks within the inner face,

@@ -47,11 +47,13 @@ pub mod half_space;
 pub mod numeric;
 pub mod performance;
 pub mod plan;
+pub mod radiation;
 pub mod response;
 pub mod results;
 pub mod road;
 pub mod run;
 pub mod scene;
+pub mod sound;
 pub mod storage;
 pub mod study;
 #[doc(hidden)]

@@ -1,6 +1,7 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
 use clap::{Args, Subcommand};
+use tyrewave::run::sound::KeptReceiver;
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::tyre::poles::RationalModel;
 
@@ -8,8 +9,8 @@ use super::context::print;
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-A fitted tyre serves every speed, time step and road; it is kept in TYREWAVE_CACHE_DIR, or the platform's cache \
-folder. An entry that is damaged or of \
+A fitted tyre serves every speed, time step and road, its transfers to a receiver every road and speed whose patch is \
+as long; both are kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \
 another version is rebuilt when it is needed.
 
 Examples:
@@ -49,7 +50,7 @@ impl CacheArguments {
             }
             CacheAction::List => {
                 let mut text = String::new();
-                let entries = cache.list(&[RationalModel::KIND])?;
+                let entries = cache.list(&[RationalModel::KIND, KeptReceiver::KIND])?;
                 for entry in &entries {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());

@@ -20,6 +20,7 @@ mod plan;
 mod profile;
 mod profiling;
 mod progress;
+mod radiation;
 mod resume;
 mod road;
 mod rules;
@@ -93,6 +94,10 @@ pub enum Command {
     Mobility(mobility::MobilityArguments),
     /// Identify a tyre from measured driving-point mobilities.
     FitTyre(fit_tyre::FitTyreArguments),
+    /// Show how a scene's tyre radiates: horn, transfers, directivity, cost.
+    Radiation(radiation::RadiationArguments),
+    /// Compute pressures around spheres and tyres by boundary elements, case by case.
+    RadiationCases(radiation::RadiationCasesArguments),
     /// Describe and draw a scene's road.
     Road(road::RoadArguments),
     /// Record what fixed workloads cost, and compare two records or programs.
@@ -103,7 +108,7 @@ pub enum Command {
     Influence(influence::InfluenceArguments),
     /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
     Rules(rules::RulesArguments),
-    /// List or clear the influence models kept on disk.
+    /// List or clear the influence models and radiation transfers kept on disk.
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
     Slices(slices::SlicesArguments),
@@ -128,6 +133,8 @@ impl Command {
             Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::FitTyre(arguments) => arguments.execute(context),
+            Self::Radiation(arguments) => arguments.execute(context),
+            Self::RadiationCases(arguments) => arguments.execute(),
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),

@@ -94,6 +94,9 @@ fn report_text(report: &RunReport) -> String {
     if let Some(RollingResistance { coefficient, force, power }) = outcome.rolling_resistance {
         lines.push(format!("rolling resistance  {coefficient:.5}, {force:.2} N, {power:.1} W"));
     }
+    for heard in report.summary.sound.iter().flat_map(|sound| &sound.receivers) {
+        lines.push(format!("{:18}  {}", heard.name, heard.text()));
+    }
     let wall = report.wall.as_secs_f64();
     lines.push(format!(
         "{:.2} s rolled in {wall:.1} s ({:.2} x real time), {} steps",

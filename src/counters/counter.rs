@@ -36,13 +36,19 @@ pub enum Counter {
     VibrationTransforms,
     /// Velocities for unit force evaluated, by wavenumber and frequency.
     VibrationEvaluations,
+    /// Frequencies that boundary elements were solved at.
+    RadiationSolves,
+    /// Evaluations of the acoustic kernel between two nodes.
+    RadiationKernels,
+    /// Transforms of the sound, over time.
+    SoundTransforms,
     /// Bytes written to result arrays.
     BytesWritten,
 }
 
 impl Counter {
     /// All counters in order.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 19] = [
         Self::ComplianceEvaluations,
         Self::Poles,
         Self::HistoryMultiplyAdds,
@@ -58,6 +64,9 @@ impl Counter {
         Self::WindowEdgeContacts,
         Self::VibrationTransforms,
         Self::VibrationEvaluations,
+        Self::RadiationSolves,
+        Self::RadiationKernels,
+        Self::SoundTransforms,
         Self::BytesWritten,
     ];
 }

@@ -30,6 +30,10 @@ pub enum Stage {
     Factorisation,
     /// Spectra of the vibration from the patch forces.
     Vibration,
+    /// Boundary elements, and from them the pressures for unit forces.
+    Radiation,
+    /// Sound pressures from the patch forces.
+    Sound,
     /// Writing arrays.
     Output,
     /// Spectra and plots.
@@ -38,7 +42,7 @@ pub enum Stage {
 
 impl Stage {
     /// All stages in order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Influence,
         Self::Fit,
         Self::Road,
@@ -51,12 +55,14 @@ impl Stage {
         Self::ActiveSet,
         Self::Factorisation,
         Self::Vibration,
+        Self::Radiation,
+        Self::Sound,
         Self::Output,
         Self::Response,
     ];
 
     /// The stages that every time step goes through, in order.
-    pub const OF_A_STEP: [Self; 9] = [
+    pub const OF_A_STEP: [Self; 10] = [
         Self::Road,
         Self::Slices,
         Self::History,
@@ -65,6 +71,7 @@ impl Stage {
         Self::ActiveSet,
         Self::Factorisation,
         Self::Vibration,
+        Self::Sound,
         Self::Output,
     ];
 
@@ -83,6 +90,8 @@ impl Stage {
             Self::ActiveSet => "search the active set",
             Self::Factorisation => "factorise",
             Self::Vibration => "transform to vibration",
+            Self::Radiation => "solve for the radiation",
+            Self::Sound => "transform to sound",
             Self::Output => "write arrays",
             Self::Response => "compute spectra and plots",
         }

@@ -15,7 +15,7 @@ use super::workload::Workload;
 use crate::counters::Stage;
 
 /// Places of the sources, more special ones first, and their stages.
-const PLACES: [(&str, Stage); 11] = [
+const PLACES: [(&str, Stage); 13] = [
     ("src/contact/history/", Stage::History),
     ("src/contact/march.rs", Stage::Penetration),
     ("src/contact/slice_queue.rs", Stage::Penetration),
@@ -25,7 +25,9 @@ const PLACES: [(&str, Stage); 11] = [
     ("src/road/", Stage::Road),
     ("src/tyre/rational/", Stage::Fit),
     ("src/tyre/", Stage::Influence),
+    ("src/response/pressure/", Stage::Sound),
     ("src/response/", Stage::Vibration),
+    ("src/radiation/", Stage::Radiation),
     ("src/results/", Stage::Output),
 ];
 /// Libraries that do nothing but transforms.

@@ -13,7 +13,8 @@ use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
-use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan};
+use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
+use crate::response::pressure::{PlaceTransfers, PressureStream};
 use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
@@ -134,6 +135,9 @@ impl Amounts {
         amounts.contact(scene, plan);
         if let Some(vibration) = &plan.decisions.vibration {
             amounts.vibration(scene, plan, vibration);
+        }
+        if let Some(sound) = plan.sound() {
+            amounts.sound(plan, &sound);
         }
         amounts.results(scene, plan);
         amounts
@@ -319,6 +323,30 @@ impl Amounts {
         self.count(Counter::VibrationEvaluations, evaluations);
         let held = point_bytes(&layout, wanted, vibration);
         self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
+    }
+
+    /// Boundary elements that are not kept from earlier runs, and the way of every force to every receiver.
+    fn sound(&mut self, plan: &Plan, sound: &Sound) {
+        let Expected { columns, length, .. } = self.expected;
+        for (frequencies, cost) in sound.expected_solves(plan, length) {
+            let stage = Stage::Radiation;
+            let operations = frequencies * cost.factor_operations;
+            self.add(stage, Unit::RadiationOperation, operations, Place::BeforeOnAll);
+            let kernels = frequencies * (cost.far_evaluations + cost.near_evaluations);
+            self.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
+            self.count(Counter::RadiationKernels, kernels);
+            self.count(Counter::RadiationSolves, frequencies);
+            self.fit_memory_per_thread = self.fit_memory_per_thread.max(cost.bytes as f64);
+        }
+        let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
+        let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
+        let blocks = (plan.steps - plan.warm_up_steps) as f64 / layout.hop() as f64;
+        let multiply_adds = 4.0 * (layout.places() * bins * sound.points()) as f64;
+        self.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks * multiply_adds, Place::MarchOnAll);
+        self.hold("transfers of the sound", PlaceTransfers::bytes(&layout, bins, sound.points()));
+        self.hold("blocks of the sound", PressureStream::bytes(&layout, bins, sound.points()));
+        let kept = sound.kept_samples().min((plan.steps - plan.warm_up_steps) as usize);
+        self.hold("pressures to listen to", (4 * kept * sound.points()) as f64);
     }
 
     fn results(&mut self, scene: &Scene, plan: &Plan) {

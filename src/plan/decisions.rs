@@ -4,7 +4,10 @@
 
 use serde::Serialize;
 
-use crate::scene::{Axle, Effects, History, Layer, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Vibration};
+use crate::scene::{
+    AirMotion, Axle, Effects, History, Layer, Radiation, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre,
+    Vibration,
+};
 
 /// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes by
 /// 5 %.
@@ -27,6 +30,8 @@ pub struct Decisions {
     pub slice_coupling: SliceCoupling,
     /// The velocities to follow from the forces, if any.
     pub vibration: Option<Vibration>,
+    /// How sound gets to the receivers, if there are any.
+    pub radiation: Option<Radiation>,
     /// The tyre as it rolls: with centrifugal tension where that is taken in.
     pub tyre: Tyre,
     /// All effects in words, in the order of the data's way.
@@ -57,6 +62,7 @@ impl Decisions {
         let (coupling, slice_coupling) = slice_coupling(scene, slices, &mut notes);
         let tread = scene.contact.tread;
         let (effects, vibration) = (&scene.effects, vibration(scene));
+        let (radiated, radiation) = radiation(scene);
         let wanted = |field: fn(&Vibration) -> bool| vibration.as_ref().is_some_and(field);
         let rows = vec![
             tension,
@@ -73,11 +79,11 @@ impl Decisions {
                 "tangential_motion",
                 wanted(|wanted| wanted.tangential),
             ),
-            later("radiation"),
+            radiated,
             later("friction"),
         ];
         let cells_along = if matches!(scene.road, Road::Smooth) { Some(1) } else { scene.contact.cells_along };
-        Self { slices, cells_across, cells_along, tread, slice_coupling, vibration, tyre, rows, notes }
+        Self { slices, cells_across, cells_along, tread, slice_coupling, vibration, radiation, tyre, rows, notes }
     }
 }
 
@@ -257,6 +263,26 @@ fn velocity(effect: &'static str, switch: Switch, key: &str, on: bool) -> Decisi
     let reason = given(switch, key).unwrap_or_else(|| asked.to_owned());
     let form = if on { "per wavenumber, from the forces" } else { "" }.to_owned();
     Decision { effect, on, form, reason }
+}
+
+fn radiation(scene: &Scene) -> (Decision, Option<Radiation>) {
+    let row = |on, form: String, reason: String| Decision { effect: "radiation", on, form, reason };
+    let given = given(scene.effects.radiation, "radiation");
+    if scene.receivers.is_empty() {
+        let reason = given.unwrap_or_else(|| "auto: there is no [[receiver]]".to_owned());
+        return (row(false, String::new(), reason), None);
+    }
+    let radiation = scene.radiation.clone();
+    let air = match radiation.air {
+        AirMotion::Axle => "air at rest beside the axle",
+        AirMotion::WithTread => "air that turns with the tread",
+    };
+    let form = format!("boundary elements to {} Hz, {air}", radiation.fmax);
+    let reason = given.unwrap_or_else(|| match scene.receivers.len() {
+        1 => "auto: there is a [[receiver]]".to_owned(),
+        several => format!("auto: there are {several} [[receiver]]"),
+    });
+    (row(true, form, reason), Some(radiation))
 }
 
 fn later(effect: &'static str) -> Decision {

@@ -17,6 +17,7 @@ pub mod front;
 mod inflation;
 pub mod resolution;
 pub mod settle;
+mod sound;
 #[cfg(test)]
 mod tests;
 mod unit;
@@ -35,6 +36,7 @@ use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
 use resolution::{Need, Resolution};
 pub use settle::{Choice, settled};
+pub use sound::{Heard, Sound};
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;

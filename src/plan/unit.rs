@@ -46,6 +46,12 @@ pub enum Unit {
     VibrationPole,
     /// A residue of the tangential displacement fitted.
     TangentialPole,
+    /// A real operation of the factorisation of boundary elements.
+    RadiationOperation,
+    /// An evaluation of the acoustic kernel.
+    RadiationKernel,
+    /// A multiply-add from forces to a receiver.
+    SoundMultiplyAdd,
     /// A byte of a result array.
     OutputByte,
     /// A plot.
@@ -75,6 +81,9 @@ impl Unit {
             Self::VibrationMultiplyAdd => 4e-10,
             Self::VibrationPole => 1.6e-9,
             Self::TangentialPole => 8e-5,
+            Self::RadiationOperation => 5e-11,
+            Self::RadiationKernel => 6e-9,
+            Self::SoundMultiplyAdd => 3e-10,
             Self::OutputByte => 1.2e-9,
             Self::Plot => 2e-3,
         }

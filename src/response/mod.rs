@@ -12,6 +12,7 @@ pub mod accumulator;
 pub mod spectrum;
 pub mod speed_exponent;
 pub mod third_octave;
+pub mod pressure;
 pub mod vibration;
 
 pub use accumulator::{SpectrumAccumulator, SpectrumState};

@@ -88,6 +88,14 @@ pub enum ResultsError {
         /// The serialiser's complaint.
         source: serde_json::Error,
     },
+    /// A sound that cannot be put into a file.
+    #[error("cannot make {}: {source}", path.display())]
+    Audio {
+        /// The sound file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: Box<crate::sound::WavError>,
+    },
 }
 
 impl ResultsError {

@@ -15,6 +15,7 @@ pub mod npy;
 pub mod plots;
 pub mod profile_table;
 pub mod spectra;
+pub mod sound;
 pub mod summary;
 pub mod table;
 pub mod trace;

@@ -137,6 +137,9 @@ pub const fn counter_title(counter: Counter) -> &'static str {
         Counter::WindowEdgeContacts => "steps with contact at the window's edge",
         Counter::VibrationTransforms => "transforms of the vibration",
         Counter::VibrationEvaluations => "evaluations of the vibration's transfers",
+        Counter::RadiationSolves => "frequencies of the radiation solved",
+        Counter::RadiationKernels => "kernels of the radiation",
+        Counter::SoundTransforms => "transforms of the sound",
         Counter::BytesWritten => "bytes written",
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::cost::{Cost, Planned};
 use super::error::ResultsError;
+use super::sound::SoundSummary;
 use super::vibration::VibrationSummary;
 use crate::scene::settings_hash;
 
@@ -40,6 +41,9 @@ pub struct Summary {
     /// Vibration of the tyre, where it was wanted and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vibration: Option<VibrationSummary>,
+    /// Sound at the receivers, where there are any and the run was long enough.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sound: Option<SoundSummary>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// What it cost.
@@ -162,6 +166,7 @@ impl Summary {
             outcome: Outcome::default(),
             contact: ContactQuality::default(),
             vibration: None,
+            sound: None,
             warnings: Vec::new(),
             cost,
             settings,

@@ -14,7 +14,9 @@ use crate::results::summary::RollingResistance;
 use crate::run::error::RunError;
 use crate::run::prepare::{Prepared, prepare};
 use crate::run::record::{Record, StepRecord};
+use crate::run::progress::Unwatched;
 use crate::run::rolling_resistance::PowerRecorder;
+use crate::run::sound::SoundRecorder;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::LoadedScene;
 
@@ -75,6 +77,7 @@ impl Run {
         let columns = prepared.march.geometry().columns;
         record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, columns);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
+        record.sound = SoundRecorder::prepare(loaded, plan, &mut prepared, stop, &mut Unwatched, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();
         Ok(run)
@@ -152,6 +155,9 @@ impl Run {
         }
         if let Some(vibration) = &mut record.vibration {
             vibration.push(step, march, meter);
+        }
+        if let Some(sound) = &mut record.sound {
+            sound.push(step, march, meter);
         }
         self.meter.end_step(step + 1);
         Ok(result)

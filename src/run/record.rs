@@ -16,6 +16,7 @@ use crate::results::npy::{NpyWriter, Row};
 use crate::results::summary::{AxleMotion, RollingResistance};
 use crate::run::error::RunError;
 use crate::run::rolling_resistance::{PowerRecorder, ResistanceState};
+use crate::run::sound::{SoundRecorder, SoundState};
 use crate::run::vibration::{RecorderState, VibrationRecorder};
 use crate::scene::{Axle, Scene, TimeRule};
 use crate::storage::state::{StateError, restore_part};
@@ -84,6 +85,8 @@ pub struct Record {
     pub power: Option<PowerRecorder>,
     /// Where vibration is wanted.
     pub vibration: Option<VibrationRecorder>,
+    /// Where somebody listens.
+    pub sound: Option<SoundRecorder>,
     sum_of_lengths: f64,
     /// The rule whose mean force of a step is recorded, and the step \[s\].
     recording: (TimeRule, f64),
@@ -110,6 +113,7 @@ pub(crate) struct RecordState {
     spectrum: Option<SpectrumState>,
     power: Option<ResistanceState>,
     vibration: Option<RecorderState>,
+    sound: Option<SoundState>,
 }
 
 impl Record {
@@ -154,6 +158,7 @@ impl Record {
             spectrum: spectrum.then(accumulator).flatten(),
             power: None,
             vibration: None,
+            sound: None,
             sum_of_lengths: 0.0,
             recording: (scene.numerics.time_rule, plan.time_step),
         }
@@ -238,6 +243,7 @@ impl Record {
             spectrum: self.spectrum.as_ref().map(SpectrumAccumulator::save),
             power: self.power.as_ref().map(PowerRecorder::save),
             vibration: self.vibration.as_ref().map(VibrationRecorder::save),
+            sound: self.sound.as_ref().map(SoundRecorder::save),
         }
     }
 
@@ -246,7 +252,7 @@ impl Record {
     /// # Errors
     /// [`StateError`].
     pub(crate) fn restore(&mut self, state: RecordState) -> Result<(), StateError> {
-        let RecordState { force, indentation, sum_of_lengths, drawn, spectrum, power, vibration } = state;
+        let RecordState { force, indentation, sum_of_lengths, drawn, spectrum, power, vibration, sound } = state;
         (self.force, self.sum_of_lengths) = (force, sum_of_lengths);
         restore_part(&mut self.indentation, indentation, |here, saved| {
             *here = saved;
@@ -261,7 +267,8 @@ impl Record {
         self.drawn.force.extend(drawn.force);
         restore_part(&mut self.spectrum, spectrum, SpectrumAccumulator::restore)?;
         restore_part(&mut self.power, power, PowerRecorder::restore)?;
-        restore_part(&mut self.vibration, vibration, VibrationRecorder::restore)
+        restore_part(&mut self.vibration, vibration, VibrationRecorder::restore)?;
+        restore_part(&mut self.sound, sound, SoundRecorder::restore)
     }
 
     /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a

@@ -20,6 +20,7 @@ use crate::run::prepare::prepare;
 use crate::run::progress::Progress;
 use crate::run::record::Record;
 use crate::run::rolling_resistance::PowerRecorder;
+use crate::run::sound::SoundRecorder;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::LoadedScene;
 
@@ -149,6 +150,7 @@ impl<'a> PlannedRun<'a> {
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
+        let sound = SoundRecorder::prepare(loaded, plan, &mut prepared, stop, progress, &mut meter)?;
         for warning in &prepared.warnings {
             progress.note(warning);
         }
@@ -164,6 +166,7 @@ impl<'a> PlannedRun<'a> {
         let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
         record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, columns);
         record.vibration = vibration;
+        record.sound = sound;
         let mut run = Run::new(plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
@@ -212,12 +215,15 @@ impl<'a> PlannedRun<'a> {
         record.finish(meter)?;
         progress.stage(Stage::Response);
         let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record };
-        let mut vibration = None;
+        let (mut vibration, mut sound) = (None, None);
         if !interrupted {
             let open = meter.open();
             look_back.spectra_and_plots(folder)?;
             if let Some(recorder) = &record.vibration {
                 vibration = recorder.write(self.loaded, folder, meter)?;
+            }
+            if let Some(recorder) = &record.sound {
+                sound = Some(recorder.write(self.loaded, folder)?);
             }
             meter.close(open, Stage::Response);
         }
@@ -232,6 +238,7 @@ impl<'a> PlannedRun<'a> {
         }
         let mut summary = look_back.summary(cost)?;
         summary.vibration = vibration;
+        summary.sound = sound;
         // A load that was missed is an error of the command, which tells it.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
         for warning in

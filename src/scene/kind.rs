@@ -267,24 +267,28 @@ impl<K: Kind> Kind for Numbers<K> {
     }
 }
 
-/// An array of exactly two numbers.
+/// An array of exactly so many numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pair(pub(super) Bounds);
+pub(super) struct Exactly<const COUNT: usize>(pub(super) Bounds);
 
-impl Kind for Pair {
-    type Output = [f64; 2];
+impl<const COUNT: usize> Kind for Exactly<COUNT> {
+    type Output = [f64; COUNT];
 
     fn wanted(&self) -> String {
-        format!("an array of two, [a, b], each {}", self.0)
+        let names: Vec<_> = ('a'..).take(COUNT).map(String::from).collect();
+        format!("an array of {COUNT}, [{}], each {}", names.join(", "), self.0)
     }
 
-    fn read(&self, value: &Value<'_>) -> Option<[f64; 2]> {
+    fn read(&self, value: &Value<'_>) -> Option<[f64; COUNT]> {
         let Some(items) = value.items() else { return value.wrong_type(self) };
-        let [first, second] = items.as_slice() else {
-            return value.complain(Problem::new(format!("this has {} values", items.len()), "write 2 values"));
-        };
-        let (first, second) = (self.0.read(first), self.0.read(second));
-        Some([first?, second?])
+        if items.len() != COUNT {
+            let wrong = format!("this has {} values", items.len());
+            return value.complain(Problem::new(wrong, format!("write {COUNT} values")));
+        }
+        // All items are read before the first failure counts, so that every bad one is reported.
+        let numbers: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
+        let numbers: Option<Vec<f64>> = numbers.into_iter().collect();
+        numbers?.try_into().ok()
     }
 }
 

@@ -50,6 +50,14 @@ impl Standing {
         self.tyre().under(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
     }
 
+    /// Contact at an indentation \[m\].
+    ///
+    /// # Errors
+    /// Of the search.
+    pub fn pressed(&self, indentation: f64) -> Result<StaticContact, ContactError> {
+        self.tyre().at(indentation)
+    }
+
     /// Contacts at evenly spaced indentations, so many, to a little beyond that of a load \[N\].
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
 //! - [`loads`]: a tyre under given loads, standing and rolling;
+//! - [`radiation`]: how a tyre radiates that stands on a road;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
 //!
 //! Comparisons roll by [`trial`], which holds runs against each other, too.
@@ -14,6 +15,7 @@ pub mod calibration;
 pub mod effects;
 pub mod fit_tyre;
 pub mod loads;
+pub mod radiation;
 pub mod rules;
 pub mod sweep;
 pub mod trial;

@@ -73,8 +73,6 @@ impl VibrationRecorder {
             ));
             return Ok(None);
         };
-        // The position of the first column at substep 0, whichever step that is.
-        let aligned = (0..substeps as u64).find(|&step| geometry.substep(step) == 0).unwrap_or(0);
         let layout = SegmentLayout {
             elements,
             substeps,
@@ -83,7 +81,7 @@ impl VibrationRecorder {
             rule: scene.numerics.time_rule,
             time_step: plan.time_step,
             phase: geometry.substep(plan.warm_up_steps),
-            first_position: geometry.position(geometry.first_element(aligned), aligned),
+            first_position: geometry.first_position(),
             circumference: scene.tyre.circumference,
         };
         let first_element = geometry.first_element(plan.warm_up_steps);

@@ -31,7 +31,7 @@ pub struct Effects {
     /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for it.
     /// `auto`: on where it adds more than a tenth to the tension.
     pub centrifugal_tension: Switch,
-    /// Sound radiation; not there yet: `on` is refused.
+    /// Sound radiation. `auto`: where there is a receiver.
     pub radiation: Switch,
     /// Tangential friction; not there yet: `on` is refused.
     pub friction: Switch,

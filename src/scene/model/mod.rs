@@ -9,6 +9,7 @@ mod material;
 mod numerics;
 mod road;
 mod rolling;
+mod sound;
 mod tyre;
 mod vibration;
 
@@ -22,6 +23,7 @@ pub use material::*;
 pub use numerics::*;
 pub use road::*;
 pub use rolling::*;
+pub use sound::*;
 pub use tyre::*;
 pub use vibration::*;
 
@@ -44,4 +46,14 @@ pub struct Scene {
     pub numerics: Numerics,
     /// What is written.
     pub outputs: Outputs,
+    /// Where the sound pressure is wanted; `[[receiver]]` in the file.
+    #[serde(rename = "receiver", skip_serializing_if = "Vec::is_empty")]
+    pub receivers: Vec<Receiver>,
+    /// How sound gets there.
+    #[serde(skip_serializing_if = "is_default")]
+    pub radiation: Radiation,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }

@@ -15,7 +15,7 @@ pub struct Numerics {
     pub preset: Option<Preset>,
     /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that keeps
     /// it.
-    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "decibels")]
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional_decibels")]
     pub accuracy: Option<f64>,
     /// Elements N round the tyre; even.
     pub elements: usize,
@@ -86,11 +86,16 @@ impl Default for Numerics {
     }
 }
 
-fn decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+fn optional_decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
     match accuracy {
-        Some(accuracy) => serializer.serialize_str(&format!("{accuracy} dB")),
+        Some(accuracy) => decibels(accuracy, serializer),
         None => serializer.serialize_none(),
     }
+}
+
+/// A level difference as it is read, in quotes.
+pub(super) fn decibels<S: Serializer>(difference: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&format!("{difference} dB"))
 }
 
 /// A named row of the table of accuracy against time.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Material;
+use super::{Material, is_default};
 
 /// The tyre: layers round its circumference, flat or curved, between two sides.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,10 +29,6 @@ pub struct Tyre {
     pub foundation: Foundation,
     /// Layers from the rim outwards; the last one is the tread.
     pub layers: Vec<Layer>,
-}
-
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
 }
 
 /// What the sides of the tyre allow.

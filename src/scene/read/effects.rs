@@ -16,14 +16,10 @@ fn effects(table: &mut Table<'_>) -> Option<Effects> {
     let centrifugal_tension = switch("centrifugal_tension", default.centrifugal_tension);
     let radiation = switch("radiation", default.radiation);
     let friction = switch("friction", default.friction);
-    for (key, given, what) in
-        [("radiation", radiation, "sound radiation"), ("friction", friction, "tangential friction in the contact")]
-    {
-        if given == Some(Switch::On) {
-            let wrong = format!("{what} is not there yet: this version computes contact forces and vibration");
-            let right = "\"off\", or \"auto\", which takes it in once it is there";
-            table.complain::<()>(key, Problem::new(wrong, right));
-        }
+    if friction == Some(Switch::On) {
+        let wrong = "tangential friction in the contact is not there yet: this version has normal forces only";
+        let right = "\"off\", or \"auto\", which takes it in once it is there";
+        table.complain::<()>("friction", Problem::new(wrong, right));
     }
     Some(Effects {
         texture: texture?,
@@ -31,7 +27,7 @@ fn effects(table: &mut Table<'_>) -> Option<Effects> {
         belt_vibration: belt_vibration?,
         tangential_motion: tangential_motion?,
         centrifugal_tension: centrifugal_tension?,
-        radiation: radiation.filter(|&given| given != Switch::On)?,
+        radiation: radiation?,
         friction: friction.filter(|&given| given != Switch::On)?,
     })
 }

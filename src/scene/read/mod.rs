@@ -9,12 +9,13 @@ mod inflation;
 mod numerics;
 mod road;
 mod rolling;
+mod sound;
 mod tyre;
 mod vibration;
 
 use super::kind::Text;
 use super::table::Table;
-use super::{Axle, Contact, Effects, Numerics, Outputs, Problem, Road, Scene};
+use super::{Axle, Contact, Effects, Numerics, Outputs, Problem, Radiation, Road, Scene};
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
@@ -26,6 +27,8 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let effects = table.or("effects", &effects::EFFECTS, Effects::default());
     let numerics = table.or("numerics", &numerics::NUMERICS, Numerics::default());
     let outputs = table.or("outputs", &numerics::OUTPUTS, Outputs::default());
+    let receivers = table.or("receiver", &sound::RECEIVERS, Vec::new());
+    let radiation = table.or("radiation", &sound::RADIATION, Radiation::default());
 
     let scene = Scene {
         title: title?,
@@ -36,9 +39,12 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
         effects: effects?,
         numerics: numerics?,
         outputs: outputs?,
+        receivers: receivers?,
+        radiation: radiation?,
     };
     effects::check(&scene, table)?;
     vibration::check(&scene, table)?;
+    sound::check(&scene, table)?;
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
     let radius = scene.tyre.radius();
     match scene.rolling.axle {

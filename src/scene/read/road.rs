@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::super::kind::{Bounds, Column, File, Numbers, OneOf, Pair, Whole};
+use super::super::kind::{Bounds, Column, File, Numbers, Exactly, OneOf, Whole};
 use super::super::problem::short;
 use super::super::table::{Nested, Table};
 use super::super::{
@@ -167,7 +167,7 @@ fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
     let height_unit = table.optional("height_unit", &OneOf::<LengthUnit>::new());
     let distance_column = table.optional("distance_column", &Column);
     let height_column = table.optional("height_column", &Column);
-    let range = table.optional("range", &Pair(COORDINATE));
+    let range = table.optional("range", &Exactly::<2>(COORDINATE));
     let lateral = table.or("lateral", &OneOf::<Lateral>::new(), Lateral::default());
     let seed = table.or("seed", &Whole(0), 0);
     let at_end = at_end(table);

@@ -2,7 +2,7 @@
 
 use toml::de::DeValue;
 
-use super::super::kind::{Bounds, Flag, Numbers, OneOf, Pair, Text};
+use super::super::kind::{Bounds, Flag, Exactly, Numbers, OneOf, Text};
 use super::super::table::Kind;
 use super::super::table::{Each, Nested, Table, Value};
 use super::super::{Foundation, Inflation, Law, Layer, Material, Problem, Sides, Tyre};
@@ -156,7 +156,7 @@ fn layer(table: &mut Table<'_>) -> Option<GivenLayer> {
     let name = table.required("name", &Text);
     let thickness = table.required("thickness", &LENGTH);
     let has_tension = table.has("tension");
-    let tension = table.or("tension", &Pair(TENSION), [0.0; 2]);
+    let tension = table.or("tension", &Exactly::<2>(TENSION), [0.0; 2]);
     let material = table.required("material", &MATERIAL);
     let layer = Layer { name: name?, thickness: thickness?, tension: tension?, material: material? };
     Some(GivenLayer { layer, has_tension })

@@ -289,6 +289,39 @@ fn vibration() -> impl Strategy<Value = Vibration> {
     )
 }
 
+/// Places beside the tyre, and a way there.
+fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
+    let length = || 0.01..100.0_f64;
+    let place = prop_oneof![
+        (length(), 1.0..100.0_f64, length()).prop_map(|(x, y, z)| ReceiverPlace::Position { position: [x, y, z] }),
+        (length(), length())
+            .prop_map(|(distance, height)| ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height })),
+        Just(ReceiverPlace::Standard(StandardReceiver::Cpx)),
+        (length(), length())
+            .prop_map(|(radius, height)| ReceiverPlace::Standard(StandardReceiver::Circle { radius, height })),
+        length().prop_map(|radius| ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius })),
+    ];
+    let receiver = ("\\PC{0,9}", place).prop_map(|(name, place)| Receiver { name, place });
+    let air = prop_oneof![Just(AirMotion::Axle), Just(AirMotion::WithTread)];
+    let radiation = (50.0..2e4_f64, 3.0..40.0_f64, 1e-3..6.0_f64, 1_usize..99, 0.0..0.05_f64, air, any::<bool>())
+        .prop_map(|(fmax, nodes_per_wavelength, frequency_tolerance, lateral_waves, acoustic_gap, air, audio)| {
+            Radiation {
+                fmax,
+                nodes_per_wavelength,
+                frequency_tolerance,
+                lateral_waves,
+                acoustic_gap,
+                air,
+                audio,
+                ..Radiation::default()
+            }
+        });
+    prop_oneof![
+        Just((Vec::new(), Radiation::default())),
+        (prop::collection::vec(receiver, 1..4), radiation)
+    ]
+}
+
 fn scene() -> impl Strategy<Value = Scene> {
     let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64, prop::option::of(vibration())).prop_map(
         |([arrays, spectra, plots], checkpoint_interval, vibration)| Outputs {
@@ -299,8 +332,22 @@ fn scene() -> impl Strategy<Value = Scene> {
             vibration,
         },
     );
-    ("\\PC{0,20}", tyre(), road(), rolling(), contact(), effects(), numerics(), outputs).prop_map(
-        |(title, tyre, road, rolling, contact, effects, numerics, mut outputs)| {
+    ("\\PC{0,20}", tyre(), road(), rolling(), contact(), effects(), numerics(), outputs, sound()).prop_map(
+        |(title, tyre, road, rolling, contact, mut effects, numerics, mut outputs, (mut receivers, mut radiation))| {
+            // A tyre that is not larger than life, its shoulders smaller than itself.
+            let reach = tyre.width + 2.0 * tyre.radius();
+            receivers.retain(|_| reach < 9.0);
+            if receivers.is_empty() {
+                radiation = Radiation::default();
+            } else {
+                radiation.shoulder = 0.1 * tyre.radius();
+                effects.radiation = Switch::Auto;
+            }
+            for receiver in &mut receivers {
+                if let ReceiverPlace::Position { position } = &mut receiver.place {
+                    position[1] += reach;
+                }
+            }
             if let Some(vibration) = &mut outputs.vibration {
                 // Parts of the half circumference so far.
                 vibration.points.iter_mut().for_each(|point| *point *= 0.5 * tyre.circumference);
@@ -308,7 +355,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 vibration.tangential &= contact.tread != Tread::Bedding;
                 vibration.belt |= !vibration.tangential;
             }
-            Scene { title, tyre, road, rolling, contact, effects, numerics, outputs }
+            Scene { title, tyre, road, rolling, contact, effects, numerics, outputs, receivers, radiation }
         },
     )
 }

@@ -9,7 +9,8 @@
 //! - `moments`, `half_space_bands`, `half_space_tail`: what short waves add together, without evaluations;
 //! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
 //! - [`convolution_quadrature`]: from the sums to weights in the time domain;
-//! - [`mobility`]: the driving-point mobility of patches.
+//! - [`mobility`]: the driving-point mobility of patches;
+//! - [`SurfaceWaves`]: the surface wave by wave, not summed.
 
 mod bounded_sum;
 pub mod convolution_quadrature;
@@ -22,6 +23,7 @@ mod lane_sum;
 pub mod mobility;
 mod moments;
 mod projection;
+mod surface_waves;
 mod tail_sum;
 mod waves;
 
@@ -30,4 +32,5 @@ pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::Field;
 pub use lane_sum::FaceValues;
 pub use projection::Projection;
+pub use surface_waves::SurfaceWaves;
 pub use waves::Waves;

@@ -23,12 +23,6 @@ fn switches() {
 #[test]
 fn effects_that_are_not_there_yet_are_named() {
     effect_refused(
-        "radiation = \"on\"",
-        "effects.radiation",
-        "sound radiation is not there yet",
-        "\"off\", or \"auto\"",
-    );
-    effect_refused(
         "friction = \"on\"",
         "effects.friction",
         "tangential friction in the contact is not there yet",

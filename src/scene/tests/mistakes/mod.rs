@@ -4,6 +4,7 @@ mod effects;
 mod inflation;
 mod road;
 mod rolling;
+mod sound;
 mod text;
 mod tyre;
 

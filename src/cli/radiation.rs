@@ -1,0 +1,278 @@
+//! `tyrewave radiation` and `tyrewave radiation-cases`: how a tyre that stands on a road radiates.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+use tyrewave::counters::Stage;
+use tyrewave::plan::{Plan, bytes};
+use tyrewave::radiation::{RadiationError, cases};
+use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::table::{Report, aligned, csv};
+use tyrewave::run::{Progress, RunError};
+use tyrewave::scene::Axle;
+use tyrewave::study::loads::Standing;
+use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
+
+use super::context::{Context, print};
+use super::error::CliError;
+use super::mobility::frequencies;
+use super::options::positive;
+use super::progress::pieces;
+use super::side::Place;
+
+const EXAMPLES: &str = "\
+The tyre stands on a rigid road, its patch welded to it. Everything is for a small piece of the tread 15 mm in front \
+of the patch, in the middle of the tyre: the level of the transfer from its volume acceleration to some receivers, the \
+horn's amplification there (over the same source and receiver without the tyre, the road's reflection included), the \
+directivity on a circle, and what solving it costs, frequency by frequency.
+
+Of the scene its tyre, its load and [radiation] count; receivers are these: in the tyre's plane, a cpx microphone, the \
+coast-by microphone beside the tyre.
+
+Results: radiation.json (all numbers, SI units), radiation.csv; horn.svg, transfer.svg, directivity.svg, cost.svg.
+
+Examples:
+  tyrewave radiation scenes/default.toml
+  tyrewave radiation scenes/default.toml --highest 4000 --points 12";
+
+const CASES: &str = "\
+The file: density, sound_speed, nodes_per_wavelength and cases; each case has name, body ({\"shape\": \"sphere\", \
+radius, height} or {\"shape\": \"tyre\", radius, width, shoulder}), plane, wavenumber and either velocity \
+(\"uniform\", \"heave\", \"sway\" or {\"circumferential\": m, \"across\": 1}) with receivers, or source with points on \
+the surface. Printed: pressure and power, or green, case by case, for 1 m/s.
+
+Examples:
+  tyrewave radiation-cases cases.json > computed.json";
+
+/// Frequencies of the directivity \[Hz\].
+const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
+/// Lowest frequency \[Hz\].
+const LOWEST: f64 = 100.0;
+
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RadiationArguments {
+    #[command(flatten)]
+    place: Place,
+    /// Highest frequency, in Hz.
+    #[arg(long, value_name = "HZ", default_value = "2500", value_parser = positive)]
+    highest: f64,
+    /// Number of frequencies.
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    points: u32,
+    /// Print the JSON of all numbers instead of tables.
+    #[arg(long)]
+    json: bool,
+}
+
+impl RadiationArguments {
+    /// Computes, writes, prints.
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let Self { place, highest, points, json } = self;
+        let mut side = place.open("radiation")?;
+        let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
+        let plan = Plan::new(&scene);
+        let mut progress = context.progress();
+        progress.stage(Stage::Axle);
+        let standing = side.meter.time(Stage::Influence, || Standing::new(&scene));
+        let patch = match scene.rolling.axle {
+            Axle::Load { load, .. } | Axle::Mass { load, .. } => standing.under(load),
+            Axle::Indentation { indentation, .. } => standing.pressed(indentation),
+        };
+        let patch = patch.map_err(RunError::from)?.length;
+        drop(progress);
+        let failed = |error: RadiationError| match error {
+            RadiationError::Interrupted => CliError::Run(RunError::Interrupted { kept: None }),
+            error => CliError::Failed(error.to_string()),
+        };
+        let radiator = Radiator::new(&scene, &plan, patch).map_err(failed)?;
+        let radiator = radiator.ok_or_else(|| CliError::Usage("there is no air that cold".to_owned()))?;
+        let mut asked = frequencies(LOWEST, highest, points);
+        asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
+        asked.sort_by(f64::total_cmp);
+        let bar = pieces(context.options.quiet, "boundary elements", asked.len() as u64);
+        let open = side.meter.open();
+        let found = radiator.at(&asked, context.interrupt.flag(), &|| bar.inc(1)).map_err(failed)?;
+        side.meter.close(open, Stage::Radiation);
+        bar.finish_and_clear();
+
+        let views = Views { title: &title, found: &found, width: radiator.width() };
+        side.picture("horn.svg", views.over_frequency("Horn amplification [dB]", |at, index| at.horn[index]))?;
+        let level = |value: f64| 20.0 * value.log10();
+        let transfer = views.over_frequency("Transfer |G| [dB re 1/m]", |at, index| level(at.transfers[index]));
+        side.picture("transfer.svg", transfer)?;
+        side.picture("directivity.svg", views.directivity())?;
+        side.picture("cost.svg", cost_picture(&radiator, &title, highest).map_err(failed)?)?;
+        side.file("radiation.csv", views.csv());
+        let answer = json!({
+            "title": title,
+            "patch_length": radiator.patch_length(),
+            "ahead": AHEAD,
+            "receivers": views.named().map(|(name, position)| json!({ "name": name, "position": position })),
+            "circle": { "radius": CIRCLE[0], "height": CIRCLE[1] },
+            "frequencies": found.iter().map(|at| json!({
+                "frequency": at.frequency,
+                "transfer": at.transfers,
+                "horn": at.horn,
+                "circle": at.circle,
+                "unknowns": at.unknowns,
+                "reciprocal_condition": at.reciprocal_condition,
+            })).collect::<Vec<_>>(),
+        });
+        let answer = format!("{answer:#}\n");
+        side.file("radiation.json", answer.clone());
+        side.settings = json!({ "scene": side.settings, "highest": highest, "points": points });
+        if json {
+            side.write(context)?;
+            return print(&answer);
+        }
+        let mut report = Report::default();
+        report.text(format!("{title}\nPatch {:.1} mm long\n\n", 1e3 * radiator.patch_length()));
+        report.append(views.table());
+        report.text("\n");
+        side.finish(context, &report)
+    }
+}
+
+/// What is shown.
+struct Views<'a> {
+    title: &'a str,
+    found: &'a [AtFrequency],
+    width: f64,
+}
+
+impl Views<'_> {
+    fn named(&self) -> [(&'static str, [f64; 3]); 3] {
+        named_receivers(self.width)
+    }
+
+    fn table(&self) -> Report {
+        let header: Vec<String> = ["Hz"]
+            .into_iter()
+            .map(str::to_owned)
+            .chain(self.named().iter().map(|(name, _)| format!("horn, {name}")))
+            .chain(["unknowns", "1/condition", "time", "LU Gflop/s"].map(str::to_owned))
+            .collect();
+        let row = |at: &AtFrequency| -> Vec<String> {
+            let [assembly, factor] = at.seconds;
+            [format!("{:.0}", at.frequency)]
+                .into_iter()
+                .chain(at.horn.iter().map(|horn| format!("{horn:+.1} dB")))
+                .chain([
+                    at.unknowns.to_string(),
+                    format!("{:.1e}", at.reciprocal_condition),
+                    format!("{:.2} s", assembly + factor),
+                    format!("{:.1}", 1e-9 * at.factor_operations / factor),
+                ])
+                .collect()
+        };
+        let mut report = Report::default();
+        report.table(aligned(&header, &self.found.iter().map(row).collect::<Vec<_>>()));
+        report
+    }
+
+    fn csv(&self) -> String {
+        let names = ["in_plane", "cpx_front", "coast_by"];
+        let header = std::iter::once("frequency_hz".to_owned())
+            .chain(names.iter().map(|name| format!("transfer_{name}_1_m")))
+            .chain(names.iter().map(|name| format!("horn_{name}_db")));
+        let rows = self.found.iter().map(|at| {
+            let numbers = [at.frequency].into_iter().chain(at.transfers.iter().copied()).chain(at.horn.iter().copied());
+            numbers.map(|number| number.to_string()).collect()
+        });
+        csv(std::iter::once(header.collect::<Vec<_>>()).chain(rows))
+    }
+
+    fn over_frequency(
+        &self,
+        quantity: &str,
+        value: impl Fn(&AtFrequency, usize) -> f64,
+    ) -> Result<String, tyrewave::results::PlotError> {
+        let named = self.named();
+        let points = |index: usize| self.found.iter().map(|at| (at.frequency, value(at, index))).collect::<Vec<_>>();
+        let series: Vec<Series<'_>> =
+            (0..named.len()).map(|index| Series { name: named[index].0, points: points(index) }).collect();
+        let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
+        LinePlot {
+            title: self.title,
+            x: Axis::logarithmic("Frequency [Hz]", LOWEST..self.found.last().map_or(LOWEST, |at| at.frequency)),
+            y: Axis::linear_around(quantity, levels),
+            series: series.clone(),
+        }
+        .to_svg()
+    }
+
+    fn directivity(&self) -> Result<String, tyrewave::results::PlotError> {
+        let at: Vec<&AtFrequency> = self
+            .found
+            .iter()
+            .filter(|at| DIRECTIVITY.iter().any(|frequency| (frequency - at.frequency).abs() < 1e-9))
+            .collect();
+        let names: Vec<String> = at.iter().map(|at| format!("{:.0} Hz", at.frequency)).collect();
+        let series = at.iter().zip(&names).map(|(at, name)| {
+            let count = at.circle.len();
+            let point = |index: usize| (360.0 * index as f64 / count as f64, 20.0 * at.circle[index % count].log10());
+            Series { name, points: (0..=count).map(point).collect() }
+        });
+        let series: Vec<Series<'_>> = series.collect();
+        let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
+        LinePlot {
+            title: self.title,
+            x: Axis::linear("Angle from straight ahead, by the left [degrees]", 0.0..360.0),
+            y: Axis::linear_around("Transfer |G| at 2 m [dB re 1/m]", levels),
+            series: series.clone(),
+        }
+        .to_svg()
+    }
+}
+
+/// Operations of a frequency and memory against the frequency.
+fn cost_picture(
+    radiator: &Radiator,
+    title: &str,
+    highest: f64,
+) -> Result<Result<String, tyrewave::results::PlotError>, RadiationError> {
+    let frequencies = frequencies(LOWEST, highest.max(4000.0), 30);
+    let costs = frequencies.iter().map(|&frequency| radiator.cost(frequency)).collect::<Result<Vec<_>, _>>()?;
+    let points = |value: fn(&tyrewave::radiation::Cost) -> f64| {
+        frequencies.iter().zip(&costs).map(|(&frequency, cost)| (frequency, value(cost))).collect::<Vec<_>>()
+    };
+    let series = vec![
+        Series { name: "unknowns of a block", points: points(|cost| cost.unknowns as f64) },
+        Series { name: "factorisation [Gflop]", points: points(|cost| 1e-9 * cost.factor_operations) },
+        Series { name: "memory [MB]", points: points(|cost| 1e-6 * cost.bytes as f64) },
+    ];
+    let values: Vec<f64> = series.iter().flat_map(|series| series.points.iter().map(|point| point.1)).collect();
+    let largest = values.iter().fold(1.0_f64, |a, &b| a.max(b));
+    let smallest = values.iter().fold(largest, |a, &b| a.min(b)).max(1e-3 * largest.min(1e3));
+    let note = format!("{title}: one frequency, at most {}", bytes(costs.last().map_or(0.0, |cost| cost.bytes as f64)));
+    let plot = LinePlot {
+        title: &note,
+        x: Axis::logarithmic("Frequency [Hz]", LOWEST..highest.max(4000.0)),
+        y: Axis::logarithmic("Cost", smallest..largest),
+        series,
+    };
+    Ok(plot.to_svg())
+}
+
+#[derive(Clone, Debug, Args)]
+#[command(after_help = CASES)]
+pub struct RadiationCasesArguments {
+    /// The cases, a JSON file.
+    cases: PathBuf,
+}
+
+/// Memory that a file of cases may take \[bytes\].
+const CASES_MEMORY: u64 = 8 << 30;
+
+impl RadiationCasesArguments {
+    /// Prints what each case gives.
+    pub fn execute(self) -> Result<(), CliError> {
+        let path = self.cases;
+        let text = std::fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let answer = cases::evaluate(&text, CASES_MEMORY)
+            .map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
+        print(&format!("{answer:#}\n"))
+    }
+}

@@ -1,0 +1,168 @@
+//! What the sound of a run is: who hears it, in what blocks, up to where.
+
+use std::ops::Range;
+
+use crate::plan::Plan;
+use crate::radiation::{Block, Body, Cost, Resolution};
+use crate::response::vibration::SegmentLayout;
+use crate::scene::{Radiation, ReceiverPlace, Scene, StandardReceiver};
+use crate::sound::Air;
+use crate::sound::power::Iso3744;
+use crate::sound::receivers::{self, CoastByLine, Side};
+
+/// Length of the blocks \[s\] that forces are transformed in, at least: what the tyre's lowest modes need to ring out.
+const BLOCK: f64 = 0.5;
+/// Part of half the sampling rate up to which sound is radiated.
+const BELOW_NYQUIST: f64 = 0.9;
+/// Longest stretch that is kept to be listened to \[s\].
+const LISTENED: f64 = 30.0;
+
+/// How far ahead of and behind a microphone beside the road its passage is followed \[m\]: what a pass-by reads, and some
+/// more for the detector to settle.
+const PASSED: f64 = 12.0;
+/// Distance of the points of a passage \[m\].
+const SPACING: f64 = 0.25;
+/// Distance of the frequencies that boundary elements are solved at on the mean \[Hz\] (measured).
+const FREQUENCY_STEP: f64 = 40.0;
+/// Stretches of the frequency range whose costs are told apart.
+const STRETCHES: usize = 8;
+/// Part of the tyre's radius that patches are rounded to.
+const PATCH_STEP: f64 = 0.01;
+/// Points of a circle: every five degrees.
+const AROUND: usize = 72;
+
+/// A `[[receiver]]` with its points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heard {
+    /// Its name.
+    pub name: String,
+    /// Its name as part of a file's; no other receiver has the same.
+    pub file: String,
+    /// What the scene says.
+    pub place: ReceiverPlace,
+    /// Its points among those of all receivers.
+    pub points: Range<usize>,
+}
+
+/// The sound of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sound {
+    /// Settings, the highest frequency one that the time step can hold.
+    pub radiation: Radiation,
+    /// Who hears it.
+    pub heard: Vec<Heard>,
+    /// The points of all receivers \[m\], as [`crate::scene::Receiver`] counts.
+    pub positions: Vec<[f64; 3]>,
+    /// Blocks of the forces; columns, phase and first position are the run's to say.
+    pub layout: SegmentLayout,
+}
+
+impl Sound {
+    /// Points of all receivers.
+    pub fn points(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Frequencies that boundary elements are expected to be solved at and what one costs, for a patch of a length \[m\];
+    /// in stretches, since the cost grows with the frequency. None for a body that the run will refuse.
+    pub(crate) fn expected_solves(&self, plan: &Plan, at_rest: f64) -> Vec<(f64, Cost)> {
+        let radiation = &self.radiation;
+        let (tyre, patch) = (&plan.decisions.tyre, plan.standing_patch(radiation, at_rest));
+        let width = tyre.width + 2.0 * radiation.shoulder;
+        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch).ok();
+        let (resolution, air) =
+            (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
+        let stretch = |index: usize| {
+            let middle = radiation.fmax * (index as f64 + 0.5) / STRETCHES as f64;
+            let wavenumber = std::f64::consts::TAU * middle / air?.sound_speed;
+            let cost = Cost::expected(body.as_ref()?, wavenumber, wavenumber, &resolution, &Block::EVEN_ACROSS).ok()?;
+            Some((radiation.fmax / (STRETCHES as f64 * FREQUENCY_STEP), cost))
+        };
+        (0..STRETCHES).filter_map(stretch).collect()
+    }
+
+    /// Samples of a point's pressure that are kept.
+    pub fn kept_samples(&self) -> usize {
+        (LISTENED / self.layout.time_step) as usize
+    }
+}
+
+impl Plan {
+    /// Highest frequency that is radiated \[Hz\]: what the scene asks for, or what the time step can hold.
+    pub(crate) fn highest_radiated(&self, radiation: &Radiation) -> f64 {
+        radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step)
+    }
+
+    /// Length of the contact patch of the body that radiates \[m\]: the scene's, or that of the static contact in steps
+    /// of a hundredth of the radius, so that runs of one tyre share its transfers.
+    pub fn standing_patch(&self, radiation: &Radiation, at_rest: f64) -> f64 {
+        let step = PATCH_STEP * self.radius;
+        radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step)
+    }
+
+    /// The sound of the run; `None` where nobody listens.
+    pub fn sound(&self) -> Option<Sound> {
+        let radiation = self.decisions.radiation.as_ref()?;
+        let radiation = Radiation { fmax: self.highest_radiated(radiation), ..radiation.clone() };
+        let Scene { numerics, tyre, receivers, .. } = &self.scene;
+        let mut positions = Vec::new();
+        let mut files: Vec<String> = Vec::new();
+        let heard = receivers.iter().enumerate().map(|(index, receiver)| {
+            let first = positions.len();
+            positions.extend(points(&receiver.place, 0.5 * tyre.width + radiation.shoulder));
+            let name = if receiver.name.is_empty() { name(&receiver.place, index) } else { receiver.name.clone() };
+            let mut file: String =
+                name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' }).collect();
+            if files.contains(&file) {
+                file = format!("{file}-{}", index + 1);
+            }
+            files.push(file.clone());
+            Heard { name, file, place: receiver.place, points: first..positions.len() }
+        });
+        let heard: Vec<Heard> = heard.collect();
+        let revolution = (numerics.elements * numerics.substeps) as f64 * self.time_step;
+        let layout = SegmentLayout {
+            elements: numerics.elements,
+            substeps: numerics.substeps,
+            revolutions: (BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize,
+            columns: 0,
+            rule: numerics.time_rule,
+            time_step: self.time_step,
+            phase: 0,
+            first_position: 0.0,
+            circumference: tyre.circumference,
+        };
+        Some(Sound { radiation, heard, positions, layout })
+    }
+}
+
+/// The points of a receiver beside a tyre that reaches so far to either side \[m\].
+fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
+    match *place {
+        ReceiverPlace::Position { position } => vec![position],
+        ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height }) => {
+            let line = CoastByLine { half_length: PASSED, receivers: 2 * (PASSED / SPACING) as usize + 1, ..Default::default() };
+            line.positions().into_iter().map(|[x, _, _]| [x, distance, height]).collect()
+        }
+        ReceiverPlace::Standard(StandardReceiver::Cpx) => {
+            receivers::close_proximity(2.0 * half_width, Side::Left).to_vec()
+        }
+        ReceiverPlace::Standard(StandardReceiver::Circle { radius, height }) => {
+            receivers::circle(radius, height, AROUND)
+        }
+        ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => Iso3744::Broadband.positions(radius, true),
+    }
+}
+
+/// What a receiver without a name is called.
+fn name(place: &ReceiverPlace, index: usize) -> String {
+    match place {
+        ReceiverPlace::Position { .. } => format!("receiver-{}", index + 1),
+        ReceiverPlace::Standard(standard) => match standard {
+            StandardReceiver::CoastBy { .. } => "coast-by".to_owned(),
+            StandardReceiver::Cpx => "cpx".to_owned(),
+            StandardReceiver::Circle { .. } => "circle".to_owned(),
+            StandardReceiver::Hemisphere { .. } => "hemisphere".to_owned(),
+        },
+    }
+}

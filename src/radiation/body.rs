@@ -1,0 +1,180 @@
+//! Rigid bodies whose boundary is known exactly: a sphere, a tyre; free or over a rigid road.
+//!
+//! Axes: x fore and aft, y across (the tyre's axle), z up. With a road (the plane z = 0) the middle of the body is at
+//! (0, 0, height); without one at the origin. Both bodies are mirror-symmetric in x and in y.
+//!
+//! A body lower than its radius is cut by the road: the cut surface is welded to it, there is no air between. The tyre
+//! keeps its radius and its shoulders above the cut (no bulge), so that along the sides of the patch the shoulder
+//! meets the road at an angle larger than the tread's at the leading edge, nowhere in a cusp.
+
+use super::error::{RadiationError, positive};
+
+/// A point or a direction in space \[m\].
+pub type Vector = [f64; 3];
+
+/// The shape of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A sphere.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// A body of revolution about the axle: a straight tread, shoulders that are quarter circles, flat closed sides.
+    Tyre {
+        /// Radius of the tread \[m\].
+        radius: f64,
+        /// Width of the body, shoulders included \[m\].
+        width: f64,
+        /// Radius of the shoulders \[m\].
+        shoulder: f64,
+    },
+}
+
+/// A body and where it stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    shape: Shape,
+    height: Option<f64>,
+}
+
+/// The least height over its radius at which a body that does not touch the road is meshed, relative to the radius.
+const LEAST_CLEARANCE: f64 = 1e-4;
+
+/// The lowest middle of a body that is cut by the road, relative to its radius.
+const LOWEST: f64 = 0.05;
+
+impl Body {
+    /// A body whose middle is at `height` \[m\] over a rigid road, or without a road.
+    ///
+    /// # Errors
+    /// Sizes that are not positive, a shoulder larger than the body, a middle below 5 % of the radius, a tyre that
+    /// touches the road in a line (a patch of no length) and a clearance below 1e-4 of the radius.
+    pub fn new(shape: Shape, height: Option<f64>) -> Result<Self, RadiationError> {
+        let radius = match shape {
+            Shape::Sphere { radius } => {
+                positive("the sphere's radius", radius)?;
+                radius
+            }
+            Shape::Tyre { radius, width, shoulder } => {
+                positive("the tyre's radius", radius)?;
+                positive("the tyre's width", width)?;
+                if !(shoulder >= 0.0 && shoulder <= 0.5 * width && shoulder < radius) {
+                    return Err(RadiationError::Shoulder { shoulder, width, radius });
+                }
+                radius
+            }
+        };
+        if let Some(height) = height {
+            let refuse = |why| Err(RadiationError::Height { what: "a body", height, radius, why });
+            if !height.is_finite() || height < LOWEST * radius {
+                return refuse("its middle must be above the road by at least 5 % of the radius");
+            }
+            let clearance = (height - radius) / radius;
+            let touches = clearance.abs() < LEAST_CLEARANCE;
+            let exact = clearance.abs() < f64::EPSILON;
+            if touches && !(exact && matches!(shape, Shape::Sphere { .. })) {
+                return refuse("it must be cut by the road or clear of it by more than 1e-4 of the radius");
+            }
+        }
+        Ok(Self { shape, height })
+    }
+
+    /// A tyre standing on the road with a contact patch of half length `half_length` \[m\]: its axle is
+    /// sqrt(R^2 - a^2) high.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; a patch as long as the tyre.
+    pub fn standing_tyre(radius: f64, width: f64, shoulder: f64, half_length: f64) -> Result<Self, RadiationError> {
+        positive("half the patch's length", half_length)?;
+        positive("the tyre's radius", radius)?;
+        let height = (radius * radius - half_length * half_length).max(0.0).sqrt();
+        Self::new(Shape::Tyre { radius, width, shoulder }, Some(height))
+    }
+
+    /// The shape.
+    pub fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// Height of the middle over the road \[m\]; none without a road.
+    pub fn height(&self) -> Option<f64> {
+        self.height
+    }
+
+    /// Whether there is a road.
+    pub fn on_road(&self) -> bool {
+        self.height.is_some()
+    }
+
+    /// Height of the middle \[m\], 0 without a road.
+    pub fn middle(&self) -> f64 {
+        self.height.unwrap_or(0.0)
+    }
+
+    /// Radius of the sphere or of the tread \[m\].
+    pub fn radius(&self) -> f64 {
+        match self.shape {
+            Shape::Sphere { radius } | Shape::Tyre { radius, .. } => radius,
+        }
+    }
+
+    /// Half the length of the contact patch \[m\]; 0 where the road does not cut the body.
+    pub fn half_patch(&self) -> f64 {
+        let radius = self.radius();
+        self.height.map_or(0.0, |height| (radius * radius - height * height).max(0.0).sqrt())
+    }
+
+    /// Depth of a point below the body's surface \[m\], negative outside; the road is not part of the body.
+    pub fn depth(&self, [x, y, z]: Vector) -> f64 {
+        let z = z - self.middle();
+        match self.shape {
+            Shape::Sphere { radius } => radius - (x * x + y * y + z * z).sqrt(),
+            Shape::Tyre { radius, width, shoulder } => {
+                // Distance to a rounded box in the half plane of (distance from the axle, distance from the middle).
+                let across = y.abs() - (0.5 * width - shoulder);
+                let out = x.hypot(z) - (radius - shoulder);
+                let outside = across.max(0.0).hypot(out.max(0.0));
+                shoulder - outside - across.max(out).min(0.0)
+            }
+        }
+    }
+
+    /// Refuses a receiver that is not in the air: not finite, in the body, below the road.
+    ///
+    /// # Errors
+    /// [`RadiationError::Point`].
+    pub fn check_receiver(&self, point: Vector) -> Result<(), RadiationError> {
+        let [x, y, z] = point;
+        let refuse = |why| Err(RadiationError::Point { x, y, z, why });
+        if !point.iter().all(|number| number.is_finite()) {
+            return refuse("is not finite");
+        }
+        if self.on_road() && z < 0.0 {
+            return refuse("is below the road");
+        }
+        if self.depth(point) > -1e-9 * self.radius() {
+            return refuse("is inside the body or on it");
+        }
+        Ok(())
+    }
+
+    /// Refuses a point that is not on the surface, to 1e-3 of the radius, or in the cut that the road covers.
+    ///
+    /// # Errors
+    /// [`RadiationError::Point`].
+    pub fn check_surface_point(&self, point: Vector) -> Result<(), RadiationError> {
+        let [x, y, z] = point;
+        let refuse = |why| Err(RadiationError::Point { x, y, z, why });
+        if !point.iter().all(|number| number.is_finite()) {
+            return refuse("is not finite");
+        }
+        if self.on_road() && z < 0.0 {
+            return refuse("is below the road");
+        }
+        if self.depth(point).abs() > 1e-3 * self.radius() {
+            return refuse("is not on the body's surface");
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! Charts: pieces of a body's surface as exact functions of two parameters.
+//!
+//! Each chart is a surface of revolution: `meridian` runs along its section, `turn` is an angle. For the sphere the
+//! axis is z: meridian = angle from the south pole, turn = angle from +x towards +y. For the tyre the axis is y:
+//! turn = theta, from the bottom (the contact's centre), increasing towards +x; meridian is y on the tread, the
+//! shoulder's own angle from the tread's edge on the shoulder, the radius on the side.
+
+use super::body::Vector;
+
+/// A piece of surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Chart {
+    /// A sphere.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+        /// Height of its middle \[m\].
+        middle: f64,
+    },
+    /// The straight tread.
+    Tread {
+        /// Radius \[m\].
+        radius: f64,
+        /// Height of the axle \[m\].
+        middle: f64,
+    },
+    /// The shoulder at y > 0.
+    Shoulder {
+        /// Radius of the tread \[m\].
+        radius: f64,
+        /// Radius of the shoulder \[m\].
+        shoulder: f64,
+        /// Half width of the straight tread \[m\].
+        edge: f64,
+        /// Height of the axle \[m\].
+        middle: f64,
+    },
+    /// The flat side at y > 0.
+    Sidewall {
+        /// Half width of the body \[m\].
+        half_width: f64,
+        /// Height of the axle \[m\].
+        middle: f64,
+    },
+}
+
+/// A point of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Where it is \[m\].
+    pub position: Vector,
+    /// Unit normal, out of the body.
+    pub normal: Vector,
+    /// Area per unit of the two parameters.
+    pub area: f64,
+}
+
+impl Chart {
+    /// The point at a meridian parameter and an angle.
+    pub fn point(&self, meridian: f64, turn: f64) -> SurfacePoint {
+        let (sin, cos) = turn.sin_cos();
+        // A body of revolution about y: distance from the axle r, across y, the normal's two parts.
+        let about_axle = |r: f64, y: f64, radial: f64, across: f64, middle: f64, along: f64| SurfacePoint {
+            position: [r * sin, y, middle - r * cos],
+            normal: [radial * sin, across, -radial * cos],
+            area: along * r,
+        };
+        match *self {
+            Self::Sphere { radius, middle } => {
+                let (s, c) = meridian.sin_cos();
+                let normal = [s * cos, s * sin, -c];
+                let position = [radius * normal[0], radius * normal[1], middle + radius * normal[2]];
+                SurfacePoint { position, normal, area: radius * radius * s }
+            }
+            Self::Tread { radius, middle } => about_axle(radius, meridian, 1.0, 0.0, middle, 1.0),
+            Self::Shoulder { radius, shoulder, edge, middle } => {
+                let (s, c) = meridian.sin_cos();
+                let r = radius - shoulder * (1.0 - c);
+                about_axle(r, edge + shoulder * s, c, s, middle, shoulder)
+            }
+            Self::Sidewall { half_width, middle } => about_axle(meridian, half_width, 0.0, 1.0, middle, 1.0),
+        }
+    }
+
+    /// Distance from the axis \[m\].
+    pub fn axis_distance(&self, meridian: f64) -> f64 {
+        match *self {
+            Self::Sphere { radius, .. } => radius * meridian.sin(),
+            Self::Tread { radius, .. } => radius,
+            Self::Shoulder { radius, shoulder, .. } => radius - shoulder * (1.0 - meridian.cos()),
+            Self::Sidewall { .. } => meridian,
+        }
+    }
+
+    /// Length along the section per unit of its parameter \[m\].
+    pub fn meridian_length(&self) -> f64 {
+        match *self {
+            Self::Sphere { radius, .. } => radius,
+            Self::Tread { .. } | Self::Sidewall { .. } => 1.0,
+            Self::Shoulder { shoulder, .. } => shoulder,
+        }
+    }
+
+    /// The angle at which the road cuts this ring of a tyre; 0 where it does not reach it.
+    pub fn cut_turn(&self, meridian: f64) -> f64 {
+        match *self {
+            Self::Sphere { .. } => 0.0,
+            Self::Tread { middle, .. } | Self::Shoulder { middle, .. } | Self::Sidewall { middle, .. } => {
+                (middle / self.axis_distance(meridian)).min(1.0).acos()
+            }
+        }
+    }
+
+    /// The meridian parameter at which the road cuts this section of a tyre.
+    pub fn cut_meridian(&self, turn: f64) -> f64 {
+        match *self {
+            Self::Shoulder { radius, shoulder, middle, .. } => {
+                (1.0 - (radius - middle / turn.cos()) / shoulder).clamp(-1.0, 1.0).acos()
+            }
+            Self::Sidewall { middle, .. } => middle / turn.cos(),
+            Self::Sphere { .. } | Self::Tread { .. } => 0.0,
+        }
+    }
+}

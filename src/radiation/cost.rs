@@ -1,0 +1,84 @@
+//! What a boundary problem costs, before it is set up.
+
+use super::body::Body;
+use super::elements::padded;
+use super::error::RadiationError;
+use super::interior::interior_points;
+use super::mesh::{Resolution, patches};
+use super::parity::{Block, MIRRORS};
+
+/// What one wavenumber costs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cost {
+    /// Patches of the quarter.
+    pub patches: usize,
+    /// Unknown pressures of one block.
+    pub unknowns: usize,
+    /// Interior points of one block.
+    pub interior_points: usize,
+    /// Kernel evaluations of far pairs.
+    pub far_evaluations: f64,
+    /// Kernel evaluations of near pairs, estimated.
+    pub near_evaluations: f64,
+    /// Real operations of the factorisations of all blocks wanted.
+    pub factor_operations: f64,
+    /// Bytes held at most.
+    pub bytes: u64,
+}
+
+/// Near evaluations per unknown, as measured on tyres and spheres on a road; within a factor of two.
+const NEAR_EVALUATIONS: f64 = 2.5e4;
+
+impl Cost {
+    /// Of a body at a wavenumber \[rad/m\] with a mesh for another (the same, if no velocity asks for more).
+    ///
+    /// # Errors
+    /// What the mesh refuses.
+    pub fn expected(
+        body: &Body,
+        wavenumber: f64,
+        mesh_wavenumber: f64,
+        resolution: &Resolution,
+        blocks: &[Block],
+    ) -> Result<Self, RadiationError> {
+        resolution.check()?;
+        // A count by area first: a mesh of millions of patches is not made only to be refused.
+        let side = std::f64::consts::TAU / (mesh_wavenumber * resolution.nodes_per_wavelength);
+        let area = std::f64::consts::PI * body.radius() * body.radius() * 0.25;
+        let rough = area / (side * side);
+        if rough > MOST_UNKNOWNS {
+            let bytes = 16.0 * rough * rough * blocks.len() as f64;
+            return Ok(Self { unknowns: rough as usize, bytes: bytes as u64, ..Self::default() });
+        }
+        let patches = patches(body, mesh_wavenumber, resolution)?.len();
+        let unknowns = patches * resolution.order * resolution.order;
+        let interior_points = interior_points(body, wavenumber);
+        let size = (unknowns + interior_points) as f64;
+        let images = if body.on_road() { 2 * MIRRORS } else { MIRRORS };
+        let rows = padded(unknowns + interior_points) as f64;
+        let panel = rows * (resolution.order.pow(2) * blocks.len() * 16 + 2 * MIRRORS * 8) as f64;
+        Ok(Self {
+            patches,
+            unknowns,
+            interior_points,
+            far_evaluations: images as f64 * size * unknowns as f64,
+            near_evaluations: NEAR_EVALUATIONS * unknowns as f64,
+            factor_operations: 8.0 / 3.0 * size.powi(3) * blocks.len() as f64,
+            bytes: (16.0 * size * size * blocks.len() as f64 + 2.0 * panel) as u64,
+        })
+    }
+
+    /// Refuses what does not fit.
+    ///
+    /// # Errors
+    /// [`RadiationError::Memory`].
+    pub fn check(&self, limit: u64) -> Result<(), RadiationError> {
+        if self.bytes > limit {
+            return Err(RadiationError::Memory { unknowns: self.unknowns, needed: self.bytes, limit });
+        }
+        Ok(())
+    }
+}
+
+/// Unknowns of a quarter beyond which only the area is counted.
+const MOST_UNKNOWNS: f64 = 1e5;

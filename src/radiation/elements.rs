@@ -1,0 +1,171 @@
+//! Elements: p x p Gauss nodes on an exactly mapped patch, not connected with their neighbours.
+//!
+//! The unknown pressure is a polynomial of degree p - 1 in each of the patch's two coordinates on (-1, 1), through its
+//! values at the Gauss nodes; the nodes' weights are also the quadrature of pairs that are far apart. Nodes lie inside
+//! their patch, so every node sees a smooth surface, and patches need not meet corner to corner.
+
+use super::body::Vector;
+use super::chart::{Chart, SurfacePoint};
+use crate::numeric::legendre::gauss;
+
+/// How the road's cut bends one side of a patch's rectangle of parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cut {
+    /// Not at all: the ranges are the chart's own parameters.
+    None,
+    /// `turn` is a fraction from the cut's angle at this meridian (0) to `end` (1).
+    Turn {
+        /// Angle at fraction 1.
+        end: f64,
+    },
+    /// `meridian` is a fraction from the cut's parameter at this angle (0) to `end` (1).
+    Meridian {
+        /// Meridian parameter at fraction 1.
+        end: f64,
+    },
+}
+
+/// A patch: a rectangle of parameters of a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// The surface.
+    pub chart: Chart,
+    /// Range of the meridian parameter, or of the fraction that stands for it.
+    pub meridian: [f64; 2],
+    /// Range of the angle, or of the fraction that stands for it.
+    pub turn: [f64; 2],
+    /// The side along the road.
+    pub cut: Cut,
+}
+
+impl Patch {
+    /// The point at local coordinates in (-1, 1)^2; `area` is per unit of these.
+    pub fn point(&self, [u, v]: [f64; 2]) -> SurfacePoint {
+        let between = |[from, to]: [f64; 2], at: f64| 0.5 * ((to + from) + (to - from) * at);
+        let (m, t) = (between(self.meridian, u), between(self.turn, v));
+        let stretch = 0.25 * (self.meridian[1] - self.meridian[0]).abs() * (self.turn[1] - self.turn[0]).abs();
+        let (m, t, bend) = match self.cut {
+            Cut::None => (m, t, 1.0),
+            Cut::Turn { end } => {
+                let start = self.chart.cut_turn(m);
+                (m, start + t * (end - start), (end - start).abs())
+            }
+            Cut::Meridian { end } => {
+                let start = self.chart.cut_meridian(t);
+                (start + m * (end - start), t, (end - start).abs())
+            }
+        };
+        let mut point = self.chart.point(m, t);
+        point.area *= stretch * bend;
+        point
+    }
+}
+
+/// Nodes, weights and Lagrange polynomials of p Gauss points on (-1, 1).
+#[derive(Clone, Debug)]
+pub struct Basis {
+    /// Nodes, rising.
+    pub nodes: Vec<f64>,
+    /// Weights.
+    pub weights: Vec<f64>,
+    barycentric: Vec<f64>,
+}
+
+impl Basis {
+    /// Of `order` points.
+    pub fn new(order: usize) -> Self {
+        let mut rule = gauss(order);
+        rule.reverse();
+        let nodes: Vec<f64> = rule.iter().map(|[x, _]| *x).collect();
+        let barycentric = (0..order)
+            .map(|i| (0..order).filter(|&j| j != i).map(|j| nodes[i] - nodes[j]).product::<f64>().recip())
+            .collect();
+        Self { weights: rule.iter().map(|[_, w]| *w).collect(), nodes, barycentric }
+    }
+
+    /// Points.
+    pub fn order(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The Lagrange polynomials' values at a point.
+    pub fn values(&self, at: f64, values: &mut [f64]) {
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = self.barycentric[i];
+            for (j, node) in self.nodes.iter().enumerate() {
+                if j != i {
+                    *value *= at - node;
+                }
+            }
+        }
+    }
+}
+
+/// Numbers in a lane's multiple.
+pub fn padded(count: usize) -> usize {
+    count.next_multiple_of(crate::numeric::MOST_LANES)
+}
+
+/// A boundary mesh: the quarter x >= 0, y >= 0 of a body.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// The patches.
+    pub patches: Vec<Patch>,
+    /// Nodes and weights along a side.
+    pub basis: Basis,
+    /// Points of all nodes, patch by patch, the second coordinate running fastest; `area` includes the weight.
+    pub nodes: Vec<SurfacePoint>,
+    /// A ball that holds each patch: middle and radius.
+    pub balls: Vec<(Vector, f64)>,
+    /// Whether the road's image is part of the problem.
+    pub on_road: bool,
+}
+
+impl Mesh {
+    /// Places the nodes of `order` x `order` on patches.
+    pub fn new(patches: Vec<Patch>, order: usize, on_road: bool) -> Self {
+        let basis = Basis::new(order);
+        let mut nodes = Vec::with_capacity(patches.len() * order * order);
+        for patch in &patches {
+            for (&u, &weight) in basis.nodes.iter().zip(&basis.weights) {
+                for (&v, &other) in basis.nodes.iter().zip(&basis.weights) {
+                    let mut point = patch.point([u, v]);
+                    point.area *= weight * other;
+                    nodes.push(point);
+                }
+            }
+        }
+        let balls = patches.iter().map(ball).collect();
+        Self { patches, basis, nodes, balls, on_road }
+    }
+
+    /// Nodes of one patch.
+    pub fn nodes_per_patch(&self) -> usize {
+        self.basis.order() * self.basis.order()
+    }
+
+    /// Unknowns: nodes of the quarter.
+    pub fn unknowns(&self) -> usize {
+        self.nodes.len()
+    }
+}
+
+/// Side of the grid of points that a patch's ball is taken around.
+const SAMPLES: usize = 5;
+
+fn ball(patch: &Patch) -> (Vector, f64) {
+    let middle = patch.point([0.0, 0.0]).position;
+    let mut radius: f64 = 0.0;
+    for i in 0..SAMPLES {
+        for j in 0..SAMPLES {
+            let at = [i, j].map(|index| 2.0 * index as f64 / (SAMPLES - 1) as f64 - 1.0);
+            radius = radius.max(distance(patch.point(at).position, middle));
+        }
+    }
+    (middle, radius)
+}
+
+/// Distance between two points \[m\].
+pub fn distance(a: Vector, b: Vector) -> f64 {
+    ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
+}

@@ -1,0 +1,97 @@
+//! What can go wrong with a radiation problem.
+
+use thiserror::Error;
+
+/// What is wrong with a radiation problem, with the numbers that were given.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum RadiationError {
+    /// A size that must be a positive finite number.
+    #[error("{what} is {value}, but must be a positive finite number")]
+    NotPositive {
+        /// Which size.
+        what: &'static str,
+        /// What was given.
+        value: f64,
+    },
+    /// The shoulder's radius does not fit into the body.
+    #[error(
+        "a shoulder of {shoulder} m does not fit a tyre of width {width} m and radius {radius} m: at most half the \
+         width, and less than the radius"
+    )]
+    Shoulder {
+        /// Radius of the shoulder \[m\].
+        shoulder: f64,
+        /// Width of the body \[m\].
+        width: f64,
+        /// Radius of the tread \[m\].
+        radius: f64,
+    },
+    /// The body's height over the plane cannot be treated.
+    #[error("{what} of height {height} m and radius {radius} m: {why}")]
+    Height {
+        /// Which point's height.
+        what: &'static str,
+        /// Height \[m\].
+        height: f64,
+        /// Radius of the body \[m\].
+        radius: f64,
+        /// What would be right.
+        why: &'static str,
+    },
+    /// A receiver or a source that is not in the air.
+    #[error("the point ({x}, {y}, {z}) m {why}")]
+    Point {
+        /// Fore and aft \[m\].
+        x: f64,
+        /// Across \[m\].
+        y: f64,
+        /// Height \[m\].
+        z: f64,
+        /// Where it lies.
+        why: &'static str,
+    },
+    /// More memory than allowed.
+    #[error(
+        "{unknowns} unknowns in each of four blocks need {needed} bytes, {limit} are allowed: a lower frequency, fewer \
+         nodes per wavelength or a higher limit"
+    )]
+    Memory {
+        /// Unknowns of a block.
+        unknowns: usize,
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// The factorisation gave no number.
+    #[error("the equations at {wavenumber} rad/m with {unknowns} unknowns are singular")]
+    Singular {
+        /// Wavenumber \[rad/m\].
+        wavenumber: f64,
+        /// Unknowns of the block.
+        unknowns: usize,
+    },
+    /// A gap between patch and road is asked for that this method cannot give.
+    #[error("an acoustic gap of {gap} m is not available: only 0, the patch sealed against the road")]
+    Gap {
+        /// Height of the gap \[m\].
+        gap: f64,
+    },
+    /// An order of the elements that is not available.
+    #[error("elements of {order} x {order} nodes are not available: 3 or 4")]
+    Order {
+        /// Nodes along a side.
+        order: usize,
+    },
+    /// A list of parity blocks that transfers cannot be made of.
+    #[error("a transfer takes the two blocks even across, or all four")]
+    Blocks,
+    /// The caller stopped the work; what is finished has gone to the sink.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Refuses what is not a positive finite number.
+pub(super) fn positive(what: &'static str, value: f64) -> Result<(), RadiationError> {
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(RadiationError::NotPositive { what, value }) }
+}

@@ -1,0 +1,325 @@
+//! The frequencies of a tyre's transfers, chosen by checked midpoints, and transfers at any frequency between them.
+//!
+//! With exp(-i k r0) taken out, r0 from the receiver to the contact's centre, G_N changes slowly with frequency; it is
+//! a polynomial of degree 3 through the four nearest known frequencies.
+//!
+//! 1. Start with intervals of at most `coarsest` \[Hz\].
+//! 2. In every open interval compute the middle; compare with what the frequencies known before give. The error is the
+//!    root mean square of the difference over the tread's grid relative to that of G_N, the worst receiver's.
+//! 3. Within the tolerance both halves are closed, else both are open; not below `finest` \[Hz\].
+//!
+//! The computed middle stays, so the error that is left is that of intervals half as long as those that passed: for
+//! degree 3 some sixteenth of the tolerance where the function is smooth.
+//!
+//! Transfers are rounded to single precision, in which they are kept: one that was kept is the same bits as one that was
+//! just solved for.
+//!
+//! Frequencies of one round are spread over threads, as many at once as the memory limit holds; each is sequential in
+//! itself, and what is chosen depends on values alone: same bits for any number of threads.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::body::{Body, Vector};
+use super::cost::Cost;
+use super::elements::distance;
+use super::error::{RadiationError, positive};
+use super::solve::SolveReport;
+use super::transfer::{Transfer, TransferProblem};
+
+/// Which frequencies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrequencyRange {
+    /// Lowest \[Hz\].
+    pub lowest: f64,
+    /// Highest \[Hz\].
+    pub highest: f64,
+    /// Largest interval to start with \[Hz\].
+    pub coarsest: f64,
+    /// Smallest interval \[Hz\]: not halved below.
+    pub finest: f64,
+    /// Error of an interpolated middle that is let pass \[dB\].
+    pub tolerance: f64,
+    /// Speed of sound \[m/s\].
+    pub sound_speed: f64,
+}
+
+impl FrequencyRange {
+    /// From 25 Hz up to a highest frequency, from intervals of 100 Hz, not below 6 Hz.
+    pub fn up_to(highest: f64, tolerance: f64, sound_speed: f64) -> Self {
+        Self { lowest: 25.0, highest, coarsest: 100.0, finest: 6.0, tolerance, sound_speed }
+    }
+
+    /// Refuses what is no range.
+    ///
+    /// # Errors
+    /// [`RadiationError::NotPositive`].
+    pub fn check(&self) -> Result<(), RadiationError> {
+        positive("the lowest frequency", self.lowest)?;
+        positive("the highest frequency less the lowest", self.highest - self.lowest)?;
+        positive("the coarsest frequency step", self.coarsest)?;
+        positive("the finest frequency step", self.finest)?;
+        positive("the tolerance", self.tolerance)?;
+        positive("the speed of sound", self.sound_speed)
+    }
+
+    /// Wavenumber of a frequency \[rad/m\].
+    pub fn wavenumber(&self, frequency: f64) -> f64 {
+        std::f64::consts::TAU * frequency / self.sound_speed
+    }
+
+    /// The frequencies to start with.
+    pub fn first(&self) -> Vec<f64> {
+        let parts = ((self.highest - self.lowest) / self.coarsest - 1e-9).ceil().max(1.0) as usize;
+        (0..=parts).map(|i| self.lowest + (self.highest - self.lowest) * i as f64 / parts as f64).collect()
+    }
+}
+
+/// A finished frequency: transfers to all receivers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrequencyTransfers {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// By receiver.
+    pub transfers: Vec<Transfer>,
+}
+
+/// How far the work is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Finished frequencies, those known before included.
+    pub finished: usize,
+    /// Frequencies of this round that are still to come.
+    pub open: usize,
+    /// Round, from 0: the frequencies to start with.
+    pub round: usize,
+}
+
+/// What the choice of frequencies came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrequencyReport {
+    /// Frequencies.
+    pub count: usize,
+    /// Of these solved now, not known before.
+    pub solved: usize,
+    /// Largest error of an interpolated middle that was let pass \[dB\].
+    pub largest_passed: f64,
+    /// Largest error of a middle in intervals that were too short to halve \[dB\]; 0 where there is none.
+    pub largest_left: f64,
+    /// Worst reciprocal condition number of those solved now.
+    pub reciprocal_condition: f64,
+    /// Sums over those solved now: assembly work, operations and seconds; unknowns and points are the largest.
+    pub solve: SolveReport,
+}
+
+/// Who is told, and who may stop the work.
+pub struct Watch<'a> {
+    /// Gets each finished frequency, in rising order within a batch; its error ends the work.
+    pub sink: &'a mut dyn FnMut(&FrequencyTransfers) -> Result<(), RadiationError>,
+    /// Told after each batch.
+    pub progress: &'a mut dyn FnMut(Progress),
+    /// Asked before each frequency.
+    pub interrupted: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Transfers known at some frequencies.
+#[derive(Clone, Debug, Default)]
+pub struct TransferSet {
+    /// By rising frequency.
+    found: Vec<FrequencyTransfers>,
+}
+
+impl TransferSet {
+    /// Of finished frequencies.
+    pub fn new(mut found: Vec<FrequencyTransfers>) -> Self {
+        found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        found.dedup_by(|a, b| same(a.frequency, b.frequency));
+        Self { found }
+    }
+
+    /// The frequencies, rising.
+    pub fn frequencies(&self) -> &[FrequencyTransfers] {
+        &self.found
+    }
+
+    /// The grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from
+    /// the nearest. None where nothing is known.
+    pub fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
+        let stencil: Vec<&FrequencyTransfers> = self.nearest(frequency);
+        let first = stencil.first()?;
+        let mut result = first.transfers.get(receiver)?.clone();
+        let wavenumber = result.wavenumber * (frequency / first.frequency);
+        result.wavenumber = wavenumber;
+        result.values.fill(Complex64::ZERO);
+        for (index, entry) in stencil.iter().enumerate() {
+            let weight: f64 = (stencil.iter().enumerate().filter(|(other, _)| *other != index))
+                .map(|(_, other)| (frequency - other.frequency) / (entry.frequency - other.frequency))
+                .product();
+            let known = &entry.transfers[receiver];
+            let turn = (known.wavenumber - wavenumber) * contact_distance(body, known.receiver);
+            let factor = Complex64::from_polar(weight, turn);
+            for (sum, value) in result.values.iter_mut().zip(&known.values) {
+                *sum += value * factor;
+            }
+        }
+        Some(result)
+    }
+
+    /// The known frequencies that an interpolation uses: two on each side where there are two.
+    fn nearest(&self, frequency: f64) -> Vec<&FrequencyTransfers> {
+        let above = self.found.partition_point(|entry| entry.frequency <= frequency);
+        let count = self.found.len().min(STENCIL);
+        let start = above.saturating_sub(STENCIL / 2).min(self.found.len() - count);
+        self.found[start..start + count].iter().collect()
+    }
+}
+
+/// Frequencies that an interpolation uses.
+const STENCIL: usize = 4;
+
+/// r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road \[m\].
+fn contact_distance(body: &Body, receiver: Vector) -> f64 {
+    distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
+}
+
+/// Equal up to rounding.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
+}
+
+/// Finds the transfers of a range. `known`: frequencies finished before, for instance by a set-up that was stopped;
+/// where they are what the choice calls for they are not solved again.
+///
+/// # Errors
+/// As [`TransferProblem::solve`] and [`FrequencyRange::check`]; [`RadiationError::Interrupted`]; the sink's. More
+/// memory than the limit for the highest frequency is refused before anything is solved.
+pub fn transfers(
+    problem: &TransferProblem<'_>,
+    range: &FrequencyRange,
+    known: Vec<FrequencyTransfers>,
+    watch: &mut Watch<'_>,
+) -> Result<(TransferSet, FrequencyReport), RadiationError> {
+    range.check()?;
+    problem.check()?;
+    let highest = range.wavenumber(range.highest);
+    let cost = Cost::expected(problem.body, highest, highest, &problem.resolution, problem.blocks)?;
+    cost.check(problem.memory_limit)?;
+    let at_once = (problem.memory_limit / cost.bytes.max(1)).max(1) as usize;
+    let mut search = Search {
+        problem,
+        range,
+        at_once: at_once.min(rayon::current_num_threads().max(1)),
+        known: TransferSet::new(known),
+        report: FrequencyReport { reciprocal_condition: f64::INFINITY, ..FrequencyReport::default() },
+        round: 0,
+        finished: 0,
+    };
+    let mut wanted = range.first();
+    let mut open: Vec<[f64; 2]> = wanted.windows(2).map(|ends| [ends[0], ends[1]]).collect();
+    let mut set = TransferSet::new(search.solve(&wanted, watch)?);
+    while !open.is_empty() {
+        search.round += 1;
+        wanted = open.iter().map(|[low, high]| 0.5 * (low + high)).collect();
+        let found = search.solve(&wanted, watch)?;
+        let mut next = Vec::new();
+        for ([low, high], middle) in open.iter().zip(&found) {
+            let error = error(problem.body, &set, middle);
+            if error <= range.tolerance {
+                search.report.largest_passed = search.report.largest_passed.max(error);
+            } else if 0.5 * (high - low) < 2.0 * range.finest {
+                search.report.largest_left = search.report.largest_left.max(error);
+            } else {
+                next.extend([[*low, middle.frequency], [middle.frequency, *high]]);
+            }
+        }
+        let mut all = set.found;
+        all.extend(found);
+        set = TransferSet::new(all);
+        open = next;
+    }
+    search.report.count = set.found.len();
+    Ok((set, search.report))
+}
+
+/// What an interpolation misses of a computed frequency \[dB\]: 20 log10(1 + relative error), the worst receiver's.
+fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
+    let one = |(receiver, exact): (usize, &Transfer)| {
+        let guess = set.at(body, receiver, middle.frequency)?;
+        let difference: f64 =
+            guess.values.iter().zip(&exact.values).map(|(guess, exact)| (guess - exact).norm_sqr()).sum();
+        let size: f64 = exact.values.iter().map(|exact| exact.norm_sqr()).sum();
+        Some(20.0 * (1.0 + (difference / size).sqrt()).log10())
+    };
+    middle.transfers.iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
+}
+
+struct Search<'a> {
+    problem: &'a TransferProblem<'a>,
+    range: &'a FrequencyRange,
+    at_once: usize,
+    known: TransferSet,
+    report: FrequencyReport,
+    round: usize,
+    finished: usize,
+}
+
+impl Search<'_> {
+    /// All wanted frequencies, in their order.
+    fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
+        let mut found: Vec<Option<FrequencyTransfers>> = wanted.iter().map(|&f| self.lookup(f)).collect();
+        self.finished += found.iter().flatten().count();
+        // The costliest first within a batch of equal length; what is still missing in rising order.
+        let missing: Vec<usize> = (0..wanted.len()).filter(|&index| found[index].is_none()).collect();
+        let interrupted = watch.interrupted;
+        let mut left = missing.len();
+        (watch.progress)(Progress { finished: self.finished, open: left, round: self.round });
+        for batch in missing.chunks(self.at_once) {
+            let (problem, range) = (self.problem, self.range);
+            let solved: Vec<_> = batch
+                .par_iter()
+                .with_max_len(1)
+                .map(|&index| {
+                    if interrupted() {
+                        return Err(RadiationError::Interrupted);
+                    }
+                    problem.solve(range.wavenumber(wanted[index]))
+                })
+                .collect();
+            for (&index, solved) in batch.iter().zip(solved) {
+                let (mut transfers, report) = solved?;
+                transfers.iter_mut().for_each(Transfer::round);
+                let entry = FrequencyTransfers { frequency: wanted[index], transfers };
+                (watch.sink)(&entry)?;
+                self.add(&report);
+                found[index] = Some(entry);
+            }
+            left -= batch.len();
+            self.finished += batch.len();
+            (watch.progress)(Progress { finished: self.finished, open: left, round: self.round });
+        }
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    /// A frequency known before, if it is of the same receivers and grid.
+    fn lookup(&self, frequency: f64) -> Option<FrequencyTransfers> {
+        let entry = self.known.found.iter().find(|entry| same(entry.frequency, frequency))?;
+        let fits = entry.transfers.len() == self.problem.receivers.len()
+            && entry.transfers.iter().zip(self.problem.receivers).all(|(transfer, receiver)| {
+                transfer.grid == self.problem.grid && distance(transfer.receiver, *receiver) <= 0.0
+            });
+        fits.then(|| FrequencyTransfers { frequency, transfers: entry.transfers.clone() })
+    }
+
+    fn add(&mut self, report: &SolveReport) {
+        let sum = &mut self.report.solve;
+        sum.unknowns = sum.unknowns.max(report.unknowns);
+        sum.interior_points = sum.interior_points.max(report.interior_points);
+        sum.work.add(&report.work);
+        sum.factor_operations += report.factor_operations;
+        sum.assembly_seconds += report.assembly_seconds;
+        sum.factor_seconds += report.factor_seconds;
+        self.report.reciprocal_condition = self.report.reciprocal_condition.min(report.reciprocal_condition);
+        sum.reciprocal_condition = self.report.reciprocal_condition;
+        self.report.solved += 1;
+    }
+}

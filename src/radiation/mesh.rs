@@ -1,0 +1,227 @@
+//! Boundary meshes: bodies cut into patches by nodes per wavelength, finer where body and road form a wedge.
+//!
+//! 1. The body's quarter is a few blocks, each a rectangle of a chart's parameters with at most one side bent along the
+//!    road's cut.
+//! 2. A block is cut into rings along the meridian, each ring along the turn, by as many patches as it needs at its own
+//!    width: neighbouring rings need not match, since elements are not connected.
+//! 3. The side of a patch is p wavelengths/nodes, at most 45 degrees of turn, and near the road at most `wedge` times
+//!    (l + distance from the wedge's edge), l being half the patch's length, or sqrt(2 R clearance) for a body that is
+//!    clear of the road: on that length the gap between body and road changes.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+use super::body::{Body, Shape};
+use super::chart::Chart;
+use super::elements::{Cut, Mesh, Patch};
+use super::error::{RadiationError, positive};
+
+/// How fine a mesh is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resolution {
+    /// Nodes along a side of an element: 3 or 4.
+    pub order: usize,
+    /// Nodes per wavelength.
+    pub nodes_per_wavelength: f64,
+    /// Side of the elements at the wedge between body and road, relative to the length on which the gap changes.
+    pub wedge: f64,
+}
+
+impl Resolution {
+    /// Elements of 4 x 4 nodes with so many nodes per wavelength.
+    pub fn of(nodes_per_wavelength: f64) -> Self {
+        Self { order: 4, nodes_per_wavelength, wedge: Self::WEDGE }
+    }
+
+    /// See [`Self::wedge`]; chosen by measured convergence.
+    pub const WEDGE: f64 = 0.8;
+
+    /// Refuses what cannot be meshed.
+    ///
+    /// # Errors
+    /// [`RadiationError::Order`], [`RadiationError::NotPositive`].
+    pub fn check(&self) -> Result<(), RadiationError> {
+        positive("the number of nodes per wavelength", self.nodes_per_wavelength)?;
+        positive("the size of elements at the wedge", self.wedge)?;
+        if matches!(self.order, 3 | 4) { Ok(()) } else { Err(RadiationError::Order { order: self.order }) }
+    }
+}
+
+/// Largest turn of a patch.
+const MOST_TURN: f64 = FRAC_PI_4;
+
+/// Smallest length on which a gap changes, relative to the body's radius: the mesh of a body that touches in a point is
+/// graded down to it.
+const LEAST_SCALE: f64 = 0.02;
+
+/// How the wedge's edge is approached.
+struct Sizes {
+    body: Body,
+    largest: f64,
+    wedge: f64,
+    scale: f64,
+}
+
+impl Sizes {
+    fn at(&self, chart: &Chart, meridian: f64, turn: f64) -> f64 {
+        if !self.body.on_road() {
+            return self.largest;
+        }
+        let [x, y, z] = chart.point(meridian, turn).position;
+        let out = match self.body.shape() {
+            Shape::Sphere { .. } => x.hypot(y),
+            Shape::Tyre { .. } => x,
+        };
+        let distance = (out - self.body.half_patch()).max(0.0).hypot(z.max(0.0));
+        self.largest.min(self.wedge * (self.scale + distance))
+    }
+}
+
+/// The patches of a body's quarter for a wavenumber \[rad/m\].
+///
+/// # Errors
+/// What [`Resolution::check`] refuses; a wavenumber that is not positive.
+pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Vec<Patch>, RadiationError> {
+    resolution.check()?;
+    positive("the wavenumber", wavenumber)?;
+    let radius = body.radius();
+    let clearance = body.height().map_or(radius, |height| (height - radius).max(0.0));
+    let scale = match body.shape() {
+        Shape::Sphere { .. } => body.half_patch() * body.middle() / radius,
+        Shape::Tyre { .. } => body.half_patch(),
+    };
+    let sizes = Sizes {
+        body: *body,
+        largest: resolution.order as f64 * TAU / (wavenumber * resolution.nodes_per_wavelength),
+        wedge: resolution.wedge,
+        scale: scale.max((2.0 * radius * clearance).sqrt()).max(LEAST_SCALE * radius),
+    };
+    let mut blocks = Blocks { sizes, patches: Vec::new() };
+    match body.shape() {
+        Shape::Sphere { radius } => {
+            let chart = Chart::Sphere { radius, middle: body.middle() };
+            let start = (body.middle() / radius).min(1.0).acos();
+            let start = if body.on_road() { start } else { 0.0 };
+            blocks.fill(chart, [start, PI], [0.0, FRAC_PI_2], Cut::None);
+        }
+        Shape::Tyre { radius, width, shoulder } => blocks.tyre(body, radius, width, shoulder),
+    }
+    Ok(blocks.patches)
+}
+
+/// The mesh of a body's quarter for a wavenumber \[rad/m\].
+///
+/// # Errors
+/// As [`patches`].
+pub fn mesh(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Mesh, RadiationError> {
+    Ok(Mesh::new(patches(body, wavenumber, resolution)?, resolution.order, body.on_road()))
+}
+
+struct Blocks {
+    sizes: Sizes,
+    patches: Vec<Patch>,
+}
+
+impl Blocks {
+    fn tyre(&mut self, body: &Body, radius: f64, width: f64, shoulder: f64) {
+        let middle = body.middle();
+        let edge = 0.5 * width - shoulder;
+        let tread = Chart::Tread { radius, middle };
+        let round = Chart::Shoulder { radius, shoulder, edge, middle };
+        let side = Chart::Sidewall { half_width: 0.5 * width, middle };
+        let rim = radius - shoulder;
+        let depth = if body.on_road() { (radius - middle).max(0.0) } else { 0.0 };
+        let start = if depth > 0.0 { tread.cut_turn(0.0) } else { 0.0 };
+        if edge > 0.0 {
+            self.fill(tread, [0.0, edge], [start, PI], Cut::None);
+        }
+        if shoulder > 0.0 {
+            if depth <= 0.0 {
+                self.fill(round, [0.0, FRAC_PI_2], [0.0, PI], Cut::None);
+            } else if depth < shoulder {
+                // The cut is nearly an ellipse in the shoulder's parameters: split where it runs slantwise, so that
+                // each part's bent side is smooth.
+                let split = round.cut_meridian(0.0) * std::f64::consts::FRAC_1_SQRT_2;
+                let turn = round.cut_turn(split);
+                let end = (2.5 * start).max(start + 2.0 * shoulder / radius).min(0.5 * PI);
+                self.fill(round, [0.0, split], [0.0, 1.0], Cut::Turn { end });
+                self.fill(round, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: FRAC_PI_2 });
+                self.fill(round, [split, FRAC_PI_2], [turn, end], Cut::None);
+                self.fill(round, [0.0, FRAC_PI_2], [end, PI], Cut::None);
+            } else {
+                self.fill(round, [0.0, FRAC_PI_2], [0.0, 1.0], Cut::Turn { end: PI });
+            }
+        }
+        if depth > shoulder {
+            let turn = side.cut_turn(rim);
+            self.fill(side, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: 0.0 });
+            self.fill(side, [rim, 0.0], [turn, PI], Cut::None);
+        } else {
+            self.fill(side, [rim, 0.0], [0.0, PI], Cut::None);
+        }
+    }
+
+    /// Cuts a block into rings and these into patches.
+    fn fill(&mut self, chart: Chart, meridian: [f64; 2], turn: [f64; 2], cut: Cut) {
+        // What a pair of parameters means: meridian, turn, and the lengths of a unit of each.
+        let meaning = |m: f64, t: f64| match cut {
+            Cut::None => (m, t, chart.meridian_length(), chart.axis_distance(m)),
+            Cut::Turn { end } => {
+                let start = chart.cut_turn(m);
+                (m, start + t * (end - start), chart.meridian_length(), (end - start) * chart.axis_distance(m))
+            }
+            Cut::Meridian { end } => {
+                let start = chart.cut_meridian(t);
+                let m = start + m * (end - start);
+                (m, t, (end - start).abs() * chart.meridian_length(), chart.axis_distance(m))
+            }
+        };
+        let sizes = &self.sizes;
+        let rings = graded(meridian, |m| {
+            let (m, t, length, _) = meaning(m, turn[0]);
+            let turned = if matches!(chart, Chart::Sphere { .. }) { 1.0 / MOST_TURN } else { 0.0 };
+            (length / sizes.at(&chart, m, t)).max(turned)
+        });
+        for ring in rings.windows(2) {
+            let [inner, outer] = [ring[0], ring[1]];
+            let middle = 0.5 * (inner + outer);
+            let parts = graded(turn, |t| {
+                let wide = [inner, middle, outer].map(|m| meaning(m, t).3).into_iter().fold(0.0, f64::max);
+                let (m, angle, ..) = meaning(middle, t);
+                let unit = match cut {
+                    Cut::Turn { end } => end - chart.cut_turn(m),
+                    _ => 1.0,
+                };
+                (wide / sizes.at(&chart, m, angle)).max(unit / MOST_TURN)
+            });
+            let patch = |part: &[f64]| Patch { chart, meridian: [inner, outer], turn: [part[0], part[1]], cut };
+            self.patches.extend(parts.windows(2).map(patch));
+        }
+    }
+}
+
+/// Points at which `density` (parts per unit) is summed.
+const STEPS: usize = 256;
+
+/// Cuts a range into the fewest parts none of which holds more than one by `density`, equally full.
+fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Vec<f64> {
+    let step = (to - from) / STEPS as f64;
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    for index in 0..STEPS {
+        sum += density(from + (index as f64 + 0.5) * step) * step.abs();
+        sums.push(sum);
+    }
+    let parts = (sum - 1e-9).ceil().max(1.0) as usize;
+    let mut breaks = vec![from];
+    let mut index = 0;
+    for part in 1..parts {
+        let wanted = sum * part as f64 / parts as f64;
+        while sums[index + 1] < wanted {
+            index += 1;
+        }
+        let fraction = (wanted - sums[index]) / (sums[index + 1] - sums[index]);
+        breaks.push(from + (index as f64 + fraction) * step);
+    }
+    breaks.push(to);
+    breaks
+}

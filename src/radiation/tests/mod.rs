@@ -1,0 +1,5 @@
+//! Against closed solutions and against itself.
+
+mod set_up;
+mod sphere;
+mod tyre;

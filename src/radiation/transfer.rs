@@ -1,0 +1,263 @@
+//! The transfer from a tyre's tread to receivers: the total Green function G_N on a regular grid of the tread.
+//!
+//! p(r) = i w rho int G_N(y; r) v_n(y) dS over the tread; G_N is smooth along the tread, v_n is not, and much of the
+//! sum cancels. So G_N is not interpolated between the elements' nodes, where it would jump from element to element:
+//!
+//! 1. On panels around the tread, finer towards the patch as the elements are, G_N is evaluated at p + 2 Gauss points
+//!    by the boundary integral itself, which is smooth across elements.
+//! 2. Each cell's mean is that of the panels' polynomials over the cell; the part of a cell within the patch counts as
+//!    0: there the tread is at rest against the road, and no air moves.
+//!
+//! Grid: theta from the bottom (the contact's centre), increasing towards +x, cell c from 2 pi c/n to 2 pi (c + 1)/n.
+//! Across the tread Gauss points of (0, w), w half the straight tread's width, weights summing to w: one side where
+//! only blocks even across are solved, its values then stand for both sides; else that of y > 0, then that of y < 0.
+
+use num_complex::Complex64;
+
+use super::body::{Body, Shape, Vector};
+use super::chart::Chart;
+use super::elements::{Basis, Mesh, distance};
+use super::error::{RadiationError, positive};
+use super::mesh::Resolution;
+use super::parity::Block;
+use super::solve::{Drive, Problem, SolveReport};
+
+/// The grid of a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TransferGrid {
+    /// Cells around the tread.
+    pub around: usize,
+    /// Gauss points from the tread's middle to its edge.
+    pub across: usize,
+}
+
+/// G_N of one receiver at one frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transfer {
+    /// The receiver \[m\].
+    pub receiver: Vector,
+    /// Wavenumber \[rad/m\].
+    pub wavenumber: f64,
+    /// The grid.
+    pub grid: TransferGrid,
+    /// 1: even part, for both sides; 2: y > 0, then y < 0.
+    pub sides: usize,
+    /// Means of G_N over the cells \[1/m\], `[side][across][around]`.
+    pub values: Vec<Complex64>,
+}
+
+/// Points of (0, w) and weights that sum to w, of half a tread of width w \[m\].
+pub fn across_points(half_width: f64, count: usize) -> Vec<[f64; 2]> {
+    let basis = Basis::new(count);
+    let scaled = |(node, weight): (&f64, &f64)| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
+    basis.nodes.iter().zip(&basis.weights).map(scaled).collect()
+}
+
+/// Half the width of a tyre's straight tread \[m\]; 0 for other bodies.
+pub fn half_tread(body: &Body) -> f64 {
+    match body.shape() {
+        Shape::Tyre { width, shoulder, .. } => 0.5 * width - shoulder,
+        Shape::Sphere { .. } => 0.0,
+    }
+}
+
+impl Transfer {
+    /// The place of a value.
+    pub fn index(&self, side: usize, across: usize, around: usize) -> usize {
+        (side * self.grid.across + across) * self.grid.around + around
+    }
+
+    /// Brings the values to single precision.
+    pub(super) fn round(&mut self) {
+        for value in &mut self.values {
+            *value = Complex64::new(f64::from(value.re as f32), f64::from(value.im as f32));
+        }
+    }
+
+    /// Horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without the tyre, at
+    /// the cell's middle; minus infinity within the patch.
+    pub fn horn(&self, body: &Body, side: usize, across: usize, around: usize) -> f64 {
+        let theta = std::f64::consts::TAU * (around as f64 + 0.5) / self.grid.around as f64;
+        let y = across_points(half_tread(body), self.grid.across)[across][0];
+        let y = if side == 0 { y } else { -y };
+        let radius = body.radius();
+        let free = |y: f64| {
+            let point = [radius * theta.sin(), y, body.middle() - radius * theta.cos()];
+            let [x, across, z] = self.receiver;
+            let one = |z: f64| {
+                let r = distance(point, [x, across, z]);
+                Complex64::from_polar(1.0 / (4.0 * std::f64::consts::PI * r), -self.wavenumber * r)
+            };
+            if body.on_road() { one(z) + one(-z) } else { one(z) }
+        };
+        let free = if self.sides == 1 { (free(y) + free(-y)) * 0.5 } else { free(y) };
+        20.0 * (self.values[self.index(side, across, around)].norm() / free.norm()).log10()
+    }
+
+    /// p(r)/(i w rho) of a velocity given by its cell means, in the order of the values: the sum over the grid.
+    pub fn sum(&self, body: &Body, velocity: &[Complex64]) -> Complex64 {
+        let cell = std::f64::consts::TAU / self.grid.around as f64 * body.radius();
+        let both = if self.sides == 1 { 2.0 } else { 1.0 };
+        let points = across_points(half_tread(body), self.grid.across);
+        let rows = self.values.chunks_exact(self.grid.around).zip(velocity.chunks_exact(self.grid.around));
+        let row = |(row, (values, velocity)): (usize, (&[Complex64], &[Complex64]))| {
+            let sum: Complex64 = values.iter().zip(velocity).map(|(value, velocity)| value * velocity).sum();
+            sum * (points[row % self.grid.across][1] * cell * both)
+        };
+        rows.enumerate().map(row).sum()
+    }
+}
+
+/// One wavenumber of a tyre's transfers.
+#[derive(Clone, Debug)]
+pub struct TransferProblem<'a> {
+    /// The body: a tyre.
+    pub body: &'a Body,
+    /// Receivers \[m\].
+    pub receivers: &'a [Vector],
+    /// The grid.
+    pub grid: TransferGrid,
+    /// How fine the mesh is.
+    pub resolution: Resolution,
+    /// Which blocks: [`Block::EVEN_ACROSS`] or [`Block::ALL`].
+    pub blocks: &'a [Block],
+    /// Most bytes.
+    pub memory_limit: u64,
+}
+
+impl TransferProblem<'_> {
+    /// Refuses what cannot be asked.
+    ///
+    /// # Errors
+    /// A body that is no tyre or has no straight tread, an empty grid, receivers that are not in the air, blocks other
+    /// than the two lists.
+    pub fn check(&self) -> Result<(), RadiationError> {
+        positive("the straight tread's half width", half_tread(self.body))?;
+        positive("the number of cells around", self.grid.around as f64)?;
+        positive("the number of points across", self.grid.across as f64)?;
+        self.resolution.check()?;
+        if self.blocks != Block::ALL && self.blocks != Block::EVEN_ACROSS {
+            return Err(RadiationError::Blocks);
+        }
+        self.receivers.iter().try_for_each(|&receiver| self.body.check_receiver(receiver))
+    }
+
+    /// Transfers to all receivers at a wavenumber \[rad/m\].
+    ///
+    /// # Errors
+    /// As [`Self::check`], [`Problem::new`] and [`Problem::solve`].
+    pub fn solve(&self, wavenumber: f64) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
+        self.check()?;
+        let Self { body, grid, .. } = *self;
+        let problem =
+            Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
+        let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
+        let mut solution = problem.solve(&drives)?;
+        let panels = Panels::of(problem.mesh());
+        let half_width = half_tread(body);
+        let rows = across_points(half_width, grid.across);
+        let turns = panels.turns();
+        let points: Vec<[f64; 2]> =
+            rows.iter().flat_map(|&[y, _]| turns.iter().map(move |&theta| [y, theta])).collect();
+        let parts = solution.tread_parts(&points);
+        let means = panels.means(grid.around);
+        let sides = if self.blocks.len() == Block::ALL.len() { 2 } else { 1 };
+        let transfers = self.receivers.iter().enumerate().map(|(drive, &receiver)| {
+            let mut values = Vec::with_capacity(sides * grid.across * grid.around);
+            for side in 0..sides {
+                for row in 0..grid.across {
+                    for (from, mirror) in (0..grid.around).map(|cell| Panels::source(cell, grid.around)) {
+                        // The mirror of the cell: bit 0 fore-aft, bit 1 across.
+                        let mirror = usize::from(mirror) + 2 * side;
+                        let value = means[from].iter().map(|&(point, weight)| {
+                            let place = row * turns.len() + point;
+                            let sum: Complex64 = (self.blocks.iter().zip(&parts))
+                                .map(|(block, part)| part[(place, drive)] * block.sign(mirror))
+                                .sum();
+                            sum * weight
+                        });
+                        values.push(value.sum());
+                    }
+                }
+            }
+            Transfer { receiver, wavenumber, grid, sides, values }
+        });
+        Ok((transfers.collect(), solution.report()))
+    }
+}
+
+/// Panels around the tread.
+struct Panels {
+    breaks: Vec<f64>,
+    basis: Basis,
+}
+
+/// Points at which a panel's polynomial is averaged over its share of a cell.
+const MEAN_POINTS: usize = 3;
+
+impl Panels {
+    /// Those of the elements in the tread's first ring.
+    fn of(mesh: &Mesh) -> Self {
+        let mut breaks = Vec::new();
+        for patch in &mesh.patches {
+            if matches!(patch.chart, Chart::Tread { .. }) && patch.meridian[0] <= 0.0 {
+                if breaks.is_empty() {
+                    breaks.push(patch.turn[0]);
+                }
+                breaks.push(patch.turn[1]);
+            }
+        }
+        Self { breaks, basis: Basis::new(mesh.basis.order() + 2) }
+    }
+
+    /// All points' angles.
+    fn turns(&self) -> Vec<f64> {
+        let panel = |ends: &[f64]| {
+            let (from, to) = (ends[0], ends[1]);
+            self.basis.nodes.iter().map(move |node| 0.5 * ((from + to) + (to - from) * node)).collect::<Vec<_>>()
+        };
+        self.breaks.windows(2).flat_map(panel).collect()
+    }
+
+    /// The cell of the first half whose mean a cell has, and whether mirrored. The grid's cells mirror each other: cell
+    /// c and cell n - 1 - c; where n is odd the middle one, across the top, is its own mirror.
+    fn source(cell: usize, around: usize) -> (usize, bool) {
+        if 2 * cell < around { (cell, false) } else { (around - 1 - cell, true) }
+    }
+
+    /// By cell of the first half: points and weights of the mean over it.
+    fn means(&self, around: usize) -> Vec<Vec<(usize, f64)>> {
+        let width = std::f64::consts::TAU / around as f64;
+        let rule = Basis::new(MEAN_POINTS);
+        let order = self.basis.order();
+        let mut values = vec![0.0; order];
+        let cells = around.div_ceil(2);
+        let mut means = Vec::with_capacity(cells);
+        for cell in 0..cells {
+            let (from, to) = (cell as f64 * width, (cell + 1) as f64 * width);
+            let mut weights: Vec<(usize, f64)> = Vec::new();
+            for (panel, ends) in self.breaks.windows(2).enumerate() {
+                let (low, high) = (from.max(ends[0]), to.min(ends[1]));
+                if low >= high {
+                    continue;
+                }
+                let first = weights.len();
+                weights.extend((0..order).map(|node| (panel * order + node, 0.0)));
+                for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
+                    let at = 0.5 * ((low + high) + (high - low) * node);
+                    let local = (2.0 * at - ends[0] - ends[1]) / (ends[1] - ends[0]);
+                    self.basis.values(local, &mut values);
+                    for ((_, sum), value) in weights[first..].iter_mut().zip(&values) {
+                        *sum += value * 0.5 * weight * (high - low) / width;
+                    }
+                }
+            }
+            // An odd number's middle cell reaches over the top by half: its mean is that of the half below.
+            if 2 * cell + 1 == around {
+                weights.iter_mut().for_each(|(_, weight)| *weight *= 2.0);
+            }
+            means.push(weights);
+        }
+        means
+    }
+}

@@ -1,0 +1,33 @@
+//! Sound pressure at receivers, from the contact forces.
+//!
+//! With G(y; r) the pressure at a point y of the tread for a unit point source at the receiver r (road, body and all),
+//! reciprocity gives the pressure at r for any motion of the tread, with v outwards:
+//!
+//! ```text
+//! p(r, w) = i w rho Int G(y; r, w) v(y, w) dS
+//! v(x, y, w) = -i w u,   u = (1/L) sum_n exp(i kx_n x) sum_m (e_m/B) a_m cos(ky_m y) C_nm(w - n Omega) F_n(w - n Omega)
+//! F_n = sinc(kx_n dx/2) sum_c exp(-i kx_n x_c) F_c(w)
+//! ```
+//!
+//! in the frame of the axle, in which F_c is the force at a place x_c of the contact window, e_m = 2 (1 for m = 0) and
+//! a_m = sinc(ky_m b/2). All of it is linear in F_c and stands still, so a receiver has one transfer for each place of
+//! the window: tens of them, whatever N. The frequency shift is that of `vibration`; the air does not turn with the
+//! tyre, so what moves it is i w u and not the material's i (w - n Omega) u. A static flattening is silent.
+//!
+//! - [`surface`]: G on the tread, and what the tread's waves take of it;
+//! - [`transfer`]: the pressure for unit force at each place;
+//! - [`stream`]: forces, step by step, to pressures over time.
+//!
+//! Of the propagation delay r0/c from the contact to the receiver whole time steps are taken off: a response then begins
+//! with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times with their own weights, on the
+//! tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
+
+pub mod stream;
+pub mod surface;
+#[cfg(test)]
+mod tests;
+pub mod transfer;
+
+pub use stream::{PressureStream, PressureState};
+pub use surface::SurfaceGreen;
+pub use transfer::{PlaceTransfers, PressureModel};

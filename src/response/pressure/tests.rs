@@ -1,0 +1,186 @@
+//! Transfers against sums over the tread written out; pressures over time against signals that are known.
+
+use std::f64::consts::TAU;
+
+use num_complex::{Complex32, Complex64};
+
+use super::stream::PressureStream;
+use super::surface::SurfaceGreen;
+use super::transfer::{PlaceTransfers, PressureModel};
+use crate::numeric::legendre;
+use crate::response::vibration::SegmentLayout;
+use crate::scene::{AirMotion, TimeRule};
+use crate::test_models::plate_tyre;
+use crate::tyre::influence::SurfaceWaves;
+
+const AROUND: usize = 64;
+
+fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
+    SegmentLayout {
+        elements: 32,
+        substeps,
+        revolutions: 2,
+        columns: 5,
+        rule,
+        time_step: 0.09 / (32 * substeps) as f64,
+        phase: substeps - 1,
+        first_position: -0.13,
+        circumference: plate_tyre().circumference,
+    }
+}
+
+/// Points across half of the tread, rising, with their weights.
+fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
+    let scaled = |[node, weight]: [f64; 2]| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
+    let mut points: Vec<[f64; 2]> = legendre::gauss(count).into_iter().map(scaled).collect();
+    points.reverse();
+    points
+}
+
+/// Some smooth G, the same at all frequencies.
+fn green(x: f64, y: f64) -> Complex64 {
+    let turn = TAU * x / plate_tyre().circumference;
+    Complex64::new(0.3 + turn.cos() - 0.4 * (2.0 * turn).sin(), turn.sin() + 20.0 * y * y)
+}
+
+fn surface_green(half_width: f64) -> SurfaceGreen {
+    let length = plate_tyre().circumference / AROUND as f64;
+    let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
+    let row = |&y: &f64| (0..AROUND).map(move |cell| green((cell as f64 + 0.5) * length, y));
+    let values = points.iter().flat_map(row).map(|value| Complex32::new(value.re as f32, value.im as f32));
+    SurfaceGreen { frequencies: vec![50.0, 1000.0], around: AROUND, values: values.collect(), across: points, half_width }
+}
+
+#[test]
+fn transfers_are_the_integral_over_the_moving_tread() {
+    let tyre = plate_tyre();
+    let half_width = 0.5 * tyre.width;
+    let waves = SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6);
+    let lateral = waves.lateral.clone();
+    let length = tyre.circumference / AROUND as f64;
+    let delay = 1e-4;
+    for (rule, substeps, air) in
+        [(TimeRule::Sdirk2, 2, AirMotion::Axle), (TimeRule::Bdf2, 1, AirMotion::Axle), (TimeRule::Sdirk2, 1, AirMotion::WithTread)]
+    {
+        let layout = layout(rule, substeps);
+        let model = PressureModel {
+            layout,
+            waves: &waves,
+            scale: 1.1,
+            contact_width: tyre.contact_width,
+            density: 1.2,
+            air,
+            highest: 150.0,
+            delays: &[delay],
+        };
+        let transfers = PlaceTransfers::new(&model, &[surface_green(half_width)]);
+        assert_eq!((transfers.places, transfers.bins), (layout.places(), (150.0 / layout.resolution()) as usize + 1));
+        for (stage, column, phase, bin) in [(0, 0, 0, 3), (layout.stages() - 1, 4, substeps - 1, 9)] {
+            let angular = layout.angular_frequency(bin);
+            let x_c = layout.first_position
+                + tyre.circumference / 32.0 * (column as f64 - phase as f64 / substeps as f64);
+            // The field of a unit force, wave by wave, summed with G cell by cell and point by point.
+            let mut expected = Complex64::ZERO;
+            let mut values = vec![Complex64::ZERO; lateral.len()];
+            for n in -15_i64..=15 {
+                let material = layout.angular_frequency(bin) - TAU * n as f64 / (layout.length() as f64 * layout.time_step) * 2.0;
+                let nyquist = std::f64::consts::PI / layout.time_step;
+                let wrapped = (material + nyquist).rem_euclid(2.0 * nyquist) - nyquist;
+                let [weight, time] = match rule.runge_kutta() {
+                    None => [1.0, 0.0],
+                    Some(method) => {
+                        [method.weights()[stage], (method.nodes[stage] - 1.0) * layout.time_step]
+                    }
+                };
+                let seen = if rule.is_multistep() {
+                    (Complex64::new(0.0, wrapped) * rule.relative_rate(wrapped * layout.time_step)).im
+                } else {
+                    wrapped
+                };
+                waves.at(n, seen / TAU, &mut values);
+                let kx = waves.waves.kx(n);
+                let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
+                let acts = Complex64::from_polar(weight, -wrapped * time);
+                let force = acts * Complex64::from_polar(1.0, -kx * x_c) * sinc(0.5 * kx * tyre.circumference / 32.0);
+                let rate = if air == AirMotion::Axle { angular } else { material };
+                for (&m, compliance) in lateral.iter().zip(&values) {
+                    let ky = waves.waves.ky(m);
+                    let strip = 2.0 / tyre.width * sinc(0.5 * ky * tyre.contact_width);
+                    for cell in 0..AROUND {
+                        let middle = (cell as f64 + 0.5) * length;
+                        let wave = Complex64::from_polar(sinc(0.5 * kx * length), kx * middle);
+                        for [y, weight] in across(half_width, 24) {
+                            let area = 2.0 * weight * length;
+                            let inward = 1.1 * force * strip * compliance * wave * (ky * y).cos() / tyre.circumference;
+                            let outward = -Complex64::i() * rate * inward;
+                            expected += Complex64::i() * angular * 1.2 * green(middle, y) * outward * area;
+                        }
+                    }
+                }
+            }
+            expected *= Complex64::from_polar(1.0, -angular * delay);
+            let place = (stage * layout.columns + column) * substeps + phase;
+            let value = transfers.row(0, place)[bin];
+            let found = Complex64::new(f64::from(value.re), f64::from(value.im));
+            let error = (found - expected).norm() / expected.norm();
+            assert!(error < 1e-5, "{rule:?}, {air:?}, stage {stage}: {found} {expected}");
+        }
+        assert!(transfers.row(0, 0)[0].norm() < 1e-30, "what stands still is silent");
+    }
+}
+
+#[test]
+fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
+    for (substeps, late) in [(1, 3_usize), (2, 10)] {
+        let layout = layout(TimeRule::Sdirk2, substeps);
+        let length = layout.length();
+        let bins = length / 2 + 1;
+        // One place is heard, later by whole steps; the others are not.
+        let heard = (layout.columns + 2) * substeps + substeps - 1;
+        let transfers = PlaceTransfers::of(1, layout.places(), bins, |_, place, bin| {
+            let turn = -TAU * (bin * late) as f64 / length as f64;
+            if place == heard { Complex64::from_polar(2.0, turn) } else { Complex64::ZERO }
+        });
+        let mut stream = PressureStream::new(layout, transfers);
+        let steps = 3 * length + 17;
+        let force = |step: usize, place: usize| ((step * 7 + place * 13) as f64 * 0.37).sin();
+        let mut found = Vec::new();
+        for step in 0..steps {
+            let forces: Vec<f64> = (0..layout.width()).map(|place| force(step, place)).collect();
+            // Half-way a stream is stopped and another one goes on.
+            if step == length + 5 {
+                let state = stream.save();
+                let again = PlaceTransfers::of(1, layout.places(), bins, |receiver, place, bin| {
+                    let value = stream.transfers().row(receiver, place)[bin];
+                    Complex64::new(f64::from(value.re), f64::from(value.im))
+                });
+                stream = PressureStream::new(layout, again);
+                stream.restore(state).unwrap();
+            }
+            if stream.push(&forces) {
+                found.extend_from_slice(stream.pressures(0));
+            }
+        }
+        assert_eq!(found.len() as u64, PressureStream::samples(&layout, steps as u64));
+        let first = PressureStream::first_step(&layout) as usize;
+        let whole = |block: usize| -> Vec<f64> {
+            let sounding = |step: usize| layout.phase_of(step) == substeps - 1;
+            let begin = block * layout.hop();
+            (begin..begin + length)
+                .map(|step| if sounding(step) { 2.0 * force(step, layout.columns + 2) } else { 0.0 })
+                .collect()
+        };
+        let sign = |step: usize| if step.is_multiple_of(2) { 1.0 } else { -1.0 };
+        for (block, pressures) in found.chunks_exact(layout.hop()).enumerate() {
+            // Mean and highest frequency of a block do not sound.
+            let forces = whole(block);
+            let mean = forces.iter().sum::<f64>() / length as f64;
+            let fastest = forces.iter().enumerate().map(|(n, force)| sign(n) * force).sum::<f64>() / length as f64;
+            for (index, value) in pressures.iter().enumerate() {
+                let heard = first + index - late;
+                let expected = forces[heard] - mean - sign(heard) * fastest;
+                assert!((value - expected).abs() < 1e-5, "q = {substeps}, block {block}: {value} {expected}");
+            }
+        }
+    }
+}

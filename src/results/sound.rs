@@ -1,0 +1,152 @@
+//! `sound.csv`, `sound_narrow.csv`, `pass_by.csv` and the sound's part of the summary.
+
+use serde::Serialize;
+
+use super::table::csv;
+use crate::response::PowerSpectrum;
+use crate::sound::levels::{REFERENCE_PRESSURE, SoundLevels};
+
+/// Third octaves at the receivers.
+pub const SOUND_FILE: &str = "sound.csv";
+/// Narrow band.
+pub const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
+
+/// The spectrum at a receiver, the mean over its points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReceiverSpectrum {
+    /// The receiver's name.
+    pub name: String,
+    /// Pressures \[Pa^2\].
+    pub spectrum: PowerSpectrum,
+}
+
+/// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
+/// where the run vouches for it and 0 beyond.
+pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
+    let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid"];
+    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
+        let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
+        let bands = levels.third_octaves.into_iter().zip(levels.a_weighted);
+        bands.map(|(plain, weighted)| {
+            let band = plain.band;
+            let valid = f64::from(u8::from(plain.valid));
+            let numbers = [band.nominal_frequency(), band.mid_frequency(), plain.level, weighted.level, valid];
+            std::iter::once(name.clone()).chain(numbers.map(|number| number.to_string())).collect()
+        })
+    });
+    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+}
+
+/// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
+pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
+    let header = ["receiver", "frequency_hz", "density_pa2_hz"];
+    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
+        let cells = |(frequency, density): (f64, f64)| vec![name.clone(), frequency.to_string(), density.to_string()];
+        spectrum.density().map(cells)
+    });
+    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+}
+
+/// What `summary.json` says of the sound.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SoundSummary {
+    /// Reference of the levels \[Pa\].
+    pub reference: f64,
+    /// Highest frequency that is radiated \[Hz\].
+    pub highest: f64,
+    /// The body that radiates.
+    pub body: BodySummary,
+    /// By receiver.
+    pub receivers: Vec<ReceiverSummary>,
+}
+
+impl SoundSummary {
+    /// Reference of the levels \[Pa\].
+    pub const REFERENCE: f64 = REFERENCE_PRESSURE;
+}
+
+/// The body that radiates, and how its transfers were found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BodySummary {
+    /// Length of its contact patch \[m\].
+    pub patch_length: f64,
+    /// Sound speed \[m/s\] and density \[kg/m^3\] of the air.
+    pub sound_speed: f64,
+    /// Density of the air \[kg/m^3\].
+    pub density: f64,
+    /// Frequencies that boundary elements were solved at.
+    pub frequencies: usize,
+    /// Of these, how many were solved in this run; the others were kept on disk by earlier ones.
+    pub solved: usize,
+    /// Unknowns of a parity block at the highest of them.
+    pub unknowns: usize,
+    /// Largest estimated error of the interpolation between them \[dB\].
+    pub interpolation_error: f64,
+    /// Smallest reciprocal condition number among those that were solved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reciprocal_condition: Option<f64>,
+}
+
+/// Levels at a receiver, or their energetic mean over its points.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReceiverSummary {
+    /// Its name.
+    pub name: String,
+    /// Its points.
+    pub points: usize,
+    /// Mean level \[dB re 20 uPa\] of the bands that the run vouches for.
+    pub level: f64,
+    /// The same, A-weighted \[dB(A)\].
+    pub level_a: f64,
+    /// Sound power level \[dB(A) re 1 pW\], of a hemisphere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_level_a: Option<f64>,
+    /// The pass-by's maximum, where the tyre passes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pass_by: Option<PassBySummary>,
+    /// The files to listen to, and the pressure of their full scale \[Pa\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub audio: Option<AudioSummary>,
+}
+
+impl ReceiverSummary {
+    /// Its levels in a line.
+    pub fn text(&self) -> String {
+        let mut text = match self.pass_by {
+            Some(PassBySummary { passages, maximum, .. }) => format!(
+                "{maximum:.1} dB(A) at most as the tyre passes, F (mean of {passages}), {:.1} dB(A) along the line",
+                self.level_a
+            ),
+            None => format!("{:.1} dB(A), {:.1} dB", self.level_a, self.level),
+        };
+        if let Some(power) = self.power_level_a {
+            text.push_str(&format!(", sound power {power:.1} dB(A)"));
+        }
+        if let Some(AudioSummary { file, .. }) = &self.audio {
+            text.push_str(&format!(", {file}"));
+        }
+        text
+    }
+}
+
+/// A tyre passing a microphone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassBySummary {
+    /// Passages that the run was long enough for.
+    pub passages: usize,
+    /// Mean of their maxima of the A-weighted level, time weighting F \[dB(A)\].
+    pub maximum: f64,
+    /// Standard deviation of the maxima \[dB\].
+    pub deviation: f64,
+}
+
+/// A file to listen to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AudioSummary {
+    /// Its name.
+    pub file: String,
+    /// Pressure of its full scale \[Pa\].
+    pub full_scale: f64,
+    /// Its length \[s\].
+    pub seconds: f64,
+}

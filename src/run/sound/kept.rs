@@ -1,0 +1,127 @@
+//! Transfers of a body that earlier runs, or this one before it was stopped, have left on disk: one entry for each
+//! receiver of the scene and frequency.
+
+use num_complex::{Complex32, Complex64};
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Sound;
+use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
+use crate::storage::{Cache, Cached, Format, Kind};
+
+/// G of the points of a receiver at a frequency.
+#[derive(Deserialize, Serialize)]
+pub struct KeptReceiver {
+    /// Frequency \[Hz\].
+    frequency: f64,
+    /// By point \[1/m\].
+    values: Vec<Vec<Complex32>>,
+}
+
+impl Cached for KeptReceiver {
+    const KIND: Kind =
+        Kind { extension: "radiation", format: Format { magic: b"TWAVERAD", version: 1, name: "radiation transfers" } };
+
+    fn is_sound(&self) -> bool {
+        self.frequency.is_finite() && self.values.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite())
+    }
+}
+
+/// The entries of a problem.
+pub(super) struct KeptTransfers<'a> {
+    cache: Option<Cache>,
+    problem: &'a TransferProblem<'a>,
+    range: &'a FrequencyRange,
+    sound: &'a Sound,
+}
+
+impl<'a> KeptTransfers<'a> {
+    /// Those in the user's cache; none, with a warning, where there is no cache.
+    pub(super) fn open(
+        problem: &'a TransferProblem<'a>,
+        range: &'a FrequencyRange,
+        sound: &'a Sound,
+        warnings: &mut Vec<String>,
+    ) -> Self {
+        let cache = Cache::open().map_err(|error| warnings.push(format!("no cache of radiation: {error}"))).ok();
+        Self { cache, problem, range, sound }
+    }
+
+    /// The key of a receiver's points at a frequency.
+    fn key(&self, receiver: usize, frequency: f64) -> Option<[u8; 32]> {
+        let TransferProblem { body, grid, resolution, .. } = self.problem;
+        let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
+        // Frequencies that are the same but for rounding are the same.
+        let millihertz = (1e3 * frequency).round();
+        let content = (
+            format!("{body:?} {resolution:?}"),
+            [grid.around, grid.across],
+            self.range.sound_speed,
+            points,
+            millihertz,
+        );
+        crate::storage::cache::key::<KeptReceiver>(&content).ok()
+    }
+
+    /// All frequencies that the choice may call for and that are there for every receiver.
+    pub(super) fn load(&self, warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
+        let Some(cache) = &self.cache else { return Vec::new() };
+        let mut candidates = self.range.first();
+        while candidates[1] - candidates[0] >= 2.0 * self.range.finest {
+            let middles: Vec<f64> = candidates.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect();
+            candidates.extend(middles);
+            candidates.sort_by(f64::total_cmp);
+        }
+        let mut found = Vec::new();
+        'frequencies: for frequency in candidates {
+            let mut transfers = Vec::new();
+            for receiver in 0..self.sound.heard.len() {
+                let Some(key) = self.key(receiver, frequency) else { continue 'frequencies };
+                match cache.load::<KeptReceiver>(&key) {
+                    Ok(Some(Ok(kept))) => transfers.extend(self.restored(receiver, &kept)),
+                    Ok(Some(Err(reason))) => {
+                        let path = cache.path::<KeptReceiver>(&key);
+                        warnings.push(format!("cache entry {} is made anew: {reason}", path.display()));
+                        continue 'frequencies;
+                    }
+                    Ok(None) => continue 'frequencies,
+                    Err(error) => {
+                        warnings.push(format!("cache not read: {error}"));
+                        return found;
+                    }
+                }
+            }
+            if transfers.len() == self.sound.points() {
+                found.push(FrequencyTransfers { frequency, transfers });
+            }
+        }
+        found
+    }
+
+    fn restored(&self, receiver: usize, kept: &KeptReceiver) -> Vec<Transfer> {
+        let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
+        let grid = self.problem.grid;
+        let transfer = |(values, position): (&Vec<Complex32>, &[f64; 3])| Transfer {
+            receiver: *position,
+            wavenumber: self.range.wavenumber(kept.frequency),
+            grid,
+            sides: 1,
+            values: values.iter().map(|value| Complex64::new(f64::from(value.re), f64::from(value.im))).collect(),
+        };
+        let whole = |(values, _): &(&Vec<Complex32>, &[f64; 3])| values.len() == grid.around * grid.across;
+        kept.values.iter().zip(points).filter(whole).map(transfer).collect()
+    }
+
+    /// Stores a finished frequency, receiver by receiver; trouble only gives a warning, the first time.
+    pub(super) fn store(&mut self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
+        for (receiver, heard) in self.sound.heard.iter().enumerate() {
+            let Some((cache, key)) = self.cache.as_ref().zip(self.key(receiver, found.frequency)) else { return };
+            let single = |value: &Complex64| Complex32::new(value.re as f32, value.im as f32);
+            let transfers = found.transfers[heard.points.clone()].iter();
+            let values = transfers.map(|transfer| transfer.values.iter().map(single).collect()).collect();
+            if let Err(error) = cache.store(&key, &KeptReceiver { frequency: found.frequency, values }) {
+                warnings.push(format!("cache not written: {error}"));
+                self.cache = None;
+            }
+        }
+    }
+}

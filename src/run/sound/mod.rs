@@ -1,0 +1,149 @@
+//! Sound of a run that has receivers: its way there before the first step, pressures as the run goes, levels and files
+//! to listen to at its end.
+//!
+//! Without a receiver there is no recorder, no body, no table.
+
+mod kept;
+mod pictures;
+mod results;
+mod way;
+
+use std::sync::atomic::AtomicBool;
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::march::March;
+use crate::counters::{Counter, Meter, Stage, Work};
+use crate::plan::{Plan, SEGMENT, Sound};
+use crate::response::pressure::{PressureState, PressureStream};
+use crate::response::vibration::SegmentLayout;
+use crate::response::{SpectrumAccumulator, SpectrumState};
+use crate::run::error::RunError;
+use crate::run::prepare::Prepared;
+use crate::run::progress::Progress;
+use crate::scene::LoadedScene;
+use crate::storage::StateError;
+pub use kept::KeptReceiver;
+use way::{Seeking, Way};
+
+/// Takes in the patch forces of every step.
+pub struct SoundRecorder {
+    sound: Sound,
+    /// How the transfers were found.
+    way: Way,
+    stream: PressureStream,
+    layout: SegmentLayout,
+    /// By point; none if the run is too short for one.
+    spectra: Vec<SpectrumAccumulator>,
+    /// Pressures over time \[Pa\] by point, as far as they are kept to be listened to.
+    signals: Vec<Vec<f32>>,
+    warm_up: u64,
+    valid_to: f64,
+}
+
+/// What evolves of a [`SoundRecorder`].
+#[derive(Deserialize, Serialize)]
+pub(crate) struct SoundState {
+    stream: PressureState,
+    spectra: Vec<SpectrumState>,
+    signals: Vec<Vec<f32>>,
+}
+
+impl SoundRecorder {
+    /// A recorder of a prepared run; `None` if nobody listens, or, with a warning, if the run is too short.
+    ///
+    /// # Errors
+    /// A body or receivers that cannot be, a plan that needs too much memory: complaints about the scene;
+    /// [`RunError::Interrupted`].
+    pub fn prepare(
+        loaded: &LoadedScene,
+        plan: &Plan,
+        prepared: &mut Prepared,
+        stop: &AtomicBool,
+        progress: &mut dyn Progress,
+        meter: &mut Meter,
+    ) -> Result<Option<Self>, RunError> {
+        let Some(sound) = plan.sound() else { return Ok(None) };
+        let geometry = prepared.march.geometry();
+        let layout = SegmentLayout {
+            columns: geometry.columns,
+            phase: geometry.substep(plan.warm_up_steps),
+            first_position: geometry.first_position(),
+            ..sound.layout
+        };
+        let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
+        if samples == 0 {
+            let block = layout.length() as f64 * layout.time_step;
+            prepared.warnings.push(format!("the run is too short for sound: it needs {block:.2} s after the warm-up"));
+            return Ok(None);
+        }
+        let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
+        let (way, transfers) = seeking.find(prepared, progress, meter)?;
+        let points = sound.points();
+        let spectra = (0..points)
+            .map_while(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)).ok())
+            .collect();
+        Ok(Some(Self {
+            way,
+            stream: PressureStream::new(layout, transfers),
+            layout,
+            spectra,
+            signals: vec![Vec::new(); points],
+            warm_up: plan.warm_up_steps,
+            valid_to: prepared.valid_to.min(sound.radiation.fmax),
+            sound,
+        }))
+    }
+
+    /// Takes in the step that a march has just done.
+    pub fn push(&mut self, step: u64, march: &March, meter: &mut Meter) {
+        if step < self.warm_up {
+            return;
+        }
+        let completes = self.stream.completes_next();
+        let work = || self.stream.push(march.instant_forces());
+        // A block's end is long and rare: no step stands for it, and it stands for no other.
+        let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
+        if complete {
+            meter.time(Stage::Sound, || self.keep());
+            meter.count(Counter::SoundTransforms, self.stream.transforms());
+            meter.add_work(Stage::Sound, Work { multiply_adds: self.stream.multiply_adds(), bytes: 0 });
+        }
+    }
+
+    /// Takes the pressures of a block down.
+    fn keep(&mut self) {
+        let most = self.sound.kept_samples();
+        for (point, signal) in self.signals.iter_mut().enumerate() {
+            let pressures = self.stream.pressures(point);
+            if let Some(spectrum) = self.spectra.get_mut(point) {
+                pressures.iter().for_each(|&pressure| spectrum.push(pressure));
+            }
+            let room = most.saturating_sub(signal.len()).min(pressures.len());
+            signal.extend(pressures[..room].iter().map(|&pressure| pressure as f32));
+        }
+    }
+
+    /// Takes the state down.
+    pub(crate) fn save(&self) -> SoundState {
+        SoundState {
+            stream: self.stream.save(),
+            spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
+            signals: self.signals.clone(),
+        }
+    }
+
+    /// Goes on from the state of a recorder of the same run.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub(crate) fn restore(&mut self, state: SoundState) -> Result<(), StateError> {
+        let SoundState { stream, spectra, signals } = state;
+        if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
+            return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
+        }
+        self.stream.restore(stream)?;
+        self.signals = signals;
+        self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
+    }
+}

@@ -1,0 +1,77 @@
+//! Pictures of a run's sound.
+
+use crate::plan::Heard;
+use crate::response::BandLevel;
+use crate::results::folder::ResultsFolder;
+use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
+use crate::results::sound::ReceiverSpectrum;
+use crate::results::spectra::LOWEST_FREQUENCY;
+use crate::run::error::RunError;
+use crate::scene::LoadedScene;
+use crate::sound::SoundLevels;
+
+/// A-weighted third octaves of all receivers.
+pub(super) fn draw_levels(
+    loaded: &LoadedScene,
+    spectra: &[ReceiverSpectrum],
+    folder: &ResultsFolder,
+) -> Result<(), RunError> {
+    let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
+        .iter()
+        .map(|heard| {
+            (heard.name.as_str(), SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY).a_weighted)
+        })
+        .collect();
+    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
+        return Ok(());
+    }
+    let title = loaded.title();
+    let plot = ThirdOctavePlot {
+        title: &title,
+        quantity: "Sound pressure level [dB(A) re 20 uPa]",
+        spectra: drawn.iter().map(|(name, levels)| (*name, levels.as_slice())).collect(),
+    };
+    folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
+    Ok(())
+}
+
+/// Level against the place of the tyre; rows are time, place, level.
+pub(super) fn draw_pass_by(
+    loaded: &LoadedScene,
+    heard: &Heard,
+    rows: &[[f64; 3]],
+    folder: &ResultsFolder,
+) -> Result<(), RunError> {
+    let title = format!("{}: {}", loaded.title(), heard.name);
+    let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
+    let plot = LinePlot {
+        title: &title,
+        x: Axis::linear_around("Tyre ahead of the microphone [m]", points.iter().map(|point| point.0)),
+        y: Axis::linear_around("A-weighted level, F [dB(A)]", points.iter().map(|point| point.1)),
+        series: vec![Series { name: "", points }],
+    };
+    folder.write_text(&format!("pass_by_{}.svg", heard.file), &plot.to_svg()?)?;
+    Ok(())
+}
+
+/// Level over the angle from straight ahead, by the left.
+pub(super) fn draw_directivity(
+    loaded: &LoadedScene,
+    heard: &Heard,
+    levels: &[f64],
+    folder: &ResultsFolder,
+) -> Result<(), RunError> {
+    let title = format!("{}: {}", loaded.title(), heard.name);
+    let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;
+    // The first point closes the circle.
+    let points: Vec<(f64, f64)> =
+        (0..=levels.len()).map(|index| (angle(index), levels[index % levels.len()])).collect();
+    let plot = LinePlot {
+        title: &title,
+        x: Axis::linear("Angle from straight ahead, by the left [degrees]", 0.0..360.0),
+        y: Axis::linear_around("A-weighted level [dB(A)]", levels.iter().copied()),
+        series: vec![Series { name: "", points }],
+    };
+    folder.write_text(&format!("directivity_{}.svg", heard.file), &plot.to_svg()?)?;
+    Ok(())
+}

@@ -1,0 +1,251 @@
+//! What a run's sound is written as: tables, pictures, files to listen to, the summary.
+
+use std::ops::Range;
+
+use crate::plan::Heard;
+use crate::response::{BandLevel, PowerSpectrum};
+use crate::results::ResultsError;
+use crate::results::folder::ResultsFolder;
+use crate::results::sound::{
+    AudioSummary, PassBySummary, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE, SoundSummary,
+    sound_levels_csv, sound_narrow_csv,
+};
+use crate::results::spectra::LOWEST_FREQUENCY;
+use crate::results::table::csv;
+use crate::run::error::RunError;
+use crate::run::sound::SoundRecorder;
+use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
+use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
+use crate::sound::levels::{level, mean_square};
+use crate::sound::pass_by::Passage;
+use crate::sound::power::{Iso3744, power_level};
+use crate::sound::receivers::COAST_BY_HALF_LENGTH;
+use crate::sound::resample::{FILE_RATE, resample};
+use crate::sound::wav::{SampleFormat, WavError, full_scale_for};
+use crate::sound::{Detector, FrequencyWeighting, PassBy, Recording, SoundLevels, TimeWeighting, WeightingFilter};
+
+/// Points of a pass-by's level that are written and drawn, a second.
+const LEVELS_A_SECOND: f64 = 200.0;
+
+impl SoundRecorder {
+    /// Writes levels, pictures and sounds of a complete run; what the summary says of them.
+    ///
+    /// # Errors
+    /// Of the files and pictures.
+    pub fn write(
+        &self,
+        loaded: &LoadedScene,
+        folder: &ResultsFolder,
+    ) -> Result<SoundSummary, RunError> {
+        let points: Vec<PowerSpectrum> = self
+            .spectra
+            .iter()
+            .map(|spectrum| spectrum.clone().finish().map(|spectrum| spectrum.valid_to(self.valid_to)))
+            .collect::<Result<_, _>>()?;
+        let spectra: Vec<ReceiverSpectrum> = self
+            .sound
+            .heard
+            .iter()
+            .filter_map(|heard| Some((heard, mean(&points[heard.points.clone()])?)))
+            .map(|(heard, spectrum)| ReceiverSpectrum { name: heard.name.clone(), spectrum })
+            .collect();
+        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY))?;
+        folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
+        let mut receivers = Vec::new();
+        for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
+            let summary = self.receiver(loaded, heard, &spectrum.spectrum, &points, folder)?;
+            receivers.push(summary);
+        }
+        if loaded.scene.outputs.plots {
+            draw_levels(loaded, &spectra, folder)?;
+        }
+        Ok(SoundSummary {
+            reference: SoundSummary::REFERENCE,
+            highest: self.sound.radiation.fmax,
+            body: self.way.body.clone(),
+            receivers,
+        })
+    }
+
+    fn receiver(
+        &self,
+        loaded: &LoadedScene,
+        heard: &Heard,
+        spectrum: &PowerSpectrum,
+        points: &[PowerSpectrum],
+        folder: &ResultsFolder,
+    ) -> Result<ReceiverSummary, RunError> {
+        let vouched = self.vouched(spectrum);
+        let mut summary = ReceiverSummary {
+            name: heard.name.clone(),
+            points: heard.points.len(),
+            level: vouched.overall,
+            level_a: vouched.overall_a,
+            power_level_a: None,
+            pass_by: None,
+            audio: None,
+        };
+        let audio = self.sound.radiation.audio;
+        match heard.place {
+            ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => {
+                let squares: Vec<f64> = points[heard.points.clone()]
+                    .iter()
+                    .map(|point| mean_square(self.vouched(point).overall_a))
+                    .collect();
+                summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.way.air)));
+            }
+            ReceiverPlace::Standard(StandardReceiver::Circle { .. }) => {
+                if loaded.scene.outputs.plots {
+                    let levels = points[heard.points.clone()].iter().map(|point| self.vouched(point).overall_a);
+                    draw_directivity(loaded, heard, &levels.collect::<Vec<_>>(), folder)?;
+                }
+            }
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }) => {
+                if let Some((pass_by, sound)) = self.pass_by(loaded, heard, folder)? {
+                    summary.pass_by = Some(pass_by);
+                    if audio {
+                        summary.audio = Some(write_audio(folder, &heard.file, vec![sound], "a tyre passing by")?);
+                    }
+                }
+            }
+            ReceiverPlace::Position { .. } | ReceiverPlace::Standard(StandardReceiver::Cpx) => {
+                if audio {
+                    let channels: Vec<Vec<f64>> = heard.points.clone().map(|point| self.at_file_rate(point)).collect();
+                    summary.audio = Some(write_audio(folder, &heard.file, channels, "a tyre, heard moving along")?);
+                }
+            }
+        }
+        Ok(summary)
+    }
+
+    /// Levels of what the run vouches for.
+    fn vouched(&self, spectrum: &PowerSpectrum) -> SoundLevels {
+        let mut levels = SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY);
+        let overall = |bands: &[BandLevel]| {
+            level(bands.iter().filter(|band| band.valid).map(|band| band.mean_square).sum())
+        };
+        levels.overall = overall(&levels.third_octaves);
+        levels.overall_a = overall(&levels.a_weighted);
+        levels
+    }
+
+    fn at_file_rate(&self, point: usize) -> Vec<f64> {
+        let signal: Vec<f64> = self.signals[point].iter().map(|&pressure| f64::from(pressure)).collect();
+        resample(&signal, 1.0 / self.layout.time_step, FILE_RATE)
+    }
+
+    /// All passages that the kept pressures hold, one after the other: levels against time are written and drawn; the
+    /// maxima, and what is heard of the first passage.
+    fn pass_by(
+        &self,
+        loaded: &LoadedScene,
+        heard: &Heard,
+        folder: &ResultsFolder,
+    ) -> Result<Option<(PassBySummary, Vec<f64>)>, RunError> {
+        let rate = 1.0 / self.layout.time_step;
+        let receivers = self.sound.positions[heard.points.clone()].to_vec();
+        let speed = loaded.scene.rolling.speed();
+        let passage = Passage {
+            receivers,
+            speed,
+            sound_speed: self.way.air.sound_speed,
+            input_rate: rate,
+            output_rate: FILE_RATE,
+            amplification: true,
+        };
+        let Ok(passing) = PassBy::new(passage) else { return Ok(None) };
+        // Samples of a point that a passage needs, in time from its beginning, without the delays taken off.
+        let needed = |point: usize| {
+            let Range { start, end } = passing.needed(point - heard.points.start);
+            let delay = self.way.delays[point] as i64;
+            start - delay..end - delay
+        };
+        let first = heard.points.clone().map(|point| needed(point).start).min().unwrap_or(0);
+        let last = heard.points.clone().map(|point| needed(point).end).max().unwrap_or(0);
+        let kept = self.signals[heard.points.start].len() as i64;
+        let hop = (passing.samples() as f64 / FILE_RATE * rate).ceil() as i64;
+        let passages = if kept < last - first { 0 } else { (kept - (last - first)) / hop + 1 };
+        let mut levels: Vec<Vec<f64>> = Vec::new();
+        let mut sound = Vec::new();
+        for index in 0..passages {
+            let begin = index * hop - first;
+            let pressures = passing.synthesise(|receiver, _| {
+                let point = heard.points.start + receiver;
+                let Range { start, end } = needed(point);
+                let signal = &self.signals[point];
+                (begin + start..begin + end).map(|sample| f64::from(signal[sample as usize])).collect()
+            });
+            let Ok(pressures) = pressures else { return Ok(None) };
+            let Ok(mut weighting) = WeightingFilter::new(FrequencyWeighting::A, FILE_RATE) else { return Ok(None) };
+            let weighted = weighting.apply(&pressures);
+            let settled = mean_of_squares(&weighted[..(weighted.len() / 20).max(1)]);
+            levels.push(Detector::new(TimeWeighting::Fast, FILE_RATE).after(settled).levels(&weighted));
+            if sound.is_empty() {
+                sound = pressures;
+            }
+        }
+        if levels.is_empty() {
+            return Ok(None);
+        }
+        let inside = |sample: &usize| passing.place(*sample).abs() <= COAST_BY_HALF_LENGTH;
+        let maxima: Vec<f64> = levels
+            .iter()
+            .map(|levels| (0..levels.len()).filter(inside).map(|s| levels[s]).fold(f64::NEG_INFINITY, f64::max))
+            .collect();
+        let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
+        let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
+        let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
+        let every = (FILE_RATE / LEVELS_A_SECOND) as usize;
+        let told: Vec<[f64; 3]> = (0..passing.samples())
+            .step_by(every)
+            .map(|sample| {
+                let squares = levels.iter().map(|levels| mean_square(levels[sample])).sum::<f64>();
+                [passing.time(sample), passing.place(sample), level(squares / levels.len() as f64)]
+            })
+            .collect();
+        let header = ["time_s", "tyre_ahead_of_microphone_m", "level_db_a_fast"].map(str::to_owned).to_vec();
+        let rows = told.iter().map(|[time, place, level]| [*time, -place, *level].map(|x| x.to_string()).to_vec());
+        folder.write_text(&format!("pass_by_{}.csv", heard.file), &csv(std::iter::once(header).chain(rows)))?;
+        if loaded.scene.outputs.plots {
+            draw_pass_by(loaded, heard, &told, folder)?;
+        }
+        Ok(Some((PassBySummary { passages: levels.len(), maximum, deviation }, sound)))
+    }
+}
+
+/// The mean of spectra over the same frequencies; `None` of none.
+fn mean(spectra: &[PowerSpectrum]) -> Option<PowerSpectrum> {
+    let mut mean = spectra.first()?.clone();
+    for (bin, power) in mean.power.iter_mut().enumerate() {
+        *power = spectra.iter().map(|spectrum| spectrum.power[bin]).sum::<f64>() / spectra.len() as f64;
+    }
+    Some(mean)
+}
+
+fn mean_of_squares(signal: &[f64]) -> f64 {
+    signal.iter().map(|pressure| pressure * pressure).sum::<f64>() / signal.len() as f64
+}
+
+fn write_audio(
+    folder: &ResultsFolder,
+    name: &str,
+    channels: Vec<Vec<f64>>,
+    description: &str,
+) -> Result<AudioSummary, RunError> {
+    let peak = channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()));
+    let seconds = channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
+    let file = format!("sound_{name}.wav");
+    let recording = Recording {
+        rate: FILE_RATE as u32,
+        channels,
+        full_scale: full_scale_for(peak),
+        format: SampleFormat::Integer24,
+        description: description.to_owned(),
+    };
+    let path = folder.path(&file);
+    recording.write(&path).map_err(|source| match source {
+        WavError::Write(source) => ResultsError::Write { path, source },
+        other => ResultsError::Audio { path, source: Box::new(other) },
+    })?;
+    Ok(AudioSummary { file, full_scale: recording.full_scale, seconds })
+}

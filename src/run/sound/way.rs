@@ -1,0 +1,181 @@
+//! The way of the sound: from the cache or by boundary elements, then the pressures for unit forces.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use num_complex::{Complex32, Complex64};
+
+use super::kept::KeptTransfers;
+use crate::counters::{Counter, Meter, Stage, Work};
+use crate::plan::{Plan, Sound};
+use crate::radiation::transfer::{across_points, half_tread};
+use crate::radiation::{
+    Block, Body, FrequencyRange, RadiationError, Resolution, TransferGrid, TransferProblem, TransferSet, Watch,
+    transfers,
+};
+use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
+use crate::response::vibration::SegmentLayout;
+use crate::results::sound::BodySummary;
+use crate::run::error::RunError;
+use crate::run::prepare::Prepared;
+use crate::run::progress::Progress;
+use crate::scene::{LoadedScene, SceneError};
+use crate::sound::Air;
+use crate::tyre::influence::SurfaceWaves;
+
+/// Cells round the tyre and points across half of it that G is known on.
+const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
+/// Tolerance of the waves' compliances.
+const WAVES: f64 = 1e-4;
+/// What is left of the way when its transfers are made.
+pub(super) struct Way {
+    /// The air.
+    pub(super) air: Air,
+    /// Whole time steps of each point's propagation delay that its pressures come too early by.
+    pub(super) delays: Vec<u64>,
+    /// The body and how it was solved.
+    pub(super) body: BodySummary,
+}
+
+/// What a way is found from.
+pub(super) struct Seeking<'a> {
+    /// The scene.
+    pub(super) loaded: &'a LoadedScene,
+    /// Its plan.
+    pub(super) plan: &'a Plan,
+    /// The plan's sound.
+    pub(super) sound: &'a Sound,
+    /// Blocks of the forces.
+    pub(super) layout: SegmentLayout,
+    /// Ends the work once it is set.
+    pub(super) stop: &'a AtomicBool,
+}
+
+impl Seeking<'_> {
+    /// The transfers to all points of a sound.
+    ///
+    /// # Errors
+    /// Complaints about the scene; [`RunError::Interrupted`].
+    pub(super) fn find(
+        &self,
+        prepared: &mut Prepared,
+        progress: &mut dyn Progress,
+        meter: &mut Meter,
+    ) -> Result<(Way, PlaceTransfers), RunError> {
+        let Self { plan, sound, layout, .. } = *self;
+        let tyre = &plan.decisions.tyre;
+        let air = Air::at(sound.radiation.temperature).ok_or_else(|| {
+            self.refused("radiation.temperature", "there is no air that cold".to_owned(), "a higher temperature")
+        })?;
+        let open = meter.open();
+        progress.stage(Stage::Radiation);
+        let standing = plan.standing_patch(&sound.radiation, prepared.at_rest.length);
+        let (greens, body) = self.greens(&air, standing, prepared, meter)?;
+        let reach = |position: &[f64; 3]| position.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let lates: Vec<f64> = sound.positions.iter().map(|position| reach(position) / air.sound_speed).collect();
+        let delays: Vec<u64> = lates.iter().map(|late| (late / layout.time_step).floor() as u64).collect();
+        let left: Vec<f64> =
+            lates.iter().zip(&delays).map(|(late, whole)| late - *whole as f64 * layout.time_step).collect();
+        let (lateral, highest) = (sound.radiation.lateral_waves, 0.5 / layout.time_step);
+        let waves = SurfaceWaves::new(tyre, GRID.around / 2, lateral, highest, WAVES);
+        meter.count(Counter::ComplianceEvaluations, waves.evaluations());
+        let model = PressureModel {
+            layout,
+            waves: &waves,
+            scale: prepared.scale,
+            contact_width: tyre.contact_width,
+            density: air.density,
+            air: sound.radiation.air,
+            highest: sound.radiation.fmax,
+            delays: &left,
+        };
+        let transfers = PlaceTransfers::new(&model, &greens);
+        meter.close(open, Stage::Radiation);
+        Ok((Way { air, delays, body }, transfers))
+    }
+
+    fn refused(&self, key: &str, wrong: String, right: &str) -> RunError {
+        SceneError::from(self.loaded.complain(key, wrong, right)).into()
+    }
+
+    /// G from the tread to all points, kept on disk or solved for.
+    fn greens(
+        &self,
+        air: &Air,
+        patch_length: f64,
+        prepared: &mut Prepared,
+        meter: &mut Meter,
+    ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
+        let Self { plan, sound, .. } = *self;
+        let (tyre, radiation) = (&plan.decisions.tyre, &sound.radiation);
+        let width = tyre.width + 2.0 * radiation.shoulder;
+        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch_length)
+            .map_err(|error| self.refused("radiation.shoulder", error.to_string(), "a smaller one"))?;
+        let problem = TransferProblem {
+            body: &body,
+            receivers: &sound.positions,
+            grid: GRID,
+            resolution: Resolution::of(radiation.nodes_per_wavelength),
+            blocks: &Block::EVEN_ACROSS,
+            memory_limit: plan.scene.numerics.memory_bytes(),
+        };
+        let range = FrequencyRange::up_to(radiation.fmax, radiation.frequency_tolerance, air.sound_speed);
+        let mut kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
+        let known = kept.load(&mut prepared.warnings);
+        let mut troubles = Vec::new();
+        let mut watch = Watch {
+            sink: &mut |found| {
+                kept.store(found, &mut troubles);
+                Ok(())
+            },
+            progress: &mut |_| (),
+            interrupted: &|| self.stop.load(Ordering::Relaxed),
+        };
+        let found = transfers(&problem, &range, known, &mut watch);
+        prepared.warnings.extend(troubles);
+        let (set, report) = found.map_err(|error| match error {
+            RadiationError::Interrupted => RunError::Interrupted { kept: None },
+            error => self.refused("receiver", error.to_string(), "a place in the air, or a lower radiation.fmax"),
+        })?;
+        meter.count(Counter::RadiationSolves, report.solved as u64);
+        let work = report.solve.work;
+        meter.count(Counter::RadiationKernels, work.far_evaluations + work.near_evaluations);
+        let multiply_adds = (0.5 * report.solve.factor_operations) as u64;
+        meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
+        let summary = BodySummary {
+            patch_length,
+            sound_speed: air.sound_speed,
+            density: air.density,
+            frequencies: report.count,
+            solved: report.solved,
+            unknowns: report.solve.unknowns,
+            interpolation_error: report.largest_passed.max(report.largest_left),
+            reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
+        };
+        Ok((surface_greens(&set, &body, sound), summary))
+    }
+}
+
+/// What a set of transfers is to the tread's waves.
+fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
+    let half_width = half_tread(body);
+    let green = |receiver: usize| {
+        let position = sound.positions[receiver];
+        let reach = position.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let values = set.frequencies().iter().flat_map(|found| {
+            let transfer = &found.transfers[receiver];
+            let turn = Complex64::from_polar(1.0, transfer.wavenumber * reach);
+            transfer.values.iter().map(move |value| {
+                let value = turn * value;
+                Complex32::new(value.re as f32, value.im as f32)
+            })
+        });
+        SurfaceGreen {
+            frequencies: set.frequencies().iter().map(|found| found.frequency).collect(),
+            around: GRID.around,
+            across: across_points(half_width, GRID.across).into_iter().map(|[y, _]| y).collect(),
+            half_width,
+            values: values.collect(),
+        }
+    };
+    (0..sound.points()).map(green).collect()
+}

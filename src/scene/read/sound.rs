@@ -1,0 +1,151 @@
+//! `[[receiver]]` and `[radiation]`.
+
+use serde::Deserialize;
+
+use super::super::kind::{Bounds, Count, Decibels, Exactly, Flag, OneOf, Text};
+use super::super::table::{Each, Nested, Table};
+use super::super::{AirMotion, Problem, Radiation, Receiver, ReceiverPlace, Scene, StandardReceiver, Switch};
+
+pub(super) const RECEIVERS: Each<Receiver> =
+    Each(Nested { title: "[[receiver]]", wanted: "tables [[receiver]], one for each place", read: receiver });
+pub(super) const RADIATION: Nested<Radiation> =
+    Nested { title: "[radiation]", wanted: "the table [radiation]", read: radiation };
+
+/// What no microphone stands beyond.
+const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
+const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m");
+
+/// The words of `standard`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Standard {
+    CoastBy,
+    Cpx,
+    Circle,
+    Hemisphere,
+}
+
+fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
+    let name = table.or("name", &Text, String::new());
+    let place = match (table.has("position"), table.has("standard")) {
+        (true, false) => {
+            let position = table.required("position", &Exactly::<3>(COORDINATE));
+            table.refuse(&["standard", "distance", "height", "radius"], "position", "leave this out");
+            position.map(|position| ReceiverPlace::Position { position })
+        }
+        (true, true) => table.complain("standard", Problem::new("`position` is given, too", "one of the two")),
+        (false, false) => {
+            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\" or \
+                         \"hemisphere\"";
+            table.complain_here(Problem::new("it says nowhere where the receiver is", right))
+        }
+        (false, true) => standard(table).map(ReceiverPlace::Standard),
+    };
+    if place.is_none() {
+        table.be_lenient();
+    }
+    Some(Receiver { name: name?, place: place? })
+}
+
+fn standard(table: &mut Table<'_>) -> Option<StandardReceiver> {
+    let standard = table.required("standard", &OneOf::<Standard>::new())?;
+    let right = "leave this out";
+    Some(match standard {
+        Standard::CoastBy => {
+            table.refuse(&["radius"], "standard = \"coast-by\"", right);
+            let distance = table.or("distance", &LENGTH, StandardReceiver::DISTANCE);
+            let height = table.or("height", &LENGTH, StandardReceiver::HEIGHT);
+            StandardReceiver::CoastBy { distance: distance?, height: height? }
+        }
+        Standard::Cpx => {
+            table.refuse(&["radius", "distance", "height"], "standard = \"cpx\"", right);
+            StandardReceiver::Cpx
+        }
+        Standard::Circle => {
+            table.refuse(&["distance"], "standard = \"circle\"", right);
+            let (radius, height) = (table.required("radius", &LENGTH), table.required("height", &LENGTH));
+            StandardReceiver::Circle { radius: radius?, height: height? }
+        }
+        Standard::Hemisphere => {
+            table.refuse(&["distance", "height"], "standard = \"hemisphere\"", right);
+            StandardReceiver::Hemisphere { radius: table.required("radius", &LENGTH)? }
+        }
+    })
+}
+
+fn radiation(table: &mut Table<'_>) -> Option<Radiation> {
+    let default = Radiation::default();
+    let fmax = table.or("fmax", &Bounds::between(50.0, 2e4, "Hz"), default.fmax);
+    let nodes = table.or("nodes_per_wavelength", &Bounds::between(3.0, 40.0, ""), default.nodes_per_wavelength);
+    let tolerance =
+        table.or("frequency_tolerance", &Decibels(Bounds::between(1e-3, 6.0, "dB")), default.frequency_tolerance);
+    let lateral_waves = table.or("lateral_waves", &Count(1), default.lateral_waves);
+    let shoulder = table.or("shoulder", &Bounds::inside(0.0, 1.0, "m"), default.shoulder);
+    let patch_length = table.optional("patch_length", &LENGTH);
+    let acoustic_gap = table.or("acoustic_gap", &Bounds::between(0.0, 0.05, "m"), default.acoustic_gap);
+    let air = table.or("air", &OneOf::<AirMotion>::new(), default.air);
+    let temperature = table.or("temperature", &Bounds::between(-50.0, 60.0, "degrees Celsius"), default.temperature);
+    let audio = table.or("audio", &Flag, default.audio);
+    Some(Radiation {
+        fmax: fmax?,
+        nodes_per_wavelength: nodes?,
+        frequency_tolerance: tolerance?,
+        lateral_waves: lateral_waves?,
+        shoulder: shoulder?,
+        patch_length: patch_length?,
+        acoustic_gap: acoustic_gap?,
+        air: air?,
+        temperature: temperature?,
+        audio: audio?,
+    })
+}
+
+/// Complains about sound that nobody hears, that an effect forbids, or that cannot be; `None` then.
+pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let heard = !scene.receivers.is_empty();
+    match scene.effects.radiation {
+        Switch::On if !heard => {
+            let right = "\"auto\", or a place to hear it: [[receiver]] with position = [x, y, z]";
+            return table.complain("effects.radiation", Problem::new("there is no [[receiver]] to hear it", right));
+        }
+        Switch::Off if heard => {
+            let wrong = "this asks for what effects.radiation = \"off\" leaves out";
+            return table.complain("receiver", Problem::new(wrong, "leave it out, or effects.radiation = \"auto\""));
+        }
+        _ => {}
+    }
+    if !heard && scene.radiation != Radiation::default() {
+        let wrong = "there is no [[receiver]]: nothing of this would be computed";
+        return table.complain("radiation", Problem::new(wrong, "add a [[receiver]], or leave this table out"));
+    }
+    if !heard {
+        return Some(());
+    }
+    let (patch, radius) = (scene.radiation.patch_length.unwrap_or(0.0), scene.tyre.radius());
+    if patch >= radius {
+        let limit = Problem::exceeds(patch, radius, "the tyre's radius");
+        return table.complain("radiation.patch_length", limit);
+    }
+    if scene.radiation.shoulder >= 0.5 * radius {
+        let limit = Problem::exceeds(scene.radiation.shoulder, 0.5 * radius, "half of the tyre's radius");
+        return table.complain("radiation.shoulder", limit);
+    }
+    let mut sound = Some(());
+    for (index, receiver) in scene.receivers.iter().enumerate() {
+        let ReceiverPlace::Position { position: [x, y, z] } = receiver.place else { continue };
+        let key = format!("receiver[{index}].position");
+        let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
+        if z < 0.0 {
+            let right = "z is the height above the road, 0 or more";
+            sound = table.complain(&key, Problem::new(format!("z = {z} m is below the road"), right));
+        } else if y.abs() <= half_width && x.hypot(z - radius) <= radius {
+            let right = format!(
+                "x forward, y to the left, z up from the road under the axle; the tyre reaches {half_width:.2} m to \
+                 either side and {:.2} m up",
+                2.0 * radius
+            );
+            sound = table.complain(&key, Problem::new("this is inside the tyre", right));
+        }
+    }
+    sound
+}

@@ -1,0 +1,59 @@
+//! Mistakes in receivers and in the way that sound takes to them.
+
+use super::super::super::{AirMotion, ReceiverPlace, StandardReceiver};
+use super::{accepted, refused};
+
+/// Puts tables before the outputs.
+#[track_caller]
+fn sound_refused(tables: &str, line: usize, key: &str, wrong: &str, right: &str) {
+    refused("[outputs]", &format!("{tables}\n[outputs]"), line, key, wrong, right);
+}
+
+/// Puts a receiver with these keys there.
+#[track_caller]
+fn receiver_refused(keys: &str, line: usize, key: &str, wrong: &str, right: &str) {
+    sound_refused(&format!("[[receiver]]\n{keys}"), line, &format!("receiver[0]{key}"), wrong, right);
+}
+
+#[test]
+fn places() {
+    receiver_refused("name = \"left\"", 26, "", "says nowhere where", "position = [x, y, z] in metres");
+    receiver_refused("position = [0, 7.5]", 27, ".position", "has 2 values", "write 3 values");
+    receiver_refused("position = [0, 7.5, -1.2]", 27, ".position", "below the road", "0 or more");
+    receiver_refused("position = [0.1, 0, 0.3]", 27, ".position", "inside the tyre", "reaches 0.12 m");
+    receiver_refused("position = [0, nan, 1]", 27, ".position[1]", "NaN", "at least -10000");
+    receiver_refused("position = [0, 7.5, 1.2]\nradius = 2", 28, ".radius", "position", "leave this out");
+    receiver_refused("position = [0, 7, 1]\nstandard = \"cpx\"", 28, ".standard", "`position` is given", "one of");
+    receiver_refused("posision = [0, 7.5, 1.2]", 26, "", "says nowhere where", "position");
+}
+
+#[test]
+fn standards() {
+    receiver_refused("standard = \"coastby\"", 27, ".standard", "\"coastby\" is not known", "coast-by");
+    receiver_refused("standard = \"circle\"\nradius = 1", 26, ".height", "is missing", "below 10000 m");
+    receiver_refused("standard = \"cpx\"\nradius = 1", 28, ".radius", "cpx", "leave this out");
+    receiver_refused("standard = \"hemisphere\"\nradius = 0", 28, ".radius", "0", "above 0");
+    let scene = accepted("[outputs]", "[[receiver]]\nstandard = \"coast-by\"\nheight = 1.5\n[outputs]");
+    let place = ReceiverPlace::Standard(StandardReceiver::CoastBy { distance: 7.5, height: 1.5 });
+    assert_eq!(scene.receivers[0].place, place);
+}
+
+#[test]
+fn ways() {
+    const HERE: &str = "[[receiver]]\nstandard = \"cpx\"\n";
+    let way_refused = |keys: &str, key: &str, wrong: &str, right: &str| {
+        sound_refused(&format!("{HERE}[radiation]\n{keys}"), 29, &format!("radiation.{key}"), wrong, right);
+    };
+    way_refused("fmax = 0", "fmax", "0", "at least 50");
+    way_refused("air = \"axel\"", "air", "\"axel\" is not known", "did you mean \"axle\"?");
+    way_refused("frequency_tolerance = 0.1", "frequency_tolerance", "cannot stand here", "in quotes");
+    way_refused("shoulder = 0.2", "shoulder", "0.2", "half of the tyre's radius");
+    way_refused("patch_length = 0.5", "patch_length", "0.5", "the tyre's radius");
+    way_refused("receivers = 1", "receivers", "not a key of [radiation]", "fmax");
+    let silent = "there is no [[receiver]]";
+    sound_refused("[radiation]\nfmax = 1000", 26, "radiation", silent, "add a [[receiver]]");
+    sound_refused("[effects]\nradiation = \"on\"", 27, "effects.radiation", silent, "position = [x, y, z]");
+    sound_refused(&format!("{HERE}[effects]\nradiation = \"off\""), 26, "receiver", "leaves out", "\"auto\"");
+    let scene = accepted("[outputs]", &format!("{HERE}[radiation]\nair = \"with-tread\"\n[outputs]"));
+    assert_eq!(scene.radiation.air, AirMotion::WithTread);
+}

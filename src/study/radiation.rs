@@ -1,0 +1,148 @@
+//! How a scene's tyre radiates: transfers from its tread to some receivers, the horn's amplification, directivity, and
+//! what it costs to know them.
+//!
+//! Everything is for a small piece of the tread in front of the patch, in the middle of the tyre: by reciprocity what a
+//! receiver hears of it is what it would feel of a source at the receiver.
+
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use crate::plan::Plan;
+use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferGrid, TransferProblem};
+use crate::scene::{Radiation, Scene};
+use crate::sound::{Air, receivers};
+
+/// Cells round the tyre.
+const AROUND: usize = 512;
+/// How far in front of the patch's edge the piece of tread is \[m\].
+pub const AHEAD: f64 = 0.015;
+/// Radius and height of the circle of the directivity \[m\].
+pub const CIRCLE: [f64; 2] = [2.0, 0.3];
+/// Points of the circle.
+const POINTS: usize = 72;
+
+/// The receivers, by name.
+pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
+    let [front, _] = receivers::close_proximity(width, receivers::Side::Left);
+    let height = receivers::COAST_BY_HEIGHT;
+    [
+        ("in plane, 7.5 m ahead, 0.3 m high", [7.5, 0.0, 0.3]),
+        ("cpx, front", front),
+        ("coast-by, beside", [0.0, receivers::COAST_BY_DISTANCE, height]),
+    ]
+}
+
+/// What is found at a frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AtFrequency {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// |G| from the piece of tread, by receiver \[1/m\].
+    pub transfers: Vec<f64>,
+    /// Over what it is without the tyre, by receiver \[dB\].
+    pub horn: Vec<f64>,
+    /// |G| round the circle \[1/m\], from straight ahead by the left.
+    pub circle: Vec<f64>,
+    /// Unknowns of a block.
+    pub unknowns: usize,
+    /// Reciprocal condition number, the worst of the blocks.
+    pub reciprocal_condition: f64,
+    /// Time of assembly and of factorisation \[s\].
+    pub seconds: [f64; 2],
+    /// Real operations of the factorisations.
+    pub factor_operations: f64,
+}
+
+/// A tyre that stands on a road.
+#[derive(Clone, Debug)]
+pub struct Radiator {
+    body: Body,
+    air: Air,
+    radiation: Radiation,
+    width: f64,
+    memory_limit: u64,
+}
+
+impl Radiator {
+    /// The tyre of a planned scene whose patch at rest is so long \[m\]; `None` if the scene's air does not exist.
+    ///
+    /// # Errors
+    /// A body that cannot be.
+    pub fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
+        let (tyre, radiation) = (&plan.decisions.tyre, scene.radiation.clone());
+        let width = tyre.width + 2.0 * radiation.shoulder;
+        let patch = plan.standing_patch(&radiation, at_rest);
+        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)?;
+        let memory_limit = scene.numerics.memory_bytes();
+        let radiator = |air| Self { body, air, radiation, width, memory_limit };
+        Ok(Air::at(scene.radiation.temperature).map(radiator))
+    }
+
+    /// Length of the patch \[m\].
+    pub fn patch_length(&self) -> f64 {
+        2.0 * self.body.half_patch()
+    }
+
+    /// Width over the shoulders \[m\].
+    pub fn width(&self) -> f64 {
+        self.width
+    }
+
+    /// Expected cost at a frequency \[Hz\].
+    ///
+    /// # Errors
+    /// As [`Cost::expected`].
+    pub fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
+        let wavenumber = TAU * frequency / self.air.sound_speed;
+        let resolution = Resolution::of(self.radiation.nodes_per_wavelength);
+        Cost::expected(&self.body, wavenumber, wavenumber, &resolution, &Block::EVEN_ACROSS)
+    }
+
+    /// Everything at each frequency \[Hz\]; `done` is told after each.
+    ///
+    /// # Errors
+    /// As [`TransferProblem::solve`]; [`RadiationError::Interrupted`] once `stop` is set.
+    pub fn at(
+        &self,
+        frequencies: &[f64],
+        stop: &AtomicBool,
+        done: &(dyn Fn() + Sync),
+    ) -> Result<Vec<AtFrequency>, RadiationError> {
+        let named = named_receivers(self.width);
+        let [radius, height] = CIRCLE;
+        let mut positions: Vec<[f64; 3]> = named.iter().map(|(_, position)| *position).collect();
+        positions.extend(receivers::circle(radius, height, POINTS));
+        let problem = TransferProblem {
+            body: &self.body,
+            receivers: &positions,
+            grid: TransferGrid { around: AROUND, across: 2 },
+            resolution: Resolution::of(self.radiation.nodes_per_wavelength),
+            blocks: &Block::EVEN_ACROSS,
+            memory_limit: self.memory_limit,
+        };
+        problem.check()?;
+        let edge = (self.body.half_patch() / self.body.radius()).asin() + AHEAD / self.body.radius();
+        let cell = (edge / TAU * AROUND as f64) as usize;
+        let strength = |transfer: &Transfer| transfer.values[transfer.index(0, 0, cell)].norm();
+        let one = |&frequency: &f64| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(RadiationError::Interrupted);
+            }
+            let (transfers, report) = problem.solve(TAU * frequency / self.air.sound_speed)?;
+            done();
+            Ok(AtFrequency {
+                frequency,
+                transfers: transfers[..named.len()].iter().map(strength).collect(),
+                horn: transfers[..named.len()].iter().map(|found| found.horn(&self.body, 0, 0, cell)).collect(),
+                circle: transfers[named.len()..].iter().map(strength).collect(),
+                unknowns: report.unknowns,
+                reciprocal_condition: report.reciprocal_condition,
+                seconds: [report.assembly_seconds, report.factor_seconds],
+                factor_operations: report.factor_operations,
+            })
+        };
+        frequencies.par_iter().with_max_len(1).map(one).collect()
+    }
+}

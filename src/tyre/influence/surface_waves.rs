@@ -1,0 +1,157 @@
+//! C_zz of the tread's surface wave by wave, over frequency: what a field on the whole tread is made of, where its
+//! mean over the contact strip does not do.
+//!
+//! A wave is evaluated at frequencies of equal distance in asinh(f/[`LINEAR_BELOW`]), and 1/C_zz is interpolated between
+//! them by cubics: where the wave resonates C is sharp and 1/C, a stiffness, nearly a parabola. Between resonances it is
+//! the other way round, but there C is small. With [`STEP`] the error is below 1e-3 of the wave's largest value
+//! (measured; the test bounds it).
+
+use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::kernel::{Kernel, KernelAt, LaneKernel};
+use super::waves::Waves;
+use crate::numeric::MOST_LANES;
+use crate::scene::Tyre;
+
+/// Below this the frequencies stand at equal distances, above at equal ratios \[Hz\].
+const LINEAR_BELOW: f64 = 100.0;
+/// Distance of the frequencies on the scale that they are equal on.
+const STEP: f64 = 0.02;
+
+/// C_zz of the waves with n = 0..=`most_around` and the first lateral numbers that a centred strip excites.
+#[derive(Clone, Debug)]
+pub struct SurfaceWaves {
+    /// Their wavenumbers.
+    pub waves: Waves,
+    /// Lateral numbers m.
+    pub lateral: Vec<usize>,
+    /// Waves round the tyre, n = 0 included.
+    around: usize,
+    points: usize,
+    /// 1/C_zz by n, m, frequency \[Pa/m\].
+    stiffnesses: Vec<Complex64>,
+}
+
+impl SurfaceWaves {
+    /// Of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative `tolerance`.
+    pub fn new(tyre: &Tyre, most_around: usize, lateral_waves: usize, highest: f64, tolerance: f64) -> Self {
+        // Two points more than the highest frequency needs: the cubics' outer ones.
+        let points = (coordinate(highest) / STEP).ceil() as usize + 3;
+        let frequency = |point: usize| LINEAR_BELOW * (point as f64 * STEP).sinh();
+        let angular = |point: usize| std::f64::consts::TAU * frequency(point);
+        let kernel = Kernel::new(tyre, angular(points), tolerance);
+        let waves = Waves::new(tyre);
+        let lateral: Vec<usize> = waves.lateral_numbers().take(lateral_waves).collect();
+        let at: Vec<KernelAt> = (0..points).map(|point| kernel.at(Complex64::new(0.0, angular(point)))).collect();
+        let around = most_around + 1;
+        let mut stiffnesses = vec![Complex64::ZERO; around * lateral.len() * points];
+        stiffnesses.par_chunks_mut(lateral.len() * points).enumerate().for_each(|(n, rows)| {
+            Arch::new().dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows });
+        });
+        Self { waves, lateral, around, points, stiffnesses }
+    }
+
+    /// Evaluations of the compliance that a table takes.
+    pub fn evaluations(&self) -> u64 {
+        self.stiffnesses.len() as u64
+    }
+
+    /// Evaluations that a table will take.
+    pub fn expected_evaluations(most_around: usize, lateral_waves: usize, highest: f64) -> f64 {
+        (most_around as f64 + 1.0) * lateral_waves as f64 * (coordinate(highest) / STEP + 3.0)
+    }
+
+    /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative or
+    /// not, into `out`; zero for waves and frequencies beyond the table.
+    pub fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
+        let n = n.unsigned_abs() as usize;
+        let place = coordinate(frequency.abs()) / STEP;
+        let first = (place as usize).saturating_sub(1);
+        if n >= self.around || first + 4 > self.points {
+            out.fill(Complex64::ZERO);
+            return;
+        }
+        let weights = cubic(place - first as f64);
+        for (index, value) in out.iter_mut().enumerate() {
+            let row = (n * self.lateral.len() + index) * self.points + first;
+            let known = self.stiffnesses[row..row + 4].iter().zip(weights);
+            let compliance = known.map(|(value, weight)| value * weight).sum::<Complex64>().inv();
+            *value = if frequency < 0.0 { compliance.conj() } else { compliance };
+        }
+    }
+}
+
+fn coordinate(frequency: f64) -> f64 {
+    (frequency / LINEAR_BELOW).asinh()
+}
+
+/// Weights of the cubic through the points 0, 1, 2, 3 at x.
+fn cubic(x: f64) -> [f64; 4] {
+    let [a, b, c, d] = [x, x - 1.0, x - 2.0, x - 3.0];
+    [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0]
+}
+
+/// All frequencies of the waves of one n. A type, not a closure: see `lane_sum`.
+struct Rows<'a> {
+    n: i64,
+    lateral: &'a [usize],
+    at: &'a [KernelAt],
+    rows: &'a mut [Complex64],
+}
+
+impl WithSimd for Rows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let points = self.at.len();
+        for (group, at) in self.at.chunks(S::F64_LANES).enumerate() {
+            let members: [_; MOST_LANES] = std::array::from_fn(|lane| &at[lane.min(at.len() - 1)]);
+            let kernel = LaneKernel::new(simd, members);
+            for (index, &m) in self.lateral.iter().enumerate() {
+                let surface = kernel.normal(self.n, m).surface.to_array();
+                let first = index * points + group * S::F64_LANES;
+                for (row, compliance) in self.rows[first..first + at.len()].iter_mut().zip(surface) {
+                    *row = compliance.inv();
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, PLATE, Scene};
+
+    #[test]
+    fn interpolated_waves_are_those_of_the_kernel() {
+        for scene in [PLATE, DEFAULT] {
+            let tyre = Scene::from_str(scene, "scene").unwrap().scene.tyre;
+            let table = SurfaceWaves::new(&tyre, 60, 3, 2500.0, 1e-7);
+            let kernel = Kernel::new(&tyre, 2e4, 1e-7);
+            let mut values = [Complex64::ZERO; 3];
+            for n in [0, 1, 6, 60] {
+                let largest: Vec<f64> = (0..3)
+                    .map(|index| {
+                        let row = (n * 3 + index) * table.points;
+                        table.stiffnesses[row..row + table.points].iter().fold(0.0_f64, |a, b| a.max(b.inv().norm()))
+                    })
+                    .collect();
+                for frequency in [0.0, 13.7, 67.9, 91.3, -108.8, 333.3, 1001.7, -2499.0] {
+                    table.at(-(n as i64), frequency, &mut values);
+                    let at = kernel.at(Complex64::new(0.0, std::f64::consts::TAU * frequency));
+                    for ((value, &m), largest) in values.iter().zip(&table.lateral).zip(&largest) {
+                        let exact = at.normal(n as i64, m, crate::tyre::influence::Field::Surface);
+                        let error = (value - exact).norm() / largest;
+                        assert!(error < 1e-3, "n = {n}, m = {m}, {frequency} Hz: {error:.1e}");
+                    }
+                }
+            }
+            table.at(61, 100.0, &mut values);
+            assert_eq!(values, [Complex64::ZERO; 3]);
+        }
+    }
+}

@@ -1,8 +1,8 @@
 //! Air by its temperature, at the standard pressure.
 //!
 //! Sound speed after ISO 9613-1:1993: c = 343.2 m/s sqrt(T/293.15 K). Density of dry air as an ideal gas: p/(R T), R =
-//! 287.05 J/(kg K). Humidity is left out: saturated air at 20 degC carries sound 0.4 % faster and weighs 1 % less, which
-//! changes no level by more than 0.1 dB.
+//! 287.05 J/(kg K). Humidity is left out: saturated air at 20 degC carries sound 0.4 % faster and weighs 1 % less,
+//! which changes no level by more than 0.1 dB.
 
 /// Standard atmospheric pressure \[Pa\] (ISO 9613-1: the reference pressure).
 pub const STANDARD_PRESSURE: f64 = 101_325.0;

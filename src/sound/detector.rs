@@ -10,6 +10,8 @@
 //! exact for a squared pressure that is constant over each sample.
 
 use super::levels::level;
+use super::weighting::FrequencyWeighting;
+use super::weighting_filter::{RateError, WeightingFilter};
 
 /// How fast the average forgets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -86,6 +88,21 @@ impl Detector {
     pub fn levels(&mut self, signal: &[f64]) -> Vec<f64> {
         signal.iter().map(|&pressure| level(self.push(pressure))).collect()
     }
+}
+
+/// What a sound level meter shows after each sample of a pressure \[Pa\], both weightings applied \[dB re 20 uPa\]:
+/// L_AF for A and F. It hears nothing before.
+///
+/// # Errors
+/// [`RateError`] for a sampling rate \[Hz\] without a weighting filter.
+pub fn meter_levels(
+    signal: &[f64],
+    rate: f64,
+    frequency_weighting: FrequencyWeighting,
+    time_weighting: TimeWeighting,
+) -> Result<Vec<f64>, RateError> {
+    let weighted = WeightingFilter::new(frequency_weighting, rate)?.apply(signal);
+    Ok(Detector::new(time_weighting, rate).levels(&weighted))
 }
 
 #[cfg(test)]

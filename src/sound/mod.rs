@@ -7,7 +7,7 @@
 //! - [`receivers`]: where the standards put their microphones; [`outline`]: what is in the way of one;
 //! - [`power`]: the surfaces around a source that its sound power is taken from;
 //! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
-//! - [`detector`]: the level that a sound level meter shows against time;
+//! - [`detector`]: what a sound level meter shows against time;
 //! - [`levels`]: third octaves and overall levels; [`speed_coefficient`]: levels over a range of speeds;
 //! - [`resample`]: a signal at the rate of a sound file;
 //! - [`pass_by`]: what a microphone beside the road hears of a tyre that rolls by;

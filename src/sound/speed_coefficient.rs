@@ -1,8 +1,8 @@
 //! The level at a reference speed and its growth, as UN R117 (annex 3, 4.2) takes them from a set of coast-bys.
 //!
-//! Least squares of L = L_ref + b lg(v/v_ref) over the speeds. With n levels L_i at x_i = lg(v_i/v_ref), s^2 = sum of the
-//! squared residuals over n - 2, S = sum (x_i - mean x)^2 and t the two-sided 95 % quantile of Student's distribution
-//! for n - 2 degrees of freedom, the 95 % intervals are
+//! Least squares of L = L_ref + b lg(v/v_ref) over the speeds. With n levels L_i at x_i = lg(v_i/v_ref), s^2 = sum of
+//! the squared residuals over n - 2, S = sum (x_i - mean x)^2 and t the two-sided 95 % quantile of Student's
+//! distribution for n - 2 degrees of freedom, the 95 % intervals are
 //!
 //! ```text
 //! b +- t s/sqrt(S),   L_ref +- t s sqrt(1/n + (mean x)^2/S)

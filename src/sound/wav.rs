@@ -5,7 +5,8 @@
 //! which players show or skip:
 //!
 //! - `ISFT`: the program;
-//! - `ICMT`: `full scale = 2 Pa; ` and what the sound is. The number is written so that it is read back to the last bit.
+//! - `ICMT`: `full scale = 2 Pa; ` and what the sound is. The number is written so that it is read back to the last
+//!   bit.
 //!
 //! A sample s of a 24-bit file is s/2^23 of full scale; a float is a part of full scale as it is.
 

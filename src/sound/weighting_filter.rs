@@ -2,17 +2,17 @@
 //!
 //! A bilinear transform bends the frequency axis: at 48 kHz it takes 16 kHz down by 6 dB too much. Instead:
 //!
-//! 1. The four low poles (f_1 twice, f_2, f_3) and the four zeros at 0 are first-order high-passes y_n = x_n - x_(n-1) +
-//!    a y_(n-1) with the matched pole a = exp(-2 pi f_i/f_s): exact where they act.
+//! 1. The four low poles (f_1 twice, f_2, f_3) and the four zeros at 0 are first-order high-passes y_n = x_n - x_(n-1)
+//!    + a y_(n-1) with the matched pole a = exp(-2 pi f_i/f_s): exact where they act.
 //! 2. What is left of the weighting, the low-pass at f_4 and the errors of 1. near the Nyquist frequency, is smooth. A
 //!    short FIR filter does it, of minimum phase, by frequency sampling: its log magnitude on a fine grid, the folded
 //!    cepstrum, back (Oppenheim and Schafer, *Discrete-Time Signal Processing*, section 12.3; a grid of 4096 points and
 //!    32 taps).
 //! 3. The whole is scaled to gain 1 at 1 kHz.
 //!
-//! Measured against annex E of the standard at rates of 4 to 192 kHz, from 10 Hz on: 0.003 dB up to 0.4 f_s (or 20 kHz),
-//! 0.008 dB up to 0.45 f_s; class 1 allows 0.7 to 3 dB. The kink that a spectrum has at the Nyquist frequency is all
-//! that is left: halving the taps makes it 4 times as large.
+//! Measured against annex E of the standard at rates of 4 to 192 kHz, from 10 Hz on: 0.003 dB up to 0.4 f_s (or 20
+//! kHz), 0.008 dB up to 0.45 f_s; class 1 allows 0.7 to 3 dB. The kink that a spectrum has at the Nyquist frequency is
+//! all that is left: halving the taps makes it 4 times as large.
 //!
 //! Cost: 36 multiplications and additions a sample.
 

@@ -39,7 +39,9 @@ impl TimeWeighting {
 ///
 /// // 1 Pa is 94 dB, whatever the time weighting, once it has lasted long enough.
 /// let mut meter = Detector::new(TimeWeighting::Fast, 48_000.0);
-/// (0..96_000).for_each(|_| meter.push(1.0));
+/// for _ in 0..96_000 {
+///     meter.push(1.0);
+/// }
 /// assert!((meter.level() - 93.98).abs() < 0.01);
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -246,6 +246,14 @@ impl PassBy {
         Ok(heard)
     }
 
+    /// The sample with the highest of the levels heard, and the level, while the tyre is no farther than `half_length`
+    /// \[m\] before or past the microphone: the coast-by level of UN R117 with L_AF and 10 m. `None` for none.
+    pub fn highest(&self, levels: &[f64], half_length: f64) -> Option<(usize, f64)> {
+        let within = |sample: &usize| self.place(*sample).abs() <= half_length * (1.0 + 1e-12);
+        let heard = (0..self.samples.min(levels.len())).filter(within).map(|sample| (sample, levels[sample]));
+        heard.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// Distance r run since the emission, and R, of what is heard at x.
     fn path(&self, x: f64) -> (f64, f64) {
         let mach = self.passage.speed / self.passage.sound_speed;

@@ -46,7 +46,8 @@ pub const COAST_BY_HALF_LENGTH: f64 = 10.0;
 /// vehicle is between the lines AA' and BB', 10 m before and behind the microphone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoastByLine {
-    /// Number of positions, at least 2. 161 have a distance of 0.125 m over 20 m.
+    /// Number of positions, at least 2. A pass-by cross-faded between 81 of them over 20 m, the default, is 0.3 % wrong
+    /// at 4 kHz for a source as large as the tyre, between 41 it is 0.5 % at 2.5 kHz and 4 % at 4 kHz.
     pub receivers: usize,
     /// Largest x, and less the smallest \[m\]. Longer than 10 m gives the detector time before the first reading.
     pub half_length: f64,
@@ -59,7 +60,7 @@ pub struct CoastByLine {
 
 impl Default for CoastByLine {
     fn default() -> Self {
-        Self { receivers: 161, half_length: COAST_BY_HALF_LENGTH, offset: 0.0, side: Side::Left }
+        Self { receivers: 81, half_length: COAST_BY_HALF_LENGTH, offset: 0.0, side: Side::Left }
     }
 }
 
@@ -126,10 +127,10 @@ mod tests {
     #[test]
     fn the_coast_by_microphone_glides_from_the_front_to_the_rear() {
         let line = CoastByLine::default().positions();
-        assert_eq!((line.len(), line[0], line[160]), (161, [10.0, 7.5, 1.2], [-10.0, 7.5, 1.2]));
-        assert!((line[80][0]).abs() < 1e-12 && (line[0][0] - line[1][0] - 0.125).abs() < 1e-12);
-        let near = CoastByLine { offset: 0.75, side: Side::Right, receivers: 81, half_length: 15.0 }.positions();
-        assert_eq!((near[0], near[80]), ([15.0, -6.75, 1.2], [-15.0, -6.75, 1.2]));
+        assert_eq!((line.len(), line[0], line[80]), (81, [10.0, 7.5, 1.2], [-10.0, 7.5, 1.2]));
+        assert!((line[40][0]).abs() < 1e-12 && (line[0][0] - line[1][0] - 0.25).abs() < 1e-12);
+        let near = CoastByLine { offset: 0.75, side: Side::Right, receivers: 161, half_length: 15.0 }.positions();
+        assert_eq!((near[0], near[160]), ([15.0, -6.75, 1.2], [-15.0, -6.75, 1.2]));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The level at a reference speed and its growth, as UN R117 (annex 3, 4.2) takes them from a set of coast-bys.
+//! The level at a reference speed and its growth, as UN R117 (annex 3, section 4) takes them from a set of coast-bys.
 //!
 //! Least squares of L = L_ref + b lg(v/v_ref) over the speeds. With n levels L_i at x_i = lg(v_i/v_ref), s^2 = sum of
 //! the squared residuals over n - 2, S = sum (x_i - mean x)^2 and t the two-sided 95 % quantile of Student's

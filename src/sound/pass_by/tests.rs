@@ -168,9 +168,13 @@ fn a_meter_at_the_roadside_reads_what_the_closed_form_gives() {
     for (sample, (read, expected)) in read.iter().zip(&expected).enumerate().skip(1440) {
         assert!((read - expected).abs() < 0.1, "sample {sample}: {read} dB(A), expected {expected}");
     }
-    let highest = read.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // 1/(sqrt(2) 7.595) Pa, less what the detector's lag takes off.
+    let (sample, highest) = pass_by.highest(&read, 10.0).unwrap();
+    // 1/(sqrt(2) 7.595) Pa, less what the detector's lag takes off, and a little past the microphone for it.
     assert!((72.0..73.4).contains(&highest), "{highest}");
+    assert!((-5.0..0.0).contains(&pass_by.place(sample)), "{}", pass_by.place(sample));
+    let (first, before) = pass_by.highest(&read[..9000], 6.0).unwrap();
+    assert!((pass_by.place(first) - 10.0 + SPEED * 8999.0 / rate).abs() < 0.1 && before < highest);
+    assert_eq!(pass_by.highest(&read[..9000], 3.0), None);
 }
 
 #[test]

@@ -27,11 +27,12 @@
 //! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped. Parts
 //! stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
 //! functions and their models, [`road::RoadSurface`] heights, [`road::slices`] what a slice of it makes of a tread,
-//! [`half_space::rough::indent`] the contact of a rough body, [`response`] spectra.
+//! [`half_space::rough::indent`] the contact of a rough body, [`response`] spectra, [`sound`]
+//! levels and sound files.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
-//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`results`] -> [`plan`] -> [`run`] -> [`study`]
-//! -> [`performance`].
+//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] -> [`run`]
+//! -> [`study`] -> [`performance`].
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's

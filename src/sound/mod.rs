@@ -1,0 +1,42 @@
+//! What is heard of a pressure: weighted levels, the microphones of the standards, a pass-by, a file to listen to.
+//!
+//! Where the pressures come from is not known here: signals \[Pa\] and their spectra are given. In the order of the
+//! data's way:
+//!
+//! - [`air`]: sound speed and density by temperature;
+//! - [`receivers`]: where the standards put their microphones; [`outline`]: what is in the way of one;
+//! - [`power`]: the surfaces around a source that its sound power is taken from;
+//! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
+//! - [`detector`]: what a sound level meter shows against time;
+//! - [`levels`]: third octaves and overall levels; [`speed_coefficient`]: levels over a range of speeds;
+//! - [`resample`]: a signal at the rate of a sound file;
+//! - [`pass_by`]: what a microphone beside the road hears of a tyre that rolls by;
+//! - [`wav`]: sound files that know their calibration.
+//!
+//! # Frame
+//! Origin on the road, below the axle's centre; x forward, in the direction of travel; y to the left; z up. Positions
+//! are `[x, y, z]` in metres.
+
+pub mod air;
+pub mod detector;
+pub mod levels;
+pub mod outline;
+pub mod pass_by;
+pub mod power;
+pub mod receivers;
+pub mod resample;
+pub mod speed_coefficient;
+pub mod wav;
+pub mod weighting;
+pub mod weighting_filter;
+
+pub use air::Air;
+pub use detector::{Detector, TimeWeighting};
+pub use levels::SoundLevels;
+pub use outline::{Obstacle, TyreOutline};
+pub use pass_by::{PassBy, PassByError};
+pub use receivers::{CoastByLine, Side};
+pub use speed_coefficient::SpeedCoefficient;
+pub use wav::{Recording, SampleFormat, WavError};
+pub use weighting::FrequencyWeighting;
+pub use weighting_filter::WeightingFilter;

@@ -1,0 +1,104 @@
+//! A pressure at the rate of a run, brought to the rate of a sound file.
+//!
+//! Band-limited interpolation by a Kaiser-windowed sinc ([`WindowedSinc`]): flat to 0.45 of the lower of both rates,
+//! 100 dB down from 0.55 of it on. Between 0.45 and 0.5, where a run has nothing left that it vouches for, a tone
+//! fades and its image above the old Nyquist frequency appears.
+//!
+//! Measured from 5.8 to 48 kHz: a tone below 0.45 of the rate comes back with an error of at most 1.4e-5 of its
+//! amplitude (-97 dB), images included. Cost: 66 multiplications and additions a sample of the result, more by the
+//! ratio where the rate is lowered.
+
+use crate::numeric::windowed_sinc::WindowedSinc;
+
+/// Sampling rate of sound files \[Hz\].
+pub const FILE_RATE: f64 = 48_000.0;
+
+/// The interpolation kernel of signals.
+pub(super) fn kernel() -> WindowedSinc {
+    WindowedSinc::new(0.45, 0.55, 100.0)
+}
+
+/// The signal with `new_rate` samples a second in place of `rate` (both > 0), from the same first instant on and not
+/// beyond its last sample. Before its first and after its last sample the signal counts as 0: half the kernel's width,
+/// 33 samples of the lower rate, fades in and out there.
+pub fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
+    let Some(last) = signal.len().checked_sub(1) else {
+        return Vec::new();
+    };
+    let kernel = kernel();
+    let step = rate / new_rate;
+    // The last sample is kept where it falls on the new lattice up to rounding.
+    let count = (last as f64 / step + 1e-9).floor() as usize + 1;
+    let mut weights = Vec::new();
+    (0..count).map(|n| weighted(&kernel, signal, 0, n as f64 * step, step.max(1.0), &mut weights)).collect()
+}
+
+/// The signal between its samples at `position`, its first sample being number `first`; 0 where there is none. `ratio`
+/// as for [`WindowedSinc::weights`].
+pub(super) fn weighted(
+    kernel: &WindowedSinc,
+    signal: &[f64],
+    first: i64,
+    position: f64,
+    ratio: f64,
+    weights: &mut Vec<f64>,
+) -> f64 {
+    let from = kernel.weights(position, ratio, weights) - first;
+    let skipped = usize::try_from(-from).unwrap_or(0);
+    let begin = usize::try_from(from).unwrap_or(0).min(signal.len());
+    weights.iter().skip(skipped).zip(&signal[begin..]).map(|(weight, sample)| weight * sample).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const RATE: f64 = 5812.3;
+
+    fn tone(frequency: f64, rate: f64, samples: usize) -> Vec<f64> {
+        (0..samples).map(|n| (TAU * frequency * n as f64 / rate + 0.4).sin()).collect()
+    }
+
+    /// Largest difference from the exact tone, the ends of the kernel's width left out.
+    fn error(frequency: f64, rate: f64, new_rate: f64) -> f64 {
+        let samples = (2000.0 * (rate / new_rate).max(1.0)) as usize;
+        let found = resample(&tone(frequency, rate, samples), rate, new_rate);
+        let exact = tone(frequency, new_rate, found.len());
+        let margin = (40.0 * new_rate / rate.min(new_rate)) as usize;
+        let inside = margin..found.len() - margin;
+        assert!(inside.len() > 500);
+        found[inside.clone()].iter().zip(&exact[inside]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn tones_come_back_with_the_stated_error() {
+        for part in [0.003, 0.1, 0.2, 0.3, 0.4, 0.43, 0.45] {
+            let up = error(part * RATE, RATE, FILE_RATE);
+            assert!(up < 1.4e-5, "{part} of the rate: {up}");
+            let down = error(part * RATE, FILE_RATE, RATE);
+            assert!(down < 1.4e-5, "{part} of the new rate: {down}");
+        }
+        assert!(error(0.5 * RATE, RATE, FILE_RATE) > 0.1, "a tone at the Nyquist frequency is lost");
+    }
+
+    #[test]
+    fn what_the_lower_rate_cannot_carry_is_gone() {
+        let signal = tone(0.6 * RATE, FILE_RATE, 48_000);
+        let found = resample(&signal, FILE_RATE, RATE);
+        let left = found[40..found.len() - 40].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        assert!(left < 2e-5, "{left}");
+    }
+
+    #[test]
+    fn lengths_fit_and_the_same_rate_changes_nothing() {
+        let signal = tone(100.0, RATE, 500);
+        let same = resample(&signal, RATE, RATE);
+        assert_eq!(same.len(), 500);
+        assert!(same.iter().zip(&signal).skip(40).take(420).all(|(a, b)| (a - b).abs() < 1e-5));
+        assert_eq!(resample(&signal, 12_000.0, 48_000.0).len(), 4 * 499 + 1);
+        assert_eq!(resample(&signal[..1], 6000.0, 48_000.0).len(), 1);
+        assert!(resample(&[], RATE, FILE_RATE).is_empty());
+    }
+}

@@ -27,8 +27,8 @@
 //! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped. Parts
 //! stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
 //! functions and their models, [`road::RoadSurface`] heights, [`road::slices`] what a slice of it makes of a tread,
-//! [`half_space::rough::indent`] the contact of a rough body, [`response`] spectra, [`sound`]
-//! levels and sound files.
+//! [`half_space::rough::indent`] the contact of a rough body, [`radiation`] the sound field of a vibrating body on a
+//! road, [`response`] spectra, [`sound`] levels and sound files.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
 //! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] -> [`run`]
@@ -36,8 +36,9 @@
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
-//! slices; [`time_rule`] is how a run goes from one step to the next, a choice that a scene names. The command line is
-//! the program's own and uses what everybody can; `test_models` is for tests alone.
+//! slices; [`radiation`] knows bodies and air alone; [`time_rule`] is how a run goes from one step to the next, a
+//! choice that a scene names. The command line is the program's own and uses what everybody can; `test_models` is for
+//! tests alone.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.

@@ -10,7 +10,7 @@ use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
 use tyrewave::scene::Scene;
-use tyrewave::study::sweep::table::{csv, growth_plot};
+use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
 use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
 use super::context::{Context, print, print_report};
@@ -23,7 +23,8 @@ Every combination of speed, load and road is a run of its own, with a results fo
 Several run at a time, on no more threads than --threads allows; the tyre's influence functions are fitted once. \
 Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
 they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
-misses, and the rolling resistance; growth.svg and levels.svg. A variant that missed its load by more than the axle's \
+misses, and the rolling resistance; growth.svg and levels.svg; where the scene has receivers, sweep_sound.csv: levels \
+in dB(A) there and how they grow. A variant that missed its load by more than the axle's \
 tolerance is marked with a star, and the exit code is 1.
 
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
@@ -115,6 +116,9 @@ impl SweepArguments {
         };
         write("sweep.txt", &report.to_string())?;
         write("sweep.csv", &csv(&blocks))?;
+        if let Some(sound) = sound_csv(&blocks) {
+            write("sweep_sound.csv", &sound)?;
+        }
         if base.scene.outputs.plots {
             if let Some(svg) = growth_plot(&blocks, &base.title())? {
                 write("growth.svg", &svg)?;

@@ -17,8 +17,8 @@ const BELOW_NYQUIST: f64 = 0.9;
 /// Longest stretch that is kept to be listened to \[s\].
 const LISTENED: f64 = 30.0;
 
-/// How far ahead of and behind a microphone beside the road its passage is followed \[m\]: what a pass-by reads, and some
-/// more for the detector to settle.
+/// How far ahead of and behind a microphone beside the road its passage is followed \[m\]: what a pass-by reads, and
+/// some more for the detector to settle.
 const PASSED: f64 = 12.0;
 /// Distance of the points of a passage \[m\].
 const SPACING: f64 = 0.25;
@@ -63,15 +63,16 @@ impl Sound {
         self.positions.len()
     }
 
-    /// Frequencies that boundary elements are expected to be solved at and what one costs, for a patch of a length \[m\];
-    /// in stretches, since the cost grows with the frequency. None for a body that the run will refuse.
+    /// Frequencies that boundary elements are expected to be solved at and what one costs, for a patch of a length
+    /// \[m\]; in stretches, since the cost grows with the frequency. None for a body that the run will refuse.
     pub(crate) fn expected_solves(&self, plan: &Plan, at_rest: f64) -> Vec<(f64, Cost)> {
         let radiation = &self.radiation;
         let (tyre, patch) = (&plan.decisions.tyre, plan.standing_patch(radiation, at_rest));
         let width = tyre.width + 2.0 * radiation.shoulder;
-        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch).ok();
-        let (resolution, air) =
-            (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
+        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)
+            .and_then(|body| body.with_gap(radiation.acoustic_gap))
+            .ok();
+        let (resolution, air) = (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
         let stretch = |index: usize| {
             let middle = radiation.fmax * (index as f64 + 0.5) / STRETCHES as f64;
             let wavenumber = std::f64::consts::TAU * middle / air?.sound_speed;
@@ -141,7 +142,11 @@ fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
     match *place {
         ReceiverPlace::Position { position } => vec![position],
         ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height }) => {
-            let line = CoastByLine { half_length: PASSED, receivers: 2 * (PASSED / SPACING) as usize + 1, ..Default::default() };
+            let line = CoastByLine {
+                half_length: PASSED,
+                receivers: 2 * (PASSED / SPACING) as usize + 1,
+                ..Default::default()
+            };
             line.positions().into_iter().map(|[x, _, _]| [x, distance, height]).collect()
         }
         ReceiverPlace::Standard(StandardReceiver::Cpx) => {

@@ -58,7 +58,7 @@ impl Targets {
         this
     }
 
-    /// Points of a tyre's tread in the quarter, each y and theta within a patch.
+    /// Points of a tyre's tread in the quarter, each y and theta; one that no patch holds is a free one.
     pub fn on_tread(mesh: &Mesh, points: &[[f64; 2]]) -> Self {
         let mut this = Self::default();
         for &[y, theta] in points {
@@ -66,11 +66,13 @@ impl Targets {
                 let within = |[low, high]: [f64; 2], at: f64| low <= at && at <= high;
                 matches!(patch.chart, Chart::Tread { .. }) && within(patch.meridian, y) && within(patch.turn, theta)
             };
-            if let Some(index) = mesh.patches.iter().position(holds) {
+            let tread = |patch: &Patch| matches!(patch.chart, Chart::Tread { .. });
+            let home = mesh.patches.iter().position(holds).or_else(|| mesh.patches.iter().position(tread));
+            if let Some(index) = home {
                 let patch = &mesh.patches[index];
                 let local = |[low, high]: [f64; 2], at: f64| (2.0 * at - low - high) / (high - low);
                 let place = Place::Patch(index, [local(patch.meridian, y), local(patch.turn, theta)]);
-                this.push(patch.chart.point(y, theta).position, place);
+                this.push(patch.chart.point(y, theta).position, if holds(patch) { place } else { Place::Free });
             }
         }
         this.fill();

@@ -36,10 +36,14 @@ pub enum Shape {
 pub struct Body {
     shape: Shape,
     height: Option<f64>,
+    gap: f64,
 }
 
 /// The least height over its radius at which a body that does not touch the road is meshed, relative to the radius.
 const LEAST_CLEARANCE: f64 = 1e-4;
+
+/// The smallest gap \[m\].
+const LEAST_GAP: f64 = 2e-5;
 
 /// The lowest middle of a body that is cut by the road, relative to its radius.
 const LOWEST: f64 = 0.05;
@@ -77,7 +81,7 @@ impl Body {
                 return refuse("it must be cut by the road or clear of it by more than 1e-4 of the radius");
             }
         }
-        Ok(Self { shape, height })
+        Ok(Self { shape, height, gap: 0.0 })
     }
 
     /// A tyre standing on the road with a contact patch of half length `half_length` \[m\]: its axle is
@@ -92,12 +96,46 @@ impl Body {
         Self::new(Shape::Tyre { radius, width, shoulder }, Some(height))
     }
 
+    /// The same tyre over a slit: the flat underside that the cut leaves is not welded to the road but `gap` \[m\]
+    /// above it, as over the hollows of a rough road; the whole body is that much higher. 0 is the welded body.
+    ///
+    /// # Errors
+    /// [`RadiationError::Gap`] where the gap is negative or no number, above a tenth of the patch's half length, below
+    /// 20 micrometres (that is sealed: viscosity closes it), or for a body that is no tyre cut through its shoulders.
+    pub fn with_gap(self, gap: f64) -> Result<Self, RadiationError> {
+        let refuse = |why| Err(RadiationError::Gap { gap, why });
+        if !(gap >= 0.0 && gap.is_finite()) {
+            return refuse("it must be 0 or a positive number");
+        }
+        if gap <= 0.0 {
+            return Ok(Self { gap: 0.0, ..self });
+        }
+        let Shape::Tyre { shoulder, radius, .. } = self.shape else {
+            return refuse("only a tyre has a gap");
+        };
+        let Some(height) = self.height.filter(|height| *height < radius && radius - height < shoulder) else {
+            return refuse("the road must cut the tread and must not reach above the shoulders");
+        };
+        if gap < LEAST_GAP {
+            return refuse("a gap below 20 micrometres is closed by the air's viscosity: take 0");
+        }
+        if gap > 0.1 * (radius * radius - height * height).sqrt() {
+            return refuse("it must be at most a tenth of the patch's half length");
+        }
+        Ok(Self { gap, ..self })
+    }
+
+    /// Height of the slit under the patch \[m\].
+    pub fn gap(&self) -> f64 {
+        self.gap
+    }
+
     /// The shape.
     pub fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// Height of the middle over the road \[m\]; none without a road.
+    /// Height of the middle over the road, or over the underside if there is a gap \[m\]; none without a road.
     pub fn height(&self) -> Option<f64> {
         self.height
     }
@@ -107,9 +145,9 @@ impl Body {
         self.height.is_some()
     }
 
-    /// Height of the middle \[m\], 0 without a road.
+    /// Height of the middle \[m\], the gap included; 0 without a road.
     pub fn middle(&self) -> f64 {
-        self.height.unwrap_or(0.0)
+        self.height.unwrap_or(0.0) + self.gap
     }
 
     /// Radius of the sphere or of the tread \[m\].
@@ -153,7 +191,7 @@ impl Body {
         if self.on_road() && z < 0.0 {
             return refuse("is below the road");
         }
-        if self.depth(point) > -1e-9 * self.radius() {
+        if self.depth(point) > -1e-9 * self.radius() && !(self.gap > 0.0 && z < self.gap) {
             return refuse("is inside the body or on it");
         }
         Ok(())
@@ -172,7 +210,8 @@ impl Body {
         if self.on_road() && z < 0.0 {
             return refuse("is below the road");
         }
-        if self.depth(point).abs() > 1e-3 * self.radius() {
+        let underside = self.gap > 0.0 && (z - self.gap).abs() < 1e-3 * self.radius() && self.depth(point) > 0.0;
+        if self.depth(point).abs() > 1e-3 * self.radius() && !underside {
             return refuse("is not on the body's surface");
         }
         Ok(())

@@ -3,14 +3,16 @@
 //! The format (JSON): `density` \[kg/m^3\], `sound_speed` \[m/s\], `nodes_per_wavelength`, and `cases`, a list of
 //! - `name`, `wavenumber` \[rad/m\], `plane` (whether there is a rigid road z = 0);
 //! - `body`: `{"shape": "sphere", "radius", "height"}`, height that of the middle (less than the radius: cut by the
-//!   plane), or `{"shape": "tyre", "radius", "width", "shoulder", "height"}`, its axis along y. With a plane `height`
-//!   is required; without one the middle is the origin and `height`, if given, is where it is moved to;
+//!   plane), or `{"shape": "tyre", "radius", "width", "shoulder", "height"}`, its axis along y, `width` that of the
+//!   body with its shoulders. With a plane `height` is required; without one the middle is the origin, and `height`, if
+//!   given, is where it is moved to;
 //! - either `velocity`: `"uniform"`, and for a sphere `"heave"` (cos theta from +z), `"sway"` (sin theta cos phi), for
 //!   a tyre `{"circumferential": m, "across": 1}` (cos(m phi) cos(pi y/width) on the straight tread, phi from +x, 0
 //!   elsewhere), all of 1 m/s, with `receivers`: \[\[x, y, z\]\] \[m\], in the air or on the surface;
 //! - or `source`: \[x, y, z\] with `points`: \[\[x, y, z\]\] on the surface.
 //!
-//! The answer is `{"cases": [...]}` in that order: `pressure` \[\[re, im\]\] \[Pa\] and `power` \[W\], or `green` \[1/m\].
+//! The answer is `{"cases": [...]}` in that order: `pressure` \[\[re, im\]\] \[Pa\] and `power` \[W\], or `green`
+//! \[1/m\].
 
 use num_complex::Complex64;
 use serde::Deserialize;
@@ -172,12 +174,14 @@ fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Va
             let finest = k.max(velocity.wavenumber(&body));
             let problem = Problem::new(&body, k, finest, &resolution, &Block::ALL, memory_limit)?;
             let impedance = document.density * document.sound_speed * k;
-            let drive = |chart: &Chart, point: Vector| Complex64::new(0.0, impedance * velocity.at(&body, chart, point));
+            let drive =
+                |chart: &Chart, point: Vector| Complex64::new(0.0, impedance * velocity.at(&body, chart, point));
             let drives = [Drive::Velocity(&drive)];
             let mut solution = problem.solve(&drives)?;
             let mut pressures = vec![Complex64::ZERO; receivers.len()];
             for surface in [false, true] {
-                let chosen: Vec<usize> = (0..receivers.len()).filter(|&i| on_surface(&receivers[i]) == surface).collect();
+                let chosen: Vec<usize> =
+                    (0..receivers.len()).filter(|&i| on_surface(&receivers[i]) == surface).collect();
                 let points: Vec<Vector> = chosen.iter().map(|&index| receivers[index]).collect();
                 if !points.is_empty() {
                     for (&index, &pressure) in chosen.iter().zip(&solution.field(&points, surface)[0]) {

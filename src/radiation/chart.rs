@@ -21,8 +21,10 @@ pub enum Chart {
     Tread {
         /// Radius \[m\].
         radius: f64,
-        /// Height of the axle \[m\].
+        /// Height of the axle over the cut \[m\].
         middle: f64,
+        /// Height of the cut over the road \[m\].
+        gap: f64,
     },
     /// The shoulder at y > 0.
     Shoulder {
@@ -32,15 +34,38 @@ pub enum Chart {
         shoulder: f64,
         /// Half width of the straight tread \[m\].
         edge: f64,
-        /// Height of the axle \[m\].
+        /// Height of the axle over the cut \[m\].
         middle: f64,
+        /// Height of the cut over the road \[m\].
+        gap: f64,
     },
     /// The flat side at y > 0.
     Sidewall {
         /// Half width of the body \[m\].
         half_width: f64,
-        /// Height of the axle \[m\].
+        /// Height of the axle over the cut \[m\].
         middle: f64,
+        /// Height of the cut over the road \[m\].
+        gap: f64,
+    },
+    /// The underside between the treads' edges, at y > 0: meridian = y, turn = x \[m\].
+    Underside {
+        /// Height over the road \[m\].
+        gap: f64,
+    },
+    /// The underside below the shoulder: meridian = the fraction from the tread's edge to the cut, turn = the angle
+    /// whose sine is x over half the patch's length.
+    UndersideEdge {
+        /// Radius of the tread \[m\].
+        radius: f64,
+        /// Radius of the shoulder \[m\].
+        shoulder: f64,
+        /// Half width of the straight tread \[m\].
+        edge: f64,
+        /// Height of the axle over the cut \[m\].
+        middle: f64,
+        /// Height of the cut over the road \[m\].
+        gap: f64,
     },
 }
 
@@ -72,13 +97,25 @@ impl Chart {
                 let position = [radius * normal[0], radius * normal[1], middle + radius * normal[2]];
                 SurfacePoint { position, normal, area: radius * radius * s }
             }
-            Self::Tread { radius, middle } => about_axle(radius, meridian, 1.0, 0.0, middle, 1.0),
-            Self::Shoulder { radius, shoulder, edge, middle } => {
+            Self::Tread { radius, middle, gap } => about_axle(radius, meridian, 1.0, 0.0, middle + gap, 1.0),
+            Self::Shoulder { radius, shoulder, edge, middle, gap } => {
                 let (s, c) = meridian.sin_cos();
                 let r = radius - shoulder * (1.0 - c);
-                about_axle(r, edge + shoulder * s, c, s, middle, shoulder)
+                about_axle(r, edge + shoulder * s, c, s, middle + gap, shoulder)
             }
-            Self::Sidewall { half_width, middle } => about_axle(meridian, half_width, 0.0, 1.0, middle, 1.0),
+            Self::Sidewall { half_width, middle, gap } => about_axle(meridian, half_width, 0.0, 1.0, middle + gap, 1.0),
+            Self::Underside { gap } => {
+                SurfacePoint { position: [turn, meridian, gap], normal: [0.0, 0.0, -1.0], area: 1.0 }
+            }
+            Self::UndersideEdge { radius, shoulder, edge, middle, gap } => {
+                let half = half_length(radius, middle);
+                let width = cut_width(radius, shoulder, middle, half, turn);
+                SurfacePoint {
+                    position: [half * sin, edge + meridian * width, gap],
+                    normal: [0.0, 0.0, -1.0],
+                    area: width * half * cos,
+                }
+            }
         }
     }
 
@@ -89,6 +126,8 @@ impl Chart {
             Self::Tread { radius, .. } => radius,
             Self::Shoulder { radius, shoulder, .. } => radius - shoulder * (1.0 - meridian.cos()),
             Self::Sidewall { .. } => meridian,
+            Self::Underside { .. } => 1.0,
+            Self::UndersideEdge { radius, middle, .. } => half_length(radius, middle),
         }
     }
 
@@ -96,15 +135,18 @@ impl Chart {
     pub fn meridian_length(&self) -> f64 {
         match *self {
             Self::Sphere { radius, .. } => radius,
-            Self::Tread { .. } | Self::Sidewall { .. } => 1.0,
+            Self::Tread { .. } | Self::Sidewall { .. } | Self::Underside { .. } => 1.0,
             Self::Shoulder { shoulder, .. } => shoulder,
+            Self::UndersideEdge { radius, shoulder, middle, .. } => {
+                cut_width(radius, shoulder, middle, half_length(radius, middle), 0.0)
+            }
         }
     }
 
     /// The angle at which the road cuts this ring of a tyre; 0 where it does not reach it.
     pub fn cut_turn(&self, meridian: f64) -> f64 {
         match *self {
-            Self::Sphere { .. } => 0.0,
+            Self::Sphere { .. } | Self::Underside { .. } | Self::UndersideEdge { .. } => 0.0,
             Self::Tread { middle, .. } | Self::Shoulder { middle, .. } | Self::Sidewall { middle, .. } => {
                 (middle / self.axis_distance(meridian)).min(1.0).acos()
             }
@@ -118,7 +160,21 @@ impl Chart {
                 (1.0 - (radius - middle / turn.cos()) / shoulder).clamp(-1.0, 1.0).acos()
             }
             Self::Sidewall { middle, .. } => middle / turn.cos(),
-            Self::Sphere { .. } | Self::Tread { .. } => 0.0,
+            _ => 0.0,
         }
     }
+}
+
+/// Half the length of the cut along the tread \[m\].
+fn half_length(radius: f64, middle: f64) -> f64 {
+    (radius * radius - middle * middle).max(0.0).sqrt()
+}
+
+/// How far the cut reaches below the shoulder beyond the tread's edge \[m\], at the angle whose sine is x over half the
+/// cut's length.
+fn cut_width(radius: f64, shoulder: f64, middle: f64, half: f64, turn: f64) -> f64 {
+    let (sin, cos) = turn.sin_cos();
+    // Radius less distance of the cut from the axle, without cancellation.
+    let depth = (half * cos).powi(2) / (radius + middle.hypot(half * sin));
+    (depth * (2.0 * shoulder - depth)).max(0.0).sqrt()
 }

@@ -71,17 +71,25 @@ pub enum RadiationError {
         /// Unknowns of the block.
         unknowns: usize,
     },
-    /// A gap between patch and road is asked for that this method cannot give.
-    #[error("an acoustic gap of {gap} m is not available: only 0, the patch sealed against the road")]
+    /// A gap between patch and road that cannot be given.
+    #[error("an acoustic gap of {gap} m is not available: {why}")]
     Gap {
         /// Height of the gap \[m\].
         gap: f64,
+        /// What would be right.
+        why: &'static str,
     },
     /// An order of the elements that is not available.
     #[error("elements of {order} x {order} nodes are not available: 3 or 4")]
     Order {
         /// Nodes along a side.
         order: usize,
+    },
+    /// A grid that does not mirror onto itself.
+    #[error("{around} cells around the tread: an even number is needed")]
+    Cells {
+        /// Cells around.
+        around: usize,
     },
     /// A list of parity blocks that transfers cannot be made of.
     #[error("a transfer takes the two blocks even across, or all four")]

@@ -51,7 +51,8 @@ pub fn points(body: &Body, count: usize) -> Vec<Vector> {
         let [u, v, w] = [2, 3, 5].map(|base| halton(index, base));
         let z = body.middle() - floor + w * (radius + floor);
         let point = [u * radius, v * half_width, z];
-        if body.depth(point) > least && (!body.on_road() || z > 0.0) {
+        let floor = if body.gap() > 0.0 { body.gap() + least } else { 0.0 };
+        if body.depth(point) > least && (!body.on_road() || z > floor) {
             found.push(point);
         }
         index += 1;

@@ -28,6 +28,15 @@ pub struct Coordinates {
     pub z: Vec<f64>,
 }
 
+impl Coordinates {
+    /// Appends a point.
+    pub fn push(&mut self, x: f64, y: f64, z: f64) {
+        self.x.push(x);
+        self.y.push(y);
+        self.z.push(z);
+    }
+}
+
 /// A source: position, then normal times weight/(4 pi), or (weight/(4 pi), 0, 0) for the single layer.
 pub type Source = ([f64; 3], [f64; 3]);
 

@@ -72,14 +72,6 @@ impl Points {
     }
 }
 
-impl Coordinates {
-    pub(super) fn push(&mut self, x: f64, y: f64, z: f64) {
-        self.x.push(x);
-        self.y.push(y);
-        self.z.push(z);
-    }
-}
-
 /// A part of a patch.
 #[derive(Clone, Debug)]
 struct Cell {
@@ -314,7 +306,12 @@ impl<'a> NearPatch<'a> {
 
     /// The near rule on (0, 1).
     fn unit_rule(&self) -> Vec<[f64; 2]> {
-        self.rule.nodes.iter().zip(&self.rule.weights).map(|(node, weight)| [0.5 * (node + 1.0), 0.5 * weight]).collect()
+        self.rule
+            .nodes
+            .iter()
+            .zip(&self.rule.weights)
+            .map(|(node, weight)| [0.5 * (node + 1.0), 0.5 * weight])
+            .collect()
     }
 }
 

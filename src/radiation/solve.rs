@@ -259,8 +259,7 @@ impl Solution<'_> {
         problem.apply(Layer::Double, &targets, pressures, &mut sums, report);
         let factor = if on_surface { 2.0 } else { 1.0 };
         let at = |drive: usize, point: usize| sums.iter().map(|sum| sum[(point, drive)]).sum::<Complex64>() * factor;
-        let fields =
-            (0..drives.len()).map(|drive| (0..points.len()).map(|point| at(drive, point)).collect()).collect();
+        let fields = (0..drives.len()).map(|drive| (0..points.len()).map(|point| at(drive, point)).collect()).collect();
         report.assembly_seconds += begin.elapsed().as_secs_f64();
         fields
     }
@@ -285,8 +284,7 @@ impl Solution<'_> {
         self.pressures[block][(node, drive)]
     }
 
-    /// 1/2 Re int p conj(u) dS over the whole surface with the velocity's values u = i w rho v of a drive: w rho times
-    /// the radiated power's quadrature is the imaginary part; see [`Self::power`].
+    /// int p conj(u) dS over the whole surface, u = i w rho v the values of a velocity drive.
     fn product(&self, drive: usize) -> Complex64 {
         let parts = self.problem.velocity_parts(self.drives);
         let unknowns = self.problem.mesh.unknowns();

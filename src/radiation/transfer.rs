@@ -25,7 +25,7 @@ use super::solve::{Drive, Problem, SolveReport};
 /// The grid of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TransferGrid {
-    /// Cells around the tread.
+    /// Cells around the tread, an even number.
     pub around: usize,
     /// Gauss points from the tread's middle to its edge.
     pub across: usize,
@@ -133,7 +133,9 @@ impl TransferProblem<'_> {
     /// than the two lists.
     pub fn check(&self) -> Result<(), RadiationError> {
         positive("the straight tread's half width", half_tread(self.body))?;
-        positive("the number of cells around", self.grid.around as f64)?;
+        if self.grid.around == 0 || !self.grid.around.is_multiple_of(2) {
+            return Err(RadiationError::Cells { around: self.grid.around });
+        }
         positive("the number of points across", self.grid.across as f64)?;
         self.resolution.check()?;
         if self.blocks != Block::ALL && self.blocks != Block::EVEN_ACROSS {
@@ -149,8 +151,7 @@ impl TransferProblem<'_> {
     pub fn solve(&self, wavenumber: f64) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
         self.check()?;
         let Self { body, grid, .. } = *self;
-        let problem =
-            Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
+        let problem = Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
         let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
         let mut solution = problem.solve(&drives)?;
         let panels = Panels::of(problem.mesh());
@@ -219,8 +220,7 @@ impl Panels {
         self.breaks.windows(2).flat_map(panel).collect()
     }
 
-    /// The cell of the first half whose mean a cell has, and whether mirrored. The grid's cells mirror each other: cell
-    /// c and cell n - 1 - c; where n is odd the middle one, across the top, is its own mirror.
+    /// The cell of the first half whose mean a cell has, and whether mirrored: cell c mirrors cell n - 1 - c.
     fn source(cell: usize, around: usize) -> (usize, bool) {
         if 2 * cell < around { (cell, false) } else { (around - 1 - cell, true) }
     }
@@ -231,7 +231,7 @@ impl Panels {
         let rule = Basis::new(MEAN_POINTS);
         let order = self.basis.order();
         let mut values = vec![0.0; order];
-        let cells = around.div_ceil(2);
+        let cells = around / 2;
         let mut means = Vec::with_capacity(cells);
         for cell in 0..cells {
             let (from, to) = (cell as f64 * width, (cell + 1) as f64 * width);
@@ -251,10 +251,6 @@ impl Panels {
                         *sum += value * 0.5 * weight * (high - low) / width;
                     }
                 }
-            }
-            // An odd number's middle cell reaches over the top by half: its mean is that of the half below.
-            if 2 * cell + 1 == around {
-                weights.iter_mut().for_each(|(_, weight)| *weight *= 2.0);
             }
             means.push(weights);
         }

@@ -14,9 +14,7 @@ use crate::results::summary::RollingResistance;
 use crate::run::error::RunError;
 use crate::run::prepare::{Prepared, prepare};
 use crate::run::record::{Record, StepRecord};
-use crate::run::progress::Unwatched;
 use crate::run::rolling_resistance::PowerRecorder;
-use crate::run::sound::SoundRecorder;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::LoadedScene;
 
@@ -57,7 +55,8 @@ pub struct Results {
 }
 
 impl Run {
-    /// Prepares a run that keeps its results in memory. `stop` ends the work on the influence functions once it is set.
+    /// Prepares a run that keeps its results in memory; receivers hear nothing of it, [`crate::run::run()`] is theirs.
+    /// `stop` ends the work on the influence functions once it is set.
     ///
     /// # Errors
     /// [`RunError`]: what the scene asks for cannot be simulated, a road that cannot be read, ...
@@ -77,7 +76,6 @@ impl Run {
         let columns = prepared.march.geometry().columns;
         record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, columns);
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
-        record.sound = SoundRecorder::prepare(loaded, plan, &mut prepared, stop, &mut Unwatched, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();
         Ok(run)

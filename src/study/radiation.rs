@@ -74,7 +74,8 @@ impl Radiator {
         let (tyre, radiation) = (&plan.decisions.tyre, scene.radiation.clone());
         let width = tyre.width + 2.0 * radiation.shoulder;
         let patch = plan.standing_patch(&radiation, at_rest);
-        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)?;
+        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)?
+            .with_gap(radiation.acoustic_gap)?;
         let memory_limit = scene.numerics.memory_bytes();
         let radiator = |air| Self { body, air, radiation, width, memory_limit };
         Ok(Air::at(scene.radiation.temperature).map(radiator))

@@ -30,6 +30,7 @@ mod rollout;
 mod slice_coupling;
 mod slice_laws;
 mod smooth;
+mod sound;
 mod spectra;
 mod study;
 mod sweep;

@@ -1,9 +1,121 @@
-//! Sound of short runs: levels, files, what is kept, what is refused.
+//! Sound of short runs: levels and files, the same bytes whatever was kept and on how many threads, a pass-by measured.
 
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
+use std::process::Output;
 
 use serde_json::Value;
 use tyrewave::sound::wav::full_scale_of;
+use tyrewave::test_models::{edit, scene, scene_text, without};
 
-use crate::common::{loaded, run_into, tyrewave_with_cache};
+use crate::common::{command, read_summary, run};
+
+const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-4";
+/// Low frequencies alone: boundary elements of a second.
+const LOW: &str = "[radiation]\nfmax = 300.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"";
+
+fn rolling(duration: f64) -> String {
+    format!("speed_kmh = 80.0\nwarm_up = 0.3\nduration = {duration:?}\naxle = {{ load = 3000.0 }}")
+}
+
+/// The program with a cache of its own in the folder.
+fn program(folder: &Path, arguments: &[&str]) -> Output {
+    let output = command(folder, arguments).env("TYREWAVE_CACHE_DIR", folder.join("cache")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+#[test]
+fn cold_and_warm_on_one_thread_and_on_two_are_the_same_bytes() {
+    let receivers = "[[receiver]]\nname = \"beside\"\nposition = [0.0, 3.0, 1.2]\n[[receiver]]\nstandard = \"cpx\"\n\
+                     [[receiver]]\nstandard = \"hemisphere\"\nradius = 3.0";
+    let text = scene_text(128, "kind = \"made\"\nseed = 4", &rolling(1.2), MODAL, &format!("{receivers}\n{LOW}"));
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("loud.toml"), text).unwrap();
+    let told = program(folder.path(), &["run", "loud.toml", "--out", "cold", "--threads", "1"]);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(told.contains("cpx") && told.contains("dB(A)") && told.contains("sound power"), "{told}");
+    program(folder.path(), &["run", "loud.toml", "--out", "warm", "--threads", "2"]);
+    let files = ["sound.csv", "sound_narrow.csv", "sound_beside.wav", "sound_cpx.wav", "sound_spectrum.svg"];
+    for file in files {
+        let [cold, warm] = ["cold", "warm"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());
+        assert!(cold == warm, "{file} differs");
+    }
+    let [cold, warm] = ["cold", "warm"].map(|run| read_summary(&folder.path().join(run))["sound"].clone());
+    let solved = |sound: &Value| sound["body"]["solved"].as_u64().unwrap();
+    assert!(solved(&cold) > 3 && solved(&warm) == 0, "{} and {}", solved(&cold), solved(&warm));
+    let level = |receiver: usize| cold["receivers"][receiver]["level"].as_f64().unwrap();
+    // Closer is louder, and a smooth tyre's levels are not absurd.
+    assert!(level(1) > level(0) + 6.0 && (40.0..120.0).contains(&level(1)), "{cold:#}");
+    let power = cold["receivers"][2]["power_level_a"].as_f64().unwrap();
+    // W = p^2/(rho c) 2 pi r^2 for the mean over the hemisphere; p_0^2/W_0 is 400 Pa s/m, rho c of air 413.
+    let mean = cold["receivers"][2]["level_a"].as_f64().unwrap();
+    assert!((power - mean - 10.0 * (TAU * 9.0 * 400.0 / 413.3).log10()).abs() < 0.01, "{power} {mean}");
+    let wav = fs::read(folder.path().join("cold/sound_cpx.wav")).unwrap();
+    assert_eq!(full_scale_of(&wav), cold["receivers"][1]["audio"]["full_scale"].as_f64());
+    assert_eq!(hound::WavReader::new(wav.as_slice()).unwrap().spec().channels, 2);
+    let listed = program(folder.path(), &["cache", "list"]);
+    assert!(!String::from_utf8_lossy(&listed.stdout).contains("not usable"));
+}
+
+#[test]
+fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
+    // A washboard of 0.1 m makes a tone of V/0.1 m = 222.2 Hz.
+    let folder = tempfile::tempdir().unwrap();
+    let rows = (0..40_000).map(|n| {
+        let x = f64::from(n) * 0.005;
+        format!("{x:.4},{:.9}\n", 2e-4 * (TAU * x / 0.1).sin())
+    });
+    fs::write(folder.path().join("washboard.csv"), format!("x,z\n{}", rows.collect::<String>())).unwrap();
+    let road = "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\nat_end = \"repeat\"\nlateral = \"extruded\"";
+    let receiver = "[[receiver]]\nstandard = \"coast-by\"";
+    let text = scene_text(128, road, &rolling(2.6), MODAL, &format!("{receiver}\n{LOW}"));
+    fs::write(folder.path().join("tone.toml"), text).unwrap();
+    program(folder.path(), &["run", "tone.toml", "--out", "tone"]);
+    let wav = fs::read(folder.path().join("tone/sound_coast-by.wav")).unwrap();
+    let scale = full_scale_of(&wav).unwrap();
+    let samples = hound::WavReader::new(wav.as_slice()).unwrap().into_samples::<i32>();
+    let pressure: Vec<f64> = samples.map(|sample| scale * f64::from(sample.unwrap()) / 8_388_608.0).collect();
+    let (speed, sound_speed, tone) = (80.0 / 3.6, 343.2, 80.0 / 3.6 / 0.1);
+    for x in [9.0_f64, -9.0] {
+        // The microphone is at x in the tyre's frame (12 - x)/V after the first sample.
+        let centre = ((12.0 - x) / speed * 48_000.0) as usize;
+        let found = peak_frequency(&pressure[centre - 4000..centre + 4000], tone);
+        let mach = speed / sound_speed;
+        let aside_squared = 7.5_f64.powi(2) + 1.2_f64.powi(2);
+        let shortened = (x * x + (1.0 - mach * mach) * aside_squared).sqrt();
+        let ratio = (shortened + mach * x) / (1.0 - mach * mach) / shortened;
+        assert!((found / tone / ratio - 1.0).abs() < 0.004, "at {x} m: {found} Hz, {} expected", ratio * tone);
+    }
+    // The level that the summary tells is that of the table.
+    let table = fs::read_to_string(folder.path().join("tone/pass_by_coast-by.csv")).unwrap();
+    let levels = table.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap());
+    let highest = levels.fold(f64::NEG_INFINITY, f64::max);
+    let told = &read_summary(&folder.path().join("tone"))["sound"]["receivers"][0]["pass_by"];
+    assert!((told["maximum"].as_f64().unwrap() - highest).abs() < 1.0, "{told} {highest}");
+}
+
+/// The frequency near `expected` at which a stretch of 48 kHz has most power.
+fn peak_frequency(signal: &[f64], expected: f64) -> f64 {
+    let power = |frequency: f64| {
+        let step = TAU * frequency / 48_000.0;
+        let window = |n: usize| (std::f64::consts::PI * n as f64 / signal.len() as f64).sin().powi(2);
+        let parts = signal.iter().enumerate().map(|(n, p)| (p * window(n), step * n as f64));
+        let (re, im) = parts.fold((0.0, 0.0), |(re, im), (p, turn)| (re + p * turn.cos(), im + p * turn.sin()));
+        re * re + im * im
+    };
+    (0..400).map(|k| expected * (0.9 + 0.0005 * f64::from(k))).max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap()
+}
+
+#[test]
+fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
+    let receiver = format!("[[receiver]]\nposition = [0.0, 3.0, 1.2]\n{LOW}");
+    let text = scene_text(64, "kind = \"smooth\"", &rolling(0.1), MODAL, &receiver);
+    let short = run(&text);
+    assert!(short.report.summary.warnings.iter().any(|warning| warning.contains("too short for sound")));
+    assert!(short.report.summary.sound.is_none() && !short.path("sound.csv").exists());
+    let silent = run(&edit(&without(&text, &["receiver", "radiation"]), &[("rolling.duration", "0.1")]));
+    assert!(silent.summary().get("sound").is_none());
+    assert_eq!(scene(&text).scene.receivers.len(), 1);
+}

@@ -1,47 +1,111 @@
-//! The frequencies of a set-up.
+//! The frequencies of a set-up: chosen, kept, the same for any number of threads, stopped and gone on with.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use crate::radiation::{
-    Block, Body, FrequencyRange, FrequencyTransfers, Resolution, TransferGrid, TransferProblem, Watch, transfers,
+    Block, Body, FrequencyRange, FrequencyReport, FrequencyTransfers, RadiationError, Resolution, TransferGrid,
+    TransferProblem, TransferSet, Vector, Watch, transfers,
 };
 
-#[test]
-#[ignore = "exploration"]
-fn explore_set_up() {
-    let number = |name: &str, default: f64| std::env::var(name).map_or(default, |value| value.parse().unwrap());
-    let body = Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap();
-    let receivers = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [-0.2, 0.32, 0.1], [10.0, 7.5, 1.2]];
-    let problem = TransferProblem {
-        body: &body,
-        receivers: &receivers,
-        grid: TransferGrid { around: 512, across: 4 },
-        resolution: Resolution::of(number("NPW", 7.0)),
+const RECEIVERS: [Vector; 1] = [[0.0, 7.5, 1.2]];
+
+fn tyre() -> Body {
+    Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap()
+}
+
+fn problem(body: &Body) -> TransferProblem<'_> {
+    TransferProblem {
+        body,
+        receivers: &RECEIVERS,
+        grid: TransferGrid { around: 64, across: 2 },
+        resolution: Resolution { order: 3, nodes_per_wavelength: 6.0, wedge: 1.5 },
         blocks: &Block::EVEN_ACROSS,
         memory_limit: 1 << 30,
+    }
+}
+
+fn range() -> FrequencyRange {
+    FrequencyRange { coarsest: 90.0, ..FrequencyRange::up_to(300.0, 0.3, 343.0) }
+}
+
+/// A set-up on so many threads that is stopped after some frequencies, and what the sink got.
+fn set_up(
+    threads: usize,
+    known: Vec<FrequencyTransfers>,
+    most: usize,
+) -> (Result<(TransferSet, FrequencyReport), RadiationError>, Vec<FrequencyTransfers>) {
+    let body = tyre();
+    let mut kept = Vec::new();
+    let begun = AtomicUsize::new(0);
+    let mut watch = Watch {
+        sink: &mut |entry| {
+            kept.push(entry.clone());
+            Ok(())
+        },
+        progress: &mut |_| (),
+        interrupted: &|| begun.fetch_add(1, Ordering::Relaxed) >= most,
     };
-    let range = FrequencyRange {
-        lowest: 25.0,
-        highest: number("HIGHEST", 2500.0),
-        coarsest: number("COARSEST", 100.0),
-        finest: 6.0,
-        tolerance: number("TOL", 0.2),
-        sound_speed: 343.0,
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let result = transfers(&problem(&body), &range(), known, Some(&pool), &mut watch);
+    (result, kept)
+}
+
+#[test]
+fn the_frequencies_chosen_keep_the_tolerance_and_the_same_bits_for_any_number_of_threads() {
+    let (one, kept) = set_up(1, Vec::new(), usize::MAX);
+    let (set, report) = one.unwrap();
+    assert_eq!(report.count, kept.len());
+    assert_eq!(report.solved, kept.len());
+    assert!(report.largest_passed <= 0.3 && report.reciprocal_condition > 1e-6, "{report:?}");
+    let (two, _) = set_up(2, Vec::new(), usize::MAX);
+    assert_eq!(set.frequencies(), two.unwrap().0.frequencies());
+    // Between the frequencies, against a solution there.
+    let body = tyre();
+    for frequency in [90.0, 171.0, 283.0] {
+        let exact = problem(&body).solve(range().wavenumber(frequency)).unwrap().0.remove(0);
+        let guess = set.at(&body, 0, frequency).unwrap();
+        let norm = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>().sqrt();
+        let pairs = || guess.values.iter().zip(&exact.values);
+        let difference = norm(&mut pairs().map(|(a, b)| (a - b).norm_sqr()));
+        let size = norm(&mut exact.values.iter().map(|value| value.norm_sqr()));
+        assert!(difference < 0.01 * size, "{frequency} Hz: {}", difference / size);
+    }
+}
+
+#[test]
+fn a_set_up_that_was_stopped_goes_on_with_what_was_kept() {
+    let (stopped, kept) = set_up(1, Vec::new(), 3);
+    assert_eq!(stopped.err(), Some(RadiationError::Interrupted));
+    assert_eq!(kept.len(), 3);
+    let (result, rest) = set_up(1, kept, usize::MAX);
+    let (set, report) = result.unwrap();
+    assert_eq!(report.solved + 3, report.count);
+    assert_eq!(rest.len(), report.solved);
+    let (whole, _) = set_up(1, Vec::new(), usize::MAX);
+    assert_eq!(set.frequencies(), whole.unwrap().0.frequencies());
+}
+
+#[test]
+#[ignore = "minutes: the default tyre; HIGHEST, TOLERANCE, NODES, THREADS in the environment"]
+fn time_of_a_whole_set_up() {
+    let number = |name: &str, default: f64| std::env::var(name).map_or(default, |value| value.parse().unwrap());
+    let body = tyre();
+    let receivers = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [-0.2, 0.32, 0.1], [10.0, 7.5, 1.2]];
+    let problem = TransferProblem {
+        receivers: &receivers,
+        grid: TransferGrid { around: 512, across: 4 },
+        resolution: Resolution::of(number("NODES", Resolution::NODES)),
+        ..problem(&body)
     };
+    let range = FrequencyRange::up_to(number("HIGHEST", 2500.0), number("TOLERANCE", 0.2), 343.0);
     let begin = Instant::now();
-    let mut frequencies = Vec::new();
-    let mut sink = |entry: &FrequencyTransfers| {
-        frequencies.push(entry.frequency);
-        Ok(())
-    };
-    let mut watch = Watch { sink: &mut sink, progress: &mut |_| (), interrupted: &|| false };
-    let (_, report) = transfers(&problem, &range, Vec::new(), &mut watch).unwrap();
-    frequencies.sort_by(f64::total_cmp);
-    println!("{frequencies:.1?}");
-    println!("{report:#?}");
-    println!(
-        "wall {:.1} s, LU {:.1} GFlop/s",
-        begin.elapsed().as_secs_f64(),
-        1e-9 * report.solve.factor_operations / report.solve.factor_seconds
-    );
+    let mut watch = Watch { sink: &mut |_| Ok(()), progress: &mut |_| (), interrupted: &|| false };
+    let threads = number("THREADS", 2.0) as usize;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let (set, report) = transfers(&problem, &range, Vec::new(), Some(&pool), &mut watch).unwrap();
+    let frequencies: Vec<f64> = set.frequencies().iter().map(|entry| entry.frequency).collect();
+    println!("{frequencies:.1?}\n{report:#?}");
+    let rate = 1e-9 * report.solve.factor_operations / report.solve.factor_seconds;
+    println!("{threads} threads, {:.1} s, LU {rate:.1} GFlop/s", begin.elapsed().as_secs_f64());
 }

@@ -1,93 +1,255 @@
-//! The tyre on the road.
+//! The tyre on the road: against itself, its horn, its symmetry.
+
+use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 
-use crate::radiation::{Block, Body, Resolution, Transfer, TransferGrid, TransferProblem};
+use crate::numeric::legendre::gauss;
+use crate::radiation::chart::Chart;
+use crate::radiation::{
+    Block, Body, Cost, Drive, Problem, RadiationError, Resolution, Transfer, TransferGrid, TransferProblem, Vector,
+};
 
-const MEMORY: u64 = 1 << 32;
-const RECEIVERS: [[f64; 3]; 4] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.0, 0.0], [-3.0, 2.0, 0.5]];
+const MEMORY: u64 = 1 << 31;
 
-fn difference(a: &Transfer, b: &Transfer) -> (f64, f64) {
-    let largest = b.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
-    let l2 = |f: &dyn Fn(usize) -> f64| (0..a.values.len()).map(f).sum::<f64>().sqrt();
-    let rms = l2(&|i| (a.values[i] - b.values[i]).norm_sqr()) / l2(&|i| b.values[i].norm_sqr());
-    let worst = (0..a.values.len()).map(|i| (a.values[i] - b.values[i]).norm()).fold(0.0, f64::max) / largest;
-    (rms, worst)
+/// At 7.5 m, near the side, in the plane of the wheel.
+const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.0, 0.0]];
+
+/// The default tyre: R = 0.31 m, straight tread 0.2 m, shoulders of 20 mm, a patch of 0.1 m.
+fn tyre() -> Body {
+    Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap()
+}
+
+fn transfers(body: &Body, frequency: f64, resolution: Resolution, receivers: &[Vector]) -> Vec<Transfer> {
+    let problem = TransferProblem {
+        body,
+        receivers,
+        grid: TransferGrid { around: 256, across: 2 },
+        resolution,
+        blocks: &Block::EVEN_ACROSS,
+        memory_limit: MEMORY,
+    };
+    problem.solve(TAU * frequency / 343.0).unwrap().0
+}
+
+/// Sum over the tread of a wave of an order around.
+fn wave(body: &Body, transfer: &Transfer, order: f64) -> Complex64 {
+    let theta = |cell: usize| TAU * ((cell % transfer.grid.around) as f64 + 0.5) / transfer.grid.around as f64;
+    let wave = |cell| Complex64::from_polar(1.0, order * theta(cell));
+    transfer.sum(body, &(0..transfer.values.len()).map(wave).collect::<Vec<_>>())
+}
+
+/// Largest difference in level of waves' sums at all receivers \[dB\] between two meshes.
+fn difference(frequency: f64, coarse: Resolution, fine: Resolution, orders: &[f64]) -> f64 {
+    let body = tyre();
+    let coarse = transfers(&body, frequency, coarse, &RECEIVERS);
+    let fine = transfers(&body, frequency, fine, &RECEIVERS);
+    let mut worst: f64 = 0.0;
+    for (coarse, fine) in coarse.iter().zip(&fine) {
+        for &order in orders {
+            let ratio = wave(&body, coarse, order).norm() / wave(&body, fine, order).norm();
+            worst = worst.max((20.0 * ratio.log10()).abs());
+        }
+    }
+    worst
 }
 
 #[test]
-#[ignore = "exploration"]
-fn explore_tyre() {
-    let body = Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap();
-    let frequencies: Vec<f64> =
-        std::env::var("FREQS").unwrap_or("500,1000,2000".into()).split(',').map(|f| f.parse().unwrap()).collect();
-    let settings: Vec<(usize, f64, f64)> = std::env::var("SETS")
-        .unwrap_or("4:14:0.4,4:9:0.8,4:7:0.8,3:9:0.8,4:9:0.4,4:9:1.5".into())
-        .split(',')
-        .map(|s| {
-            let v: Vec<f64> = s.split(':').map(|x| x.parse().unwrap()).collect();
-            (v[0] as usize, v[1], v[2])
-        })
-        .collect();
-    for f in frequencies {
-        let k = std::f64::consts::TAU * f / 343.0;
-        let mut reference: Option<Vec<Transfer>> = None;
-        for &(order, npw, wedge) in &settings {
-            let problem = TransferProblem {
-                body: &body,
-                receivers: &RECEIVERS,
-                grid: TransferGrid { around: 512, across: 4 },
-                resolution: Resolution { order, nodes_per_wavelength: npw, wedge },
-                blocks: &Block::EVEN_ACROSS,
-                memory_limit: MEMORY,
-            };
-            let (transfers, r) = problem.solve(k).unwrap();
-            let mut line = format!(
-                "f {f} p{order} npw {npw} wedge {wedge} n {} m {} rcond {:.1e} asm {:.2} lu {:.2} near {:.1e}",
-                r.unknowns,
-                r.interior_points,
-                r.reciprocal_condition,
-                r.assembly_seconds,
-                r.factor_seconds,
-                r.work.near_evaluations as f64
-            );
-            match &reference {
-                None => {
-                    let t = &transfers[2];
-                    let horn: Vec<String> = [14, 20, 30, 50, 80, 128]
-                        .iter()
-                        .map(|&c| format!("{:.1}", t.horn(&body, 0, 0, c)))
-                        .collect();
-                    line += &format!(" horn in plane {horn:?}");
-                    let t = &transfers[0];
-                    let horn: Vec<String> = [14, 20, 30, 50, 80, 128]
-                        .iter()
-                        .map(|&c| format!("{:.1}", t.horn(&body, 0, 0, c)))
-                        .collect();
-                    line += &format!(" coast-by {horn:?}");
-                    reference = Some(transfers);
-                }
-                Some(reference) => {
-                    for (a, b) in transfers.iter().zip(reference) {
-                        let (rms, worst) = difference(a, b);
-                        line += &format!(" {rms:.1e}/{worst:.1e}");
-                    }
-                    // Travelling waves of velocity: orders around, as levels.
-                    for order in [2.0, 8.0, 16.0, 40.0] {
-                        for t in [0, 1] {
-                            let v: Vec<Complex64> = (0..4 * 512)
-                                .map(|i| {
-                                    let theta = std::f64::consts::TAU * ((i % 512) as f64 + 0.5) / 512.0;
-                                    Complex64::from_polar(1.0, order * theta)
-                                })
-                                .collect();
-                            let (a, b) = (transfers[t].sum(&body, &v), reference[t].sum(&body, &v));
-                            line += &format!(" n{order}:{:.3}dB", 20.0 * (a.norm() / b.norm()).log10());
-                        }
-                    }
-                }
-            }
-            println!("{line}");
-        }
+fn a_finer_mesh_changes_less_than_0_2_db() {
+    let fine = Resolution { order: 4, nodes_per_wavelength: 10.0, wedge: 0.6 };
+    let worst = difference(630.0, Resolution::of(7.0), fine, &[0.0, 3.0, 10.0, 30.0]);
+    assert!(worst < 0.1, "{worst} dB");
+}
+
+#[test]
+#[ignore = "a minute"]
+fn twice_the_mesh_changes_less_than_0_2_db_up_to_2500_hz() {
+    // At 1640 Hz the receiver at 7.5 m is in a null: what is left of the order 40 is 50 dB below that of the order 0.
+    for frequency in [100.0, 500.0, 1000.0, 1640.0, 2500.0] {
+        let fine = Resolution { order: 4, nodes_per_wavelength: 14.0, wedge: 0.4 };
+        let worst = difference(frequency, Resolution::default(), fine, &[0.0, 2.0, 8.0, 16.0, 40.0]);
+        println!("{frequency} Hz: {worst:.3} dB");
+        assert!(worst < 0.2, "{frequency} Hz: {worst} dB");
     }
 }
+
+#[test]
+fn the_horn_amplifies_in_the_wheel_s_plane_and_not_when_lifted() {
+    // Cell 7 of 256 is 7 mm in front of the patch's edge. Sealed, in the plane of the wheel: 9, 18, 22 dB at 0.5, 1,
+    // 2 kHz in a two-dimensional model.
+    for (frequency, expected) in [(500.0, 10.3), (1000.0, 19.1)] {
+        let body = tyre();
+        let horn = transfers(&body, frequency, Resolution::of(6.0), &RECEIVERS)[2].horn(&body, 0, 0, 7);
+        assert!((horn - expected).abs() < 0.5, "{frequency} Hz: {horn} dB");
+    }
+    let shape = tyre().shape();
+    let lifted = Body::new(shape, Some(0.31 + 343.0 / 1000.0)).unwrap();
+    let horn = transfers(&lifted, 1000.0, Resolution::of(6.0), &RECEIVERS)[2].horn(&lifted, 0, 0, 7);
+    assert!(horn.abs() < 8.0, "lifted: {horn} dB");
+}
+
+#[test]
+fn the_grid_is_zero_in_the_patch_and_mirrors_with_the_receiver() {
+    let body = tyre();
+    let ends = [[1.5, 1.0, 0.4], [-1.5, 1.0, 0.4]];
+    let found = transfers(&body, 200.0, Resolution::of(6.0), &ends);
+    let cells = found[0].grid.around;
+    for cell in 0..cells {
+        let [here, there] = [found[0].index(0, 1, cell), found[1].index(0, 1, cells - 1 - cell)];
+        let (a, b) = (found[0].values[here], found[1].values[there]);
+        assert!((a - b).norm() <= 1e-12 * a.norm(), "cell {cell}: {a} {b}");
+        let theta = TAU * (cell as f64 + 0.5) / cells as f64;
+        let inside = theta.sin().abs() * 0.31 < 0.046 && theta.cos() > 0.0;
+        assert_eq!(a.norm() < f64::MIN_POSITIVE, inside, "cell {cell}");
+    }
+}
+
+#[test]
+fn all_four_blocks_agree_with_the_two_even_ones() {
+    let body = tyre();
+    let even = transfers(&body, 200.0, Resolution::of(6.0), &RECEIVERS[1..2]).remove(0);
+    let problem = TransferProblem {
+        body: &body,
+        receivers: &RECEIVERS[1..2],
+        grid: even.grid,
+        resolution: Resolution::of(6.0),
+        blocks: &Block::ALL,
+        memory_limit: MEMORY,
+    };
+    let all = problem.solve(TAU * 200.0 / 343.0).unwrap().0.remove(0);
+    let half = even.values.len();
+    assert_eq!(all.values.len(), 2 * half);
+    for (index, value) in even.values.iter().enumerate() {
+        let mean = 0.5 * (all.values[index] + all.values[index + half]);
+        assert!((mean - value).norm() <= 1e-10 * value.norm(), "{index}: {mean} {value}");
+    }
+    // The receiver stands at y > 0.
+    let [here, there] = [0, 1].map(|side| all.values[all.index(side, 1, 60)].norm());
+    assert!(here > 1.2 * there, "{here} {there}");
+}
+
+/// Power through the surface over that through a far hemisphere, of a travelling wave on the tread.
+fn power_balance(body: &Body, frequency: f64, resolution: &Resolution) -> f64 {
+    let k = TAU * frequency / 343.0;
+    let problem = Problem::new(body, k, k, resolution, &Block::EVEN_ACROSS, MEMORY).unwrap();
+    let middle = body.middle();
+    let velocity = |chart: &Chart, [x, _, z]: Vector| match chart {
+        Chart::Tread { .. } => Complex64::from_polar(k, 3.0 * x.atan2(middle - z)) * Complex64::I,
+        _ => Complex64::ZERO,
+    };
+    let drives = [Drive::Velocity(&velocity)];
+    let mut solution = problem.solve(&drives).unwrap();
+    // rho = c = 1: the intensity |p|^2/2 over the upper half of a sphere far away, even across.
+    let (radius, around) = (200.0, 24);
+    let mut points = Vec::new();
+    let mut weights = Vec::new();
+    for [node, weight] in gauss(16) {
+        let height = 0.5 * (node + 1.0);
+        for turn in 0..around {
+            let phi = PI * (f64::from(turn) + 0.5) / f64::from(around);
+            let side = (1.0_f64 - height * height).sqrt();
+            points.push([radius * side * phi.cos(), radius * side * phi.sin(), radius * height]);
+            weights.push(0.5 * weight * TAU / f64::from(around) * radius * radius);
+        }
+    }
+    let field = solution.field(&points, false);
+    let far: f64 = field[0].iter().zip(&weights).map(|(p, weight)| 0.5 * p.norm_sqr() * weight).sum();
+    solution.power(0, k) / far
+}
+
+#[test]
+fn power_through_the_surface_is_that_through_a_far_hemisphere() {
+    // Also with a slit under the patch, where the equations are close to losing what drives them.
+    for gap in [0.0, 1e-3] {
+        let body = tyre().with_gap(gap).unwrap();
+        let ratio = power_balance(&body, 400.0, &Resolution { wedge: 1.2, ..Resolution::of(6.0) });
+        assert!((ratio - 1.0).abs() < 0.01, "gap {gap}: {ratio}");
+    }
+}
+
+#[test]
+fn a_gap_lets_the_horn_leak() {
+    // In the wheel's plane at 2 kHz, 7 mm in front of the patch; converged to 0.05 dB with finer meshes.
+    let horn = |gap: f64| {
+        let body = tyre().with_gap(gap).unwrap();
+        let coarse = Resolution { wedge: 1.2, ..Resolution::of(6.0) };
+        transfers(&body, 2000.0, coarse, &RECEIVERS[2..])[0].horn(&body, 0, 0, 7)
+    };
+    let horns = [0.0, 3e-4, 3e-3].map(horn);
+    let expected = [21.5, 20.1, 16.8];
+    assert!(horns.iter().zip(&expected).all(|(horn, expected)| (horn - expected).abs() < 0.3), "{horns:?}");
+}
+
+#[test]
+fn a_gap_out_of_range_is_refused() {
+    for gap in [-1e-3, f64::NAN, 1e-6, 0.01] {
+        assert!(matches!(tyre().with_gap(gap), Err(RadiationError::Gap { .. })), "{gap}");
+    }
+    assert!(Body::new(tyre().shape(), Some(0.4)).unwrap().with_gap(1e-3).is_err());
+}
+
+#[test]
+fn transfers_that_cannot_be_asked_are_refused() {
+    let body = tyre();
+    let (receivers, inside) = (&RECEIVERS[..1], [[0.0, 0.0, 0.2]]);
+    let good = TransferProblem {
+        body: &body,
+        receivers,
+        grid: TransferGrid { around: 8, across: 1 },
+        resolution: Resolution::default(),
+        blocks: &Block::EVEN_ACROSS,
+        memory_limit: MEMORY,
+    };
+    assert_eq!(good.check(), Ok(()));
+    let odd = TransferProblem { grid: TransferGrid { around: 7, across: 1 }, ..good.clone() };
+    assert_eq!(odd.check(), Err(RadiationError::Cells { around: 7 }));
+    let within = TransferProblem { receivers: &inside, ..good.clone() };
+    assert!(matches!(within.check(), Err(RadiationError::Point { .. })));
+    let one = TransferProblem { blocks: &Block::ALL[..1], ..good.clone() };
+    assert_eq!(one.check(), Err(RadiationError::Blocks));
+    assert!(matches!(good.solve(f64::NAN).err(), Some(RadiationError::NotPositive { .. })));
+}
+
+#[test]
+fn what_is_expected_of_cost_is_what_is_counted() {
+    let (body, k) = (tyre(), TAU * 500.0 / 343.0);
+    let resolution = Resolution::of(6.0);
+    let cost = Cost::expected(&body, k, k, &resolution, &Block::EVEN_ACROSS).unwrap();
+    let problem = Problem::new(&body, k, k, &resolution, &Block::EVEN_ACROSS, MEMORY).unwrap();
+    let drives = [Drive::Source(RECEIVERS[0])];
+    let report = problem.solve(&drives).unwrap().report();
+    assert_eq!((cost.unknowns, cost.interior_points), (report.unknowns, report.interior_points));
+    assert!((cost.factor_operations / report.factor_operations - 1.0).abs() < 1e-9);
+    assert!((cost.far_evaluations - report.work.far_evaluations as f64).abs() < 1.0);
+    let ratio = cost.near_evaluations / report.work.near_evaluations as f64;
+    assert!((0.5..2.0).contains(&ratio), "near evaluations {ratio}");
+    let refused = Problem::new(&body, k, k, &resolution, &Block::EVEN_ACROSS, cost.bytes - 1);
+    assert!(matches!(refused.err(), Some(RadiationError::Memory { .. })));
+}
+
+#[test]
+#[ignore = "a minute"]
+fn resonances_of_the_inside_leave_no_trace_up_to_4_khz() {
+    let (body, resolution) = (tyre(), Resolution { wedge: 1.2, ..Resolution::of(6.0) });
+    for step in 0..6 {
+        let k = TAU * (3900.0 + 20.0 * f64::from(step)) / 343.0;
+        let problem = Problem::new(&body, k, k, &resolution, &Block::EVEN_ACROSS, MEMORY).unwrap();
+        let more = problem.clone().with_interior_points(80);
+        let drives = [Drive::Source(RECEIVERS[0]), Drive::Source(RECEIVERS[1])];
+        let [one, other] = [&problem, &more].map(|problem| problem.solve(&drives).unwrap());
+        let (mut difference, mut size) = (0.0, 0.0);
+        for node in 0..problem.mesh().unknowns() {
+            for (block, drive) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let [a, b] = [&one, &other].map(|solution| solution.node_pressure(block, node, drive));
+                difference += (a - b).norm_sqr() / RECEIVER_SIZES[drive];
+                size += b.norm_sqr() / RECEIVER_SIZES[drive];
+            }
+        }
+        let error = f64::sqrt(difference / size);
+        println!("k {k:.2}: {error:.1e}, reciprocal condition {:.1e}", one.report().reciprocal_condition);
+        assert!(error < 5e-3, "k {k}: {error}");
+    }
+}
+
+/// Squares of the two receivers' fields, roughly.
+const RECEIVER_SIZES: [f64; 2] = [4e-4, 1.0];

@@ -5,7 +5,8 @@
 //!
 //! ```text
 //! p(r, w) = i w rho Int G(y; r, w) v(y, w) dS
-//! v(x, y, w) = -i w u,   u = (1/L) sum_n exp(i kx_n x) sum_m (e_m/B) a_m cos(ky_m y) C_nm(w - n Omega) F_n(w - n Omega)
+//! v(x, y, w) = -i w u
+//! u = (1/L) sum_n exp(i kx_n x) sum_m (e_m/B) a_m cos(ky_m y) C_nm(w - n Omega) F_n(w - n Omega)
 //! F_n = sinc(kx_n dx/2) sum_c exp(-i kx_n x_c) F_c(w)
 //! ```
 //!
@@ -18,9 +19,9 @@
 //! - [`transfer`]: the pressure for unit force at each place;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
-//! Of the propagation delay r0/c from the contact to the receiver whole time steps are taken off: a response then begins
-//! with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times with their own weights, on the
-//! tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
+//! Of the propagation delay r0/c from the contact to the receiver whole time steps are taken off: a response then
+//! begins with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times
+//! with their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
 
 pub mod stream;
 pub mod surface;
@@ -28,6 +29,6 @@ pub mod surface;
 mod tests;
 pub mod transfer;
 
-pub use stream::{PressureStream, PressureState};
+pub use stream::{PressureState, PressureStream};
 pub use surface::SurfaceGreen;
 pub use transfer::{PlaceTransfers, PressureModel};

@@ -8,10 +8,11 @@ use super::stream::PressureStream;
 use super::surface::SurfaceGreen;
 use super::transfer::{PlaceTransfers, PressureModel};
 use crate::numeric::legendre;
-use crate::response::vibration::SegmentLayout;
-use crate::scene::{AirMotion, TimeRule};
-use crate::test_models::plate_tyre;
+use crate::response::vibration::{SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
+use crate::scene::{AirMotion, TimeRule, Tyre};
+use crate::test_models::{CIRCUMFERENCE, plate_tyre};
 use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::poles::{FitOptions, fit};
 
 const AROUND: usize = 64;
 
@@ -39,16 +40,22 @@ fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
 
 /// Some smooth G, the same at all frequencies.
 fn green(x: f64, y: f64) -> Complex64 {
-    let turn = TAU * x / plate_tyre().circumference;
+    let turn = TAU * x / CIRCUMFERENCE;
     Complex64::new(0.3 + turn.cos() - 0.4 * (2.0 * turn).sin(), turn.sin() + 20.0 * y * y)
 }
 
 fn surface_green(half_width: f64) -> SurfaceGreen {
-    let length = plate_tyre().circumference / AROUND as f64;
+    let length = CIRCUMFERENCE / AROUND as f64;
     let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
     let row = |&y: &f64| (0..AROUND).map(move |cell| green((cell as f64 + 0.5) * length, y));
     let values = points.iter().flat_map(row).map(|value| Complex32::new(value.re as f32, value.im as f32));
-    SurfaceGreen { frequencies: vec![50.0, 1000.0], around: AROUND, values: values.collect(), across: points, half_width }
+    SurfaceGreen {
+        frequencies: vec![50.0, 1000.0],
+        around: AROUND,
+        values: values.collect(),
+        across: points,
+        half_width,
+    }
 }
 
 #[test]
@@ -58,10 +65,12 @@ fn transfers_are_the_integral_over_the_moving_tread() {
     let waves = SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6);
     let lateral = waves.lateral.clone();
     let length = tyre.circumference / AROUND as f64;
-    let delay = 1e-4;
-    for (rule, substeps, air) in
-        [(TimeRule::Sdirk2, 2, AirMotion::Axle), (TimeRule::Bdf2, 1, AirMotion::Axle), (TimeRule::Sdirk2, 1, AirMotion::WithTread)]
-    {
+    let (delay, fine) = (1e-4, across(half_width, 24));
+    for (rule, substeps, air) in [
+        (TimeRule::Sdirk2, 2, AirMotion::Axle),
+        (TimeRule::Bdf2, 1, AirMotion::Axle),
+        (TimeRule::Sdirk2, 1, AirMotion::WithTread),
+    ] {
         let layout = layout(rule, substeps);
         let model = PressureModel {
             layout,
@@ -77,20 +86,19 @@ fn transfers_are_the_integral_over_the_moving_tread() {
         assert_eq!((transfers.places, transfers.bins), (layout.places(), (150.0 / layout.resolution()) as usize + 1));
         for (stage, column, phase, bin) in [(0, 0, 0, 3), (layout.stages() - 1, 4, substeps - 1, 9)] {
             let angular = layout.angular_frequency(bin);
-            let x_c = layout.first_position
-                + tyre.circumference / 32.0 * (column as f64 - phase as f64 / substeps as f64);
+            let x_c =
+                layout.first_position + tyre.circumference / 32.0 * (column as f64 - phase as f64 / substeps as f64);
             // The field of a unit force, wave by wave, summed with G cell by cell and point by point.
             let mut expected = Complex64::ZERO;
             let mut values = vec![Complex64::ZERO; lateral.len()];
             for n in -15_i64..=15 {
-                let material = layout.angular_frequency(bin) - TAU * n as f64 / (layout.length() as f64 * layout.time_step) * 2.0;
+                let material =
+                    layout.angular_frequency(bin) - TAU * n as f64 / (layout.length() as f64 * layout.time_step) * 2.0;
                 let nyquist = std::f64::consts::PI / layout.time_step;
                 let wrapped = (material + nyquist).rem_euclid(2.0 * nyquist) - nyquist;
                 let [weight, time] = match rule.runge_kutta() {
                     None => [1.0, 0.0],
-                    Some(method) => {
-                        [method.weights()[stage], (method.nodes[stage] - 1.0) * layout.time_step]
-                    }
+                    Some(method) => [method.weights()[stage], (method.nodes[stage] - 1.0) * layout.time_step],
                 };
                 let seen = if rule.is_multistep() {
                     (Complex64::new(0.0, wrapped) * rule.relative_rate(wrapped * layout.time_step)).im
@@ -109,7 +117,7 @@ fn transfers_are_the_integral_over_the_moving_tread() {
                     for cell in 0..AROUND {
                         let middle = (cell as f64 + 0.5) * length;
                         let wave = Complex64::from_polar(sinc(0.5 * kx * length), kx * middle);
-                        for [y, weight] in across(half_width, 24) {
+                        for &[y, weight] in &fine {
                             let area = 2.0 * weight * length;
                             let inward = 1.1 * force * strip * compliance * wave * (ky * y).cos() / tyre.circumference;
                             let outward = -Complex64::i() * rate * inward;
@@ -126,6 +134,67 @@ fn transfers_are_the_integral_over_the_moving_tread() {
             assert!(error < 1e-5, "{rule:?}, {air:?}, stage {stage}: {found} {expected}");
         }
         assert!(transfers.row(0, 0)[0].norm() < 1e-30, "what stands still is silent");
+    }
+}
+
+#[test]
+fn what_radiates_is_the_velocity_of_the_vibration() {
+    // A strip as wide as the tyre, so that the strip's mean is that of the tread. G is a smooth hump over elements beside
+    // the patch: what is shorter than two elements is the vibration's own, folded, and not the sound's.
+    const ELEMENTS: usize = 128;
+    const CELL: usize = 31;
+    let tyre = Tyre { contact_width: plate_tyre().width, ..plate_tyre() };
+    let model = fit(&tyre, &FitOptions::new(&tyre, ELEMENTS, 22.0).with_tolerance(1e-4)).unwrap();
+    let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };
+    let layout = SegmentLayout {
+        elements: ELEMENTS,
+        revolutions: 2,
+        time_step: 0.09 / ELEMENTS as f64,
+        phase: 0,
+        first_position: -0.03,
+        ..layout(TimeRule::Sdirk2, 1)
+    };
+    let table = VelocityTable::new(&layout, &response, TransferKind::Exact, VibrationField::Tread).unwrap();
+    let length = tyre.circumference / ELEMENTS as f64;
+    let hump = |cell: usize| (-0.5 * ((cell as f64 - CELL as f64) / 5.0).powi(2)).exp();
+    let cells = || CELL - 20..=CELL + 20;
+    let half_width = 0.5 * tyre.width;
+    let across: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
+    let at = |cell: usize| if cells().contains(&cell) { hump(cell) as f32 } else { 0.0 };
+    let values = (0..4 * ELEMENTS).map(|index| at(index % ELEMENTS));
+    let green = SurfaceGreen {
+        frequencies: vec![50.0],
+        around: ELEMENTS,
+        values: values.map(|value| Complex32::new(value, 0.0)).collect(),
+        across,
+        half_width,
+    };
+    let waves = SurfaceWaves::new(&tyre, ELEMENTS / 2, 20, 0.5 / layout.time_step, 1e-6);
+    let pressure = PressureModel {
+        layout,
+        waves: &waves,
+        scale: 1.0,
+        contact_width: tyre.contact_width,
+        density: 1.2,
+        air: AirMotion::WithTread,
+        highest: 400.0,
+        delays: &[0.0],
+    };
+    let transfers = PlaceTransfers::new(&pressure, &[green]);
+    let mut inward = vec![Complex64::ZERO; layout.places()];
+    for bin in [9, 16, 25] {
+        let mut sum = vec![Complex64::ZERO; layout.places()];
+        for cell in cells() {
+            table.at_position((cell as f64 + 0.5) * length)(bin, &mut inward);
+            sum.iter_mut().zip(&inward).for_each(|(sum, velocity)| *sum += hump(cell) * velocity);
+        }
+        let scale = Complex64::i() * layout.angular_frequency(bin) * 1.2 * length * tyre.width;
+        for place in [0, 3, layout.columns + 4] {
+            let value = transfers.row(0, place)[bin];
+            let outward = Complex64::new(f64::from(value.re), f64::from(value.im)) / scale;
+            let error = (outward + sum[place]).norm() / sum[place].norm();
+            assert!(error < 0.01, "bin {bin}, place {place}: {outward} against {}", -sum[place]);
+        }
     }
 }
 

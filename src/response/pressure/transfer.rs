@@ -70,8 +70,9 @@ impl PressureModel<'_> {
             }
             let rate = match self.air {
                 AirMotion::Axle => angular,
-                AirMotion::WithTread => angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64
-                    * layout.resolution(),
+                AirMotion::WithTread => {
+                    angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution()
+                }
             };
             let half = 0.5 * tyre.kx(n) * tyre.circumference / layout.elements as f64;
             let mean = if n == 0 { 1.0 } else { half.sin() / half };
@@ -99,6 +100,25 @@ impl PressureModel<'_> {
         let tyre = self.waves.waves;
         let half = 0.5 * tyre.ky(m) * self.contact_width;
         if m == 0 { 1.0 / tyre.width } else { 2.0 / tyre.width * half.sin() / half }
+    }
+
+    /// What a unit force at the window's first column is to the component of each index at a bin; the transform over the
+    /// elements goes on to the other columns.
+    fn acts(
+        &self,
+        stages: &impl Fn(usize, i64) -> Complex64,
+        bin: usize,
+        stage: usize,
+        phase: usize,
+    ) -> Vec<Complex64> {
+        let SegmentLayout { elements, substeps, circumference, first_position, .. } = self.layout;
+        let first = first_position - circumference * phase as f64 / (elements * substeps) as f64;
+        let act = |index: usize| {
+            let n = signed(index, elements);
+            let turn = -std::f64::consts::TAU * n as f64 * first / circumference;
+            Complex64::from_polar(1.0, turn) * stages(stage, self.layout.material_bin(bin, n))
+        };
+        (0..elements).map(act).collect()
     }
 
     fn taper(&self, frequency: f64) -> f64 {
@@ -143,18 +163,14 @@ impl PlaceTransfers {
                 let mut components = vec![vec![Complex64::ZERO; elements]; integrals.len()];
                 model.components(bin, &integrals, delays, &mut components);
                 let mut row = vec![Complex64::ZERO; elements];
-                for (components, out) in components.iter().zip(out.chunks_exact_mut(places)) {
-                    for (stage, phase) in pairs(layout.stages(), layout.substeps) {
-                        let first = layout.first_position
-                            - layout.circumference * phase as f64 / (elements * layout.substeps) as f64;
-                        row.copy_from_slice(components);
-                        for (index, value) in row.iter_mut().enumerate() {
-                            let n = signed(index, elements);
-                            // exp(-i kx_n x_c) for the first column; the transform goes on to the others.
-                            let turn = -std::f64::consts::TAU * n as f64 * first / layout.circumference;
-                            *value *= Complex64::from_polar(1.0, turn) * stages(stage, layout.material_bin(bin, n));
+                let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
+                for (stage, phase) in pairs(layout.stages(), layout.substeps) {
+                    let acts = model.acts(&stages, bin, stage, phase);
+                    for (components, out) in components.iter().zip(out.chunks_exact_mut(places)) {
+                        for ((value, component), act) in row.iter_mut().zip(components).zip(&acts) {
+                            *value = component * act;
                         }
-                        transform.process(&mut row);
+                        transform.process_with_scratch(&mut row, &mut scratch);
                         for (column, value) in row[..layout.columns].iter().enumerate() {
                             let place = (stage * layout.columns + column) * layout.substeps + phase;
                             out[place] = Complex32::new(value.re as f32, value.im as f32);
@@ -180,7 +196,8 @@ impl PlaceTransfers {
         bins: usize,
         value: impl Fn(usize, usize, usize) -> Complex64,
     ) -> Self {
-        let rows = pairs(receivers, places).flat_map(|(receiver, place)| (0..bins).map(move |bin| (receiver, place, bin)));
+        let rows =
+            pairs(receivers, places).flat_map(|(receiver, place)| (0..bins).map(move |bin| (receiver, place, bin)));
         let single = |value: Complex64| Complex32::new(value.re as f32, value.im as f32);
         let values = rows.map(|(receiver, place, bin)| single(value(receiver, place, bin))).collect();
         Self { receivers, places, bins, values }

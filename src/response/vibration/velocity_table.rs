@@ -99,7 +99,7 @@ impl VelocityTable {
     }
 
     /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.
-    pub(super) fn at_position(&self, position: f64) -> impl FnMut(usize, &mut [Complex64]) + '_ {
+    pub(in crate::response) fn at_position(&self, position: f64) -> impl FnMut(usize, &mut [Complex64]) + '_ {
         let layout = self.layout;
         let SegmentLayout { elements, substeps, columns, .. } = layout;
         let transform = FftPlanner::<f64>::new().plan_fft_forward(elements);

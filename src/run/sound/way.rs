@@ -109,7 +109,9 @@ impl Seeking<'_> {
         let (tyre, radiation) = (&plan.decisions.tyre, &sound.radiation);
         let width = tyre.width + 2.0 * radiation.shoulder;
         let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch_length)
-            .map_err(|error| self.refused("radiation.shoulder", error.to_string(), "a smaller one"))?;
+            .map_err(|error| self.refused("radiation.shoulder", error.to_string(), "a smaller one"))?
+            .with_gap(radiation.acoustic_gap)
+            .map_err(|error| self.refused("radiation.acoustic_gap", error.to_string(), "0, or some tenths of 1e-3"))?;
         let problem = TransferProblem {
             body: &body,
             receivers: &sound.positions,
@@ -130,11 +132,14 @@ impl Seeking<'_> {
             progress: &mut |_| (),
             interrupted: &|| self.stop.load(Ordering::Relaxed),
         };
-        let found = transfers(&problem, &range, known, &mut watch);
+        let found = transfers(&problem, &range, known, None, &mut watch);
         prepared.warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => RunError::Interrupted { kept: None },
-            error => self.refused("receiver", error.to_string(), "a place in the air, or a lower radiation.fmax"),
+            error @ RadiationError::Memory { .. } => {
+                self.refused("numerics.memory_limit", error.to_string(), "more, or a lower radiation.fmax")
+            }
+            error => self.refused("receiver", error.to_string(), "a place in the air"),
         })?;
         meter.count(Counter::RadiationSolves, report.solved as u64);
         let work = report.solve.work;

@@ -94,8 +94,8 @@ impl Default for Radiation {
     fn default() -> Self {
         Self {
             fmax: 2500.0,
-            nodes_per_wavelength: 7.5,
-            frequency_tolerance: 0.05,
+            nodes_per_wavelength: 7.0,
+            frequency_tolerance: 0.2,
             lateral_waves: 8,
             shoulder: 0.02,
             patch_length: None,

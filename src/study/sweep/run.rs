@@ -43,6 +43,8 @@ pub struct Done {
     pub rolling_resistance: Option<RollingResistance>,
     /// The load and how well it was met.
     pub load: Option<LoadResult>,
+    /// A-weighted level at each receiver \[dB(A)\]: the maximum of the pass-by where the tyre passes, else the mean.
+    pub sound: Vec<(String, f64)>,
 }
 
 impl Outcome {
@@ -64,13 +66,28 @@ impl Done {
             levels,
             rolling_resistance: serde_json::from_value(outcome["rolling_resistance"].clone()).ok(),
             load: serde_json::from_value(outcome["load"].clone()).ok(),
+            sound: sound(&summary["sound"]["receivers"]),
         }
+    }
+
+    /// The level at a receiver \[dB(A)\].
+    pub fn level_at(&self, receiver: &str) -> Option<f64> {
+        self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| *level)
     }
 
     /// The load, where it was missed by more than its tolerance.
     pub fn missed_load(&self) -> Option<&LoadResult> {
         self.load.as_ref().filter(|load| !load.met)
     }
+}
+
+/// Names and levels of a summary's receivers.
+fn sound(receivers: &serde_json::Value) -> Vec<(String, f64)> {
+    let level = |receiver: &serde_json::Value| {
+        let passing = receiver["pass_by"]["maximum"].as_f64();
+        Some((receiver["name"].as_str()?.to_owned(), passing.or(receiver["level_a"].as_f64())?))
+    };
+    receivers.as_array().into_iter().flatten().filter_map(level).collect()
 }
 
 /// Whoever watches a sweep, and the time that all variants have rolled \[s\].
@@ -95,7 +112,9 @@ pub fn sweep(
     progress.march(0, (time / UNIT) as u64, UNIT);
     let watch = Mutex::new((progress, 0.0));
 
-    let workers = threads.min(left.len()).max(1);
+    // The boundary elements of a body are solved once, by the first variant that needs them.
+    let heard = left.iter().any(|&index| variants[index].plan.decisions.radiation.is_some());
+    let workers = if heard { 1 } else { threads.min(left.len()).max(1) };
     let next = AtomicUsize::new(0);
     let work = |worker: usize| {
         let share = threads / workers + usize::from(worker < threads % workers);

@@ -4,8 +4,12 @@ use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
 use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::summary::RollingResistance;
 use crate::results::table::{self, Report, aligned, numbers};
+use crate::sound::SpeedCoefficient;
 use crate::study::sweep::run::{Done, Outcome};
 use crate::study::sweep::variants::Variant;
+
+/// Speed that levels are related to \[km/h\] (UN R117 for car tyres).
+const REFERENCE_SPEED: f64 = 80.0;
 
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +62,21 @@ impl SweepBlock {
         Self { group: group.to_owned(), speeds, found, lines }
     }
 
+    /// Names of those who listened.
+    fn receivers(&self) -> Vec<String> {
+        let heard = self.found.iter().map(|done| &done.sound).find(|sound| !sound.is_empty());
+        heard.into_iter().flatten().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// How the level at a receiver grows with the speed, about 80 km/h.
+    fn growth_at(&self, receiver: &str) -> Option<SpeedCoefficient> {
+        let pairs = self.speeds.iter().zip(&self.found);
+        SpeedCoefficient::fit(
+            pairs.filter_map(|(&speed, done)| Some((speed, done.level_at(receiver)?))),
+            REFERENCE_SPEED,
+        )
+    }
+
     /// The block for people: a line per band, a column per speed, growth and residual last; the rolling resistance
     /// below, and which loads were missed.
     pub fn report(&self) -> Report {
@@ -94,6 +113,20 @@ impl SweepBlock {
             report.text("\n");
             report.table(aligned(&header("rolling resistance").collect::<Vec<_>>(), &rows));
         }
+        let heard = self.receivers();
+        if !heard.is_empty() {
+            let row = |name: &String| -> Vec<String> {
+                let level = |done: &Done| done.level_at(name).map_or("-".to_owned(), |level| format!("{level:.1}"));
+                let growth = self.growth_at(name).map_or("-".to_owned(), |growth| match growth.slope_interval {
+                    Some(interval) => format!("{:.1} +- {interval:.1}", growth.slope.decibels_per_decade),
+                    None => format!("{:.1}", growth.slope.decibels_per_decade),
+                });
+                [name.clone()].into_iter().chain(self.found.iter().map(level)).chain([growth]).collect()
+            };
+            let header: Vec<String> = header("dB(A) at").chain(["dB/decade".to_owned()]).collect();
+            report.text("\n");
+            report.table(aligned(&header, &heard.iter().map(row).collect::<Vec<_>>()));
+        }
         for (speed, done) in columns() {
             if let Some(load) = done.missed_load() {
                 report.text(format!("* {speed} km/h: {load}\n"));
@@ -101,6 +134,28 @@ impl SweepBlock {
         }
         report
     }
+}
+
+/// Levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
+/// lg(v/v_ref);
+/// `None` where nobody listened.
+pub fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
+    let header = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
+    let mut rows: Vec<Vec<String>> = vec![header.map(str::to_owned).to_vec()];
+    for block in blocks {
+        for receiver in block.receivers() {
+            let growth = block.growth_at(&receiver).map_or_else(Default::default, |growth| {
+                [growth.slope.decibels_per_decade, growth.reference_level].map(|number| number.to_string())
+            });
+            for (speed, done) in block.speeds.iter().zip(&block.found) {
+                let Some(level) = done.level_at(&receiver) else { continue };
+                let names = [block.group.clone(), receiver.clone()];
+                let numbers = [*speed, level].map(|number| number.to_string());
+                rows.push(names.into_iter().chain(numbers).chain(growth.clone()).collect());
+            }
+        }
+    }
+    (rows.len() > 1).then(|| table::csv(rows))
 }
 
 /// All blocks as CSV: one row per group, band and speed, the band's growth and what the speed has found repeated.
@@ -166,6 +221,9 @@ mod tests {
         found[2].levels.push(level(3, 3.0));
         found[1].rolling_resistance = Some(RollingResistance { coefficient: 0.0125, force: 37.5, power: 833.0 });
         found[2].load = Some(LoadResult { wanted: 3000.0, relative_error: 0.04, tolerance: 0.01, met: false });
+        for (done, speed) in found.iter_mut().zip(&speeds) {
+            done.sound = vec![("beside".to_owned(), 70.0 + 35.0 * (speed / 80.0_f64).log10())];
+        }
         SweepBlock::new("stone, 3000 N", speeds, found)
     }
 
@@ -190,5 +248,9 @@ mod tests {
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
         assert!(svg.contains("per decade of speed"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);
+        assert!(text.contains("dB(A) at") && text.contains("35.0 +- 0.0"), "{text}");
+        let sound = sound_csv(&[block()]).unwrap();
+        assert!(sound.lines().nth(2).unwrap().starts_with("\"stone, 3000 N\",beside,80,70,35"), "{sound}");
+        assert_eq!(sound_csv(&[]), None);
     }
 }

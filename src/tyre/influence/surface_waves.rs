@@ -1,10 +1,10 @@
 //! C_zz of the tread's surface wave by wave, over frequency: what a field on the whole tread is made of, where its
 //! mean over the contact strip does not do.
 //!
-//! A wave is evaluated at frequencies of equal distance in asinh(f/[`LINEAR_BELOW`]), and 1/C_zz is interpolated between
-//! them by cubics: where the wave resonates C is sharp and 1/C, a stiffness, nearly a parabola. Between resonances it is
-//! the other way round, but there C is small. With [`STEP`] the error is below 1e-3 of the wave's largest value
-//! (measured; the test bounds it).
+//! A wave is evaluated at frequencies of equal distance in asinh(f/[`LINEAR_BELOW`]), and 1/C_zz is interpolated
+//! between them by cubics: where the wave resonates C is sharp and 1/C, a stiffness, nearly a parabola. Between
+//! resonances it is the other way round, but there C is small. With [`STEP`] the error is below 1e-3 of the wave's
+//! largest value (measured; the test bounds it).
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -63,8 +63,8 @@ impl SurfaceWaves {
         (most_around as f64 + 1.0) * lateral_waves as f64 * (coordinate(highest) / STEP + 3.0)
     }
 
-    /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative or
-    /// not, into `out`; zero for waves and frequencies beyond the table.
+    /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative
+    /// or not, into `out`; zero for waves and frequencies beyond the table.
     pub fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
         let n = n.unsigned_abs() as usize;
         let place = coordinate(frequency.abs()) / STEP;

@@ -13,7 +13,7 @@ mod sources;
 const LEVELS: [&[&str]; 14] = [
     &["numeric", "counters"],
     &["storage"],
-    &["half_space", "time_rule"],
+    &["half_space", "time_rule", "radiation"],
     &["scene"],
     &["tyre", "road"],
     &["contact"],

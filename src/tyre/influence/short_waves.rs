@@ -9,14 +9,14 @@
 //!    [`NODES`] Chebyshev points in k^2 and, at each, waves along, across and half-way between;
 //! 2. at s each of them has its C_zz as a curved layer's ([`Cylinder::short_wave`]) and as a flat one's; the difference
 //!    is a Chebyshev sum in k^2, and in c^2 = k_x^2/k^2 a polynomial a + b c^2 + d c^4: exact to second order in
-//!    1/(k R), since a first order in the curvature 1/R brings a factor c^2 at most;
+//!    1/(k R), since each order brings a factor c^2 at most;
 //! 3. the sum over waves is that of the coefficients times sum weight c^(2 i) T_j(k^2), which does not depend on s.
 //!
 //! Beyond the last band the difference falls like k^-2.
 //!
-//! Error, as a share of the wave's C_zz (default tyre, k > 860/m): 1e-7 up to 4.5 kHz, 7e-7 at 6 kHz, at most 2e-5, where
-//! a band holds Rayleigh's wave. In a tread of little damping few points do not tell that resonance; its bands stay
-//! flat. Only the surface's answer to normal traction is changed: deeper faces hardly feel short waves.
+//! Error, as a share of the wave's C_zz (default tyre, k > 860/m): 1e-7 up to 4.5 kHz, 5e-7 at 6 kHz, at most 2e-5,
+//! where a band holds Rayleigh's wave. In a tread of little damping few points do not tell that resonance; its bands
+//! stay flat. Only the surface's answer to normal traction is changed: deeper faces hardly feel short waves.
 //!
 //! Cost: some 300 waves to prepare, and their values for each s: a tenth of a fit.
 

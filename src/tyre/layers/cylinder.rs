@@ -129,8 +129,8 @@ impl Cylinder {
         self.with_face(n as f64, self.stack.inner_face(n, m))
     }
 
-    /// A wave with any wavenumbers \[1/m\] on the outer face, so short that its inner face, where it hardly moves, may be
-    /// that of the next whole number of periods.
+    /// A wave with any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the pressure
+    /// there acts as for the next whole number of periods.
     pub fn short_wave(&self, kx: f64, ky: f64) -> CylinderWave {
         let n = kx * self.stack.radius;
         self.with_face(n, self.stack.face_of_short_wave(n.round() as i64, ky))

@@ -70,8 +70,7 @@ impl Sound {
         let (tyre, patch) = (&plan.decisions.tyre, plan.standing_patch(radiation, at_rest));
         let width = tyre.width + 2.0 * radiation.shoulder;
         let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch).ok();
-        let (resolution, air) =
-            (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
+        let (resolution, air) = (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
         let stretch = |index: usize| {
             let middle = radiation.fmax * (index as f64 + 0.5) / STRETCHES as f64;
             let wavenumber = std::f64::consts::TAU * middle / air?.sound_speed;
@@ -141,7 +140,11 @@ fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
     match *place {
         ReceiverPlace::Position { position } => vec![position],
         ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height }) => {
-            let line = CoastByLine { half_length: PASSED, receivers: 2 * (PASSED / SPACING) as usize + 1, ..Default::default() };
+            let line = CoastByLine {
+                half_length: PASSED,
+                receivers: 2 * (PASSED / SPACING) as usize + 1,
+                ..Default::default()
+            };
             line.positions().into_iter().map(|[x, _, _]| [x, distance, height]).collect()
         }
         ReceiverPlace::Standard(StandardReceiver::Cpx) => {

@@ -172,12 +172,14 @@ fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Va
             let finest = k.max(velocity.wavenumber(&body));
             let problem = Problem::new(&body, k, finest, &resolution, &Block::ALL, memory_limit)?;
             let impedance = document.density * document.sound_speed * k;
-            let drive = |chart: &Chart, point: Vector| Complex64::new(0.0, impedance * velocity.at(&body, chart, point));
+            let drive =
+                |chart: &Chart, point: Vector| Complex64::new(0.0, impedance * velocity.at(&body, chart, point));
             let drives = [Drive::Velocity(&drive)];
             let mut solution = problem.solve(&drives)?;
             let mut pressures = vec![Complex64::ZERO; receivers.len()];
             for surface in [false, true] {
-                let chosen: Vec<usize> = (0..receivers.len()).filter(|&i| on_surface(&receivers[i]) == surface).collect();
+                let chosen: Vec<usize> =
+                    (0..receivers.len()).filter(|&i| on_surface(&receivers[i]) == surface).collect();
                 let points: Vec<Vector> = chosen.iter().map(|&index| receivers[index]).collect();
                 if !points.is_empty() {
                     for (&index, &pressure) in chosen.iter().zip(&solution.field(&points, surface)[0]) {

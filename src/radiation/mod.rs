@@ -17,9 +17,9 @@ pub mod mesh;
 pub mod near;
 pub mod parity;
 pub mod solve;
-pub mod transfer;
 #[cfg(test)]
 mod tests;
+pub mod transfer;
 
 pub use body::{Body, Shape, Vector};
 pub use cost::Cost;

@@ -314,7 +314,12 @@ impl<'a> NearPatch<'a> {
 
     /// The near rule on (0, 1).
     fn unit_rule(&self) -> Vec<[f64; 2]> {
-        self.rule.nodes.iter().zip(&self.rule.weights).map(|(node, weight)| [0.5 * (node + 1.0), 0.5 * weight]).collect()
+        self.rule
+            .nodes
+            .iter()
+            .zip(&self.rule.weights)
+            .map(|(node, weight)| [0.5 * (node + 1.0), 0.5 * weight])
+            .collect()
     }
 }
 

@@ -259,8 +259,7 @@ impl Solution<'_> {
         problem.apply(Layer::Double, &targets, pressures, &mut sums, report);
         let factor = if on_surface { 2.0 } else { 1.0 };
         let at = |drive: usize, point: usize| sums.iter().map(|sum| sum[(point, drive)]).sum::<Complex64>() * factor;
-        let fields =
-            (0..drives.len()).map(|drive| (0..points.len()).map(|point| at(drive, point)).collect()).collect();
+        let fields = (0..drives.len()).map(|drive| (0..points.len()).map(|point| at(drive, point)).collect()).collect();
         report.assembly_seconds += begin.elapsed().as_secs_f64();
         fields
     }

@@ -149,8 +149,7 @@ impl TransferProblem<'_> {
     pub fn solve(&self, wavenumber: f64) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
         self.check()?;
         let Self { body, grid, .. } = *self;
-        let problem =
-            Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
+        let problem = Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
         let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
         let mut solution = problem.solve(&drives)?;
         let panels = Panels::of(problem.mesh());

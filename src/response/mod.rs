@@ -9,10 +9,10 @@
 //! - [`vibration`]: the tyre's velocities from the contact forces.
 
 pub mod accumulator;
+pub mod pressure;
 pub mod spectrum;
 pub mod speed_exponent;
 pub mod third_octave;
-pub mod pressure;
 pub mod vibration;
 
 pub use accumulator::{SpectrumAccumulator, SpectrumState};

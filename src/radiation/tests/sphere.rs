@@ -109,9 +109,7 @@ fn self_convergence(height: f64, k: f64, coarse: &Resolution, fine: &Resolution)
         .iter()
         .flat_map(|from_cut| {
             let alpha: f64 = start + from_cut;
-            [0.3_f64, 2.5].map(|phi| {
-                [alpha.sin() * phi.cos(), alpha.sin() * phi.sin(), height - alpha.cos()]
-            })
+            [0.3_f64, 2.5].map(|phi| [alpha.sin() * phi.cos(), alpha.sin() * phi.sin(), height - alpha.cos()])
         })
         .collect();
     let (coarse, fine) = (surface(height, k, coarse, &points), surface(height, k, fine, &points));

@@ -54,16 +54,12 @@ fn explore_tyre() {
             match &reference {
                 None => {
                     let t = &transfers[2];
-                    let horn: Vec<String> = [14, 20, 30, 50, 80, 128]
-                        .iter()
-                        .map(|&c| format!("{:.1}", t.horn(&body, 0, 0, c)))
-                        .collect();
+                    let horn: Vec<String> =
+                        [14, 20, 30, 50, 80, 128].iter().map(|&c| format!("{:.1}", t.horn(&body, 0, 0, c))).collect();
                     line += &format!(" horn in plane {horn:?}");
                     let t = &transfers[0];
-                    let horn: Vec<String> = [14, 20, 30, 50, 80, 128]
-                        .iter()
-                        .map(|&c| format!("{:.1}", t.horn(&body, 0, 0, c)))
-                        .collect();
+                    let horn: Vec<String> =
+                        [14, 20, 30, 50, 80, 128].iter().map(|&c| format!("{:.1}", t.horn(&body, 0, 0, c))).collect();
                     line += &format!(" coast-by {horn:?}");
                     reference = Some(transfers);
                 }

@@ -28,6 +28,6 @@ pub mod surface;
 mod tests;
 pub mod transfer;
 
-pub use stream::{PressureStream, PressureState};
+pub use stream::{PressureState, PressureStream};
 pub use surface::SurfaceGreen;
 pub use transfer::{PlaceTransfers, PressureModel};

@@ -43,10 +43,7 @@ impl WaveIntegrals {
         let most_around = around / 2 - 1;
         let length = waves.circumference / *around as f64;
         // Both halves of the width.
-        let shapes: Vec<Vec<f64>> = lateral
-            .iter()
-            .map(|&m| cosine_weights(across, *half_width, waves.ky(m)))
-            .collect();
+        let shapes: Vec<Vec<f64>> = lateral.iter().map(|&m| cosine_weights(across, *half_width, waves.ky(m))).collect();
         let transform = FftPlanner::<f64>::new().plan_fft_inverse(*around);
         let width = (2 * most_around + 1) * lateral.len();
         let mut integrals = vec![Complex32::ZERO; frequencies.len() * width];

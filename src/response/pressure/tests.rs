@@ -48,7 +48,13 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
     let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
     let row = |&y: &f64| (0..AROUND).map(move |cell| green((cell as f64 + 0.5) * length, y));
     let values = points.iter().flat_map(row).map(|value| Complex32::new(value.re as f32, value.im as f32));
-    SurfaceGreen { frequencies: vec![50.0, 1000.0], around: AROUND, values: values.collect(), across: points, half_width }
+    SurfaceGreen {
+        frequencies: vec![50.0, 1000.0],
+        around: AROUND,
+        values: values.collect(),
+        across: points,
+        half_width,
+    }
 }
 
 #[test]
@@ -59,9 +65,11 @@ fn transfers_are_the_integral_over_the_moving_tread() {
     let lateral = waves.lateral.clone();
     let length = tyre.circumference / AROUND as f64;
     let delay = 1e-4;
-    for (rule, substeps, air) in
-        [(TimeRule::Sdirk2, 2, AirMotion::Axle), (TimeRule::Bdf2, 1, AirMotion::Axle), (TimeRule::Sdirk2, 1, AirMotion::WithTread)]
-    {
+    for (rule, substeps, air) in [
+        (TimeRule::Sdirk2, 2, AirMotion::Axle),
+        (TimeRule::Bdf2, 1, AirMotion::Axle),
+        (TimeRule::Sdirk2, 1, AirMotion::WithTread),
+    ] {
         let layout = layout(rule, substeps);
         let model = PressureModel {
             layout,
@@ -77,20 +85,19 @@ fn transfers_are_the_integral_over_the_moving_tread() {
         assert_eq!((transfers.places, transfers.bins), (layout.places(), (150.0 / layout.resolution()) as usize + 1));
         for (stage, column, phase, bin) in [(0, 0, 0, 3), (layout.stages() - 1, 4, substeps - 1, 9)] {
             let angular = layout.angular_frequency(bin);
-            let x_c = layout.first_position
-                + tyre.circumference / 32.0 * (column as f64 - phase as f64 / substeps as f64);
+            let x_c =
+                layout.first_position + tyre.circumference / 32.0 * (column as f64 - phase as f64 / substeps as f64);
             // The field of a unit force, wave by wave, summed with G cell by cell and point by point.
             let mut expected = Complex64::ZERO;
             let mut values = vec![Complex64::ZERO; lateral.len()];
             for n in -15_i64..=15 {
-                let material = layout.angular_frequency(bin) - TAU * n as f64 / (layout.length() as f64 * layout.time_step) * 2.0;
+                let material =
+                    layout.angular_frequency(bin) - TAU * n as f64 / (layout.length() as f64 * layout.time_step) * 2.0;
                 let nyquist = std::f64::consts::PI / layout.time_step;
                 let wrapped = (material + nyquist).rem_euclid(2.0 * nyquist) - nyquist;
                 let [weight, time] = match rule.runge_kutta() {
                     None => [1.0, 0.0],
-                    Some(method) => {
-                        [method.weights()[stage], (method.nodes[stage] - 1.0) * layout.time_step]
-                    }
+                    Some(method) => [method.weights()[stage], (method.nodes[stage] - 1.0) * layout.time_step],
                 };
                 let seen = if rule.is_multistep() {
                     (Complex64::new(0.0, wrapped) * rule.relative_rate(wrapped * layout.time_step)).im

@@ -70,8 +70,9 @@ impl PressureModel<'_> {
             }
             let rate = match self.air {
                 AirMotion::Axle => angular,
-                AirMotion::WithTread => angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64
-                    * layout.resolution(),
+                AirMotion::WithTread => {
+                    angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution()
+                }
             };
             let half = 0.5 * tyre.kx(n) * tyre.circumference / layout.elements as f64;
             let mean = if n == 0 { 1.0 } else { half.sin() / half };
@@ -180,7 +181,8 @@ impl PlaceTransfers {
         bins: usize,
         value: impl Fn(usize, usize, usize) -> Complex64,
     ) -> Self {
-        let rows = pairs(receivers, places).flat_map(|(receiver, place)| (0..bins).map(move |bin| (receiver, place, bin)));
+        let rows =
+            pairs(receivers, places).flat_map(|(receiver, place)| (0..bins).map(move |bin| (receiver, place, bin)));
         let single = |value: Complex64| Complex32::new(value.re as f32, value.im as f32);
         let values = rows.map(|(receiver, place, bin)| single(value(receiver, place, bin))).collect();
         Self { receivers, places, bins, values }

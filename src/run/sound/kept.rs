@@ -22,7 +22,8 @@ impl Cached for KeptReceiver {
         Kind { extension: "radiation", format: Format { magic: b"TWAVERAD", version: 1, name: "radiation transfers" } };
 
     fn is_sound(&self) -> bool {
-        self.frequency.is_finite() && self.values.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite())
+        self.frequency.is_finite()
+            && self.values.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite())
     }
 }
 

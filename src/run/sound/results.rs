@@ -32,11 +32,7 @@ impl SoundRecorder {
     ///
     /// # Errors
     /// Of the files and pictures.
-    pub fn write(
-        &self,
-        loaded: &LoadedScene,
-        folder: &ResultsFolder,
-    ) -> Result<SoundSummary, RunError> {
+    pub fn write(&self, loaded: &LoadedScene, folder: &ResultsFolder) -> Result<SoundSummary, RunError> {
         let points: Vec<PowerSpectrum> = self
             .spectra
             .iter()
@@ -121,9 +117,8 @@ impl SoundRecorder {
     /// Levels of what the run vouches for.
     fn vouched(&self, spectrum: &PowerSpectrum) -> SoundLevels {
         let mut levels = SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY);
-        let overall = |bands: &[BandLevel]| {
-            level(bands.iter().filter(|band| band.valid).map(|band| band.mean_square).sum())
-        };
+        let overall =
+            |bands: &[BandLevel]| level(bands.iter().filter(|band| band.valid).map(|band| band.mean_square).sum());
         levels.overall = overall(&levels.third_octaves);
         levels.overall_a = overall(&levels.a_weighted);
         levels

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::super::kind::{Bounds, Column, File, Numbers, Exactly, OneOf, Whole};
+use super::super::kind::{Bounds, Column, Exactly, File, Numbers, OneOf, Whole};
 use super::super::problem::short;
 use super::super::table::{Nested, Table};
 use super::super::{

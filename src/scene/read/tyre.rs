@@ -2,7 +2,7 @@
 
 use toml::de::DeValue;
 
-use super::super::kind::{Bounds, Flag, Exactly, Numbers, OneOf, Text};
+use super::super::kind::{Bounds, Exactly, Flag, Numbers, OneOf, Text};
 use super::super::table::Kind;
 use super::super::table::{Each, Nested, Table, Value};
 use super::super::{Foundation, Inflation, Law, Layer, Material, Problem, Sides, Tyre};

@@ -316,10 +316,7 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
                 ..Radiation::default()
             }
         });
-    prop_oneof![
-        Just((Vec::new(), Radiation::default())),
-        (prop::collection::vec(receiver, 1..4), radiation)
-    ]
+    prop_oneof![Just((Vec::new(), Radiation::default())), (prop::collection::vec(receiver, 1..4), radiation)]
 }
 
 fn scene() -> impl Strategy<Value = Scene> {

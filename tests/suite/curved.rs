@@ -450,6 +450,35 @@ fn sums_of_guided_and_curved_tyres_agree_with_those_without_a_tail() {
     }
 }
 
+/// Where waves are taken as flat is a matter of tolerance: what curvature does to them is added. A sum that evaluates
+/// waves of half the length one by one is what they are compared with.
+#[test]
+fn short_waves_of_a_curved_tyre_do_not_depend_on_where_they_are_taken_as_flat() {
+    let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let of = |tolerance| {
+        let projection = Projection::new(&tyre, 1024);
+        InfluenceSum::with(&tyre, projection, Truncation::Tail, tolerance, 2.0 * PI * 20e3)
+    };
+    let (loose, tight) = (of(1e-7), of(1e-16));
+    let frequencies = [0.0, 300.0, 1000.0, 3000.0, 4500.0, 6000.0, 8000.0, 10_000.0, 14_000.0, 20_000.0];
+    let points: Vec<_> = frequencies
+        .iter()
+        .map(|&frequency| (at_frequency(frequency), if frequency < 5000.0 { 3e-7 } else { 1e-5 }))
+        .chain([(Complex64::new(3e4, 0.0), 3e-7), (Complex64::new(1.2e5, 0.0), 1e-6)])
+        .collect();
+    for n in [100, 270, 300, 420, 512] {
+        for &(s, bound) in &points {
+            let (a, b) = (loose.value(n, &loose.at(s), Field::Surface), tight.value(n, &tight.at(s), Field::Surface));
+            let error = (a.value - b.value).norm() / b.value.norm();
+            println!("n {n}, s {s:.0}: {error:.1e}");
+            assert!(error < bound, "n {n}, s {s}: {error:.1e}");
+        }
+    }
+    let (a, b) = (loose.static_row(Field::Surface), tight.static_row(Field::Surface));
+    let error = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / b[0];
+    assert!(error < 1e-6, "at rest: {error:.1e}");
+}
+
 #[test]
 fn the_car_tyre_has_its_modes() {
     let car = car();

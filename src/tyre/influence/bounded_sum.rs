@@ -80,6 +80,9 @@ impl InfluenceSum {
                 }
             }
         }
+        if field == Field::Surface {
+            value += self.by_curvature(n, at);
+        }
         InfluenceValue { value, evaluations }
     }
 }

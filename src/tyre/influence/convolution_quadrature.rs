@@ -89,7 +89,7 @@ impl Weights {
         stop: &AtomicBool,
     ) -> Self {
         let contour = Contour::new(rule, time_step, lags);
-        let at: Vec<_> = contour.points.par_iter().map(|&s| sum.at(s)).collect();
+        let at: Vec<_> = sum.at_all(&contour.points);
         let at_rest = sum.at(Complex64::ZERO);
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.length);
         let rows = sum.projection().elements / 2 + 1;

@@ -1,13 +1,14 @@
 //! The waves of a curved tyre, each prepared when it is first asked for and kept.
 //!
 //! Waves so short that they do not feel the tread's thickness are a flat layer's, as in the sums' tail: the same wave
-//! is in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What it leaves out
-//! falls like 1/(k R): 1e-4 of C at low frequencies, 2e-3 at 3 kHz, where such a wave is a small part of H_n.
+//! is in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What that leaves out,
+//! 1e-3 of C at 3 kHz, the sums add afterwards for all such waves together ([`super::short_waves`]).
 
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
+use super::short_waves::EXPECTED_WAVES;
 use super::waves::Waves;
 use crate::scene::Tyre;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
@@ -25,7 +26,7 @@ pub(super) struct CurvedWaves {
     tolerance: f64,
     waves: Waves,
     /// Wavenumber from which waves are a flat layer's \[1/m\].
-    below: f64,
+    pub(super) below: f64,
     /// Lateral numbers m below it, at most.
     columns: usize,
     prepared: Vec<OnceLock<Box<CylinderWave>>>,
@@ -47,7 +48,8 @@ pub fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
     }
     let (waves, limit) = (Waves::new(tyre), flat_from(tyre, tolerance));
     // A quarter of a disc over n and over every other m.
-    0.25 * std::f64::consts::PI * (limit / waves.kx(1) + 1.0) * (0.5 * limit / waves.ky(1) + 1.0)
+    let disc = 0.25 * std::f64::consts::PI * (limit / waves.kx(1) + 1.0) * (0.5 * limit / waves.ky(1) + 1.0);
+    disc + EXPECTED_WAVES
 }
 
 impl CurvedWaves {

@@ -14,15 +14,23 @@
 //!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
+//! Of a curved tyre waves below the tread's thickness count as flat in all of them; what curvature does to those is
+//! added to the first two (`super::short_waves`).
+//!
 //! Cost: `Tail` some 30 evaluations of C_zz for each n and s (N = 512), `Bounded` some thousands at a tolerance of
 //! 1e-7.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt};
+use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt, series_limit};
 use super::kernel::{Field, Kernel, KernelAt};
+use super::moments::{self, EXPLICIT_ALIASES};
 use super::projection::Projection;
+use super::short_waves::{self, ShortWaves, Terms};
 use crate::numeric::Ring;
 use crate::scene::{Numerics, Tyre};
 
@@ -50,6 +58,8 @@ pub struct InfluenceSum {
     pub(super) tolerance: f64,
     /// Where there is none the sums are ended by a bound, and by these:
     pub(super) tail: Option<HalfSpaceTail>,
+    /// What curvature does to waves that are taken as flat.
+    curvature: Option<Arc<Curvature>>,
     /// Number of odd m, if fixed.
     pub(super) lateral_terms: Option<usize>,
     /// Largest |p|, if fixed.
@@ -61,6 +71,14 @@ pub struct InfluenceSum {
 pub struct SumAt {
     pub(super) kernel: KernelAt,
     pub(super) tail: Option<HalfSpaceTailAt>,
+    curvature: Option<Terms<Complex64>>,
+}
+
+/// Short waves of a curved tyre, and moments of the sum's weights for n = 0..=N/2.
+#[derive(Debug)]
+struct Curvature {
+    waves: ShortWaves,
+    moments: Vec<Terms<f64>>,
 }
 
 /// A value of Ht_n with what it took.
@@ -96,7 +114,13 @@ impl InfluenceSum {
             Truncation::Fixed { lateral_terms, aliases } => (lateral_terms, aliases),
             Truncation::Tail | Truncation::Bounded => (None, None),
         };
-        Self { kernel, projection, tolerance, tail, lateral_terms, aliases }
+        let fixed = matches!(truncation, Truncation::Fixed { .. });
+        let curvature = kernel.flat_from().filter(|_| !fixed && kernel.tread().is_some()).map(|from| {
+            let at_largest = kernel.at(Complex64::new(largest_s, 0.0));
+            let limit = series_limit(at_largest.tread());
+            Arc::new(Curvature::new(ShortWaves::new(tyre, from, limit, largest_s, tolerance), &projection))
+        });
+        Self { kernel, projection, tolerance, tail, curvature, lateral_terms, aliases }
     }
 
     /// The wavenumbers and weights.
@@ -106,14 +130,35 @@ impl InfluenceSum {
 
     /// Moduli, cut-off and tail series at s.
     pub fn at(&self, s: Complex64) -> SumAt {
-        let kernel = self.kernel.at(s);
-        SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel }
+        self.with_kernel(self.kernel.at(s), self.curvature.as_ref().map(|curvature| curvature.waves.at(s)))
+    }
+
+    /// The same at each s of a list, on all threads: of a curved tyre several s in lockstep.
+    pub fn at_all(&self, points: &[Complex64]) -> Vec<SumAt> {
+        let Some(curvature) = &self.curvature else {
+            return points.par_iter().map(|&s| self.at(s)).collect();
+        };
+        let changes = curvature.waves.at_all(points);
+        let both = points.par_iter().zip(changes);
+        both.map(|(&s, change)| self.with_kernel(self.kernel.at(s), Some(change))).collect()
+    }
+
+    fn with_kernel(&self, kernel: KernelAt, curvature: Option<Terms<Complex64>>) -> SumAt {
+        SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel, curvature }
+    }
+
+    /// What curvature adds to Ht_n of the surface by waves that are taken as flat \[m/N\].
+    pub(super) fn by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
+        match (&self.curvature, &at.curvature) {
+            (Some(curvature), Some(change)) => short_waves::sum(change, &curvature.moments[n]),
+            _ => Complex64::ZERO,
+        }
     }
 
     /// Static influence of the element j further on, j = 0..N \[m/N\].
     pub fn static_row(&self, field: Field) -> Vec<f64> {
-        let kernel = self.kernel.at_rest();
-        let at_rest = SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel };
+        let change = self.curvature.as_ref().filter(|_| field == Field::Surface);
+        let at_rest = self.with_kernel(self.kernel.at_rest(), change.map(|curvature| curvature.waves.resting()));
         let values: Vec<f64> = (0..=self.projection.elements / 2)
             .into_par_iter()
             .map(|n| self.value(n, &at_rest, field).value.re)
@@ -156,7 +201,7 @@ impl InfluenceSum {
         }
         // Above the cut-off the surface is the half-space's.
         if field == Field::Surface && tail_at.converges {
-            return InfluenceValue { value: value + tail.rest(n, tail_at), evaluations };
+            return InfluenceValue { value: value + tail.rest(n, tail_at) + self.by_curvature(n, at), evaluations };
         }
         // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
         // frequency) the rest is bounded by the last value times the weight that is left.
@@ -164,5 +209,17 @@ impl InfluenceSum {
             value += last * (0.5 * (self.projection.total_weight() - explicit).max(0.0));
         }
         InfluenceValue { value, evaluations }
+    }
+}
+
+impl Curvature {
+    fn new(waves: ShortWaves, projection: &Projection) -> Self {
+        let lateral = moments::lateral(projection, waves.highest());
+        let lobes = (waves.highest() * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
+        let moments = (0..=projection.elements / 2)
+            .into_par_iter()
+            .map(|n| waves.moments(&moments::longitudinal(projection, n, lobes).concat(), &lateral))
+            .collect();
+        Self { waves, moments }
     }
 }

@@ -50,7 +50,7 @@ pub(super) struct HalfSpaceTailAt {
 }
 
 /// Wavenumber from which the series converges \[1/m\].
-fn series_limit(tread: &LayerAt<Complex64>) -> f64 {
+pub(super) fn series_limit(tread: &LayerAt<Complex64>) -> f64 {
     (tread.inertia_over_shear().norm() / LARGEST_ARGUMENT).sqrt()
 }
 

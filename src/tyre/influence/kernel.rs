@@ -62,6 +62,11 @@ impl Kernel {
         self.stack.layers().last().filter(|tread| !tread.is_tense())
     }
 
+    /// Wavenumber from which on a curved tyre's waves are a flat layer's \[1/m\].
+    pub(super) fn flat_from(&self) -> Option<f64> {
+        self.curved.as_ref().map(|waves| waves.below)
+    }
+
     /// Has the waves below a wavenumber ready: see [`CurvedWaves::prepare`].
     pub(super) fn prepare(&self, cut_off: f64) {
         if let Some(waves) = &self.curved {

@@ -38,8 +38,12 @@ impl InfluenceSum {
         if let (Field::Surface, Some(tail)) = (driven, &self.tail) {
             let converging =
                 at.iter().map(|at| at.tail.as_ref().filter(|tail| tail.converges).map(|tail| (&at.kernel, tail)));
-            if let Some(at) = converging.collect::<Option<Vec<_>>>() {
-                Arch::new().dispatch(LaneSum { projection: &self.projection, tail, n, at: &at, values });
+            if let Some(converging) = converging.collect::<Option<Vec<_>>>() {
+                let first = values.len();
+                Arch::new().dispatch(LaneSum { projection: &self.projection, tail, n, at: &converging, values });
+                for (value, at) in values[first..].iter_mut().zip(at) {
+                    value.driven += self.by_curvature(n, at);
+                }
                 return;
             }
         }

@@ -3,7 +3,8 @@
 //! Y = s sum_n sum_m (1/L) sinc^2(kx a/2) (2/B) a_m^2 C_zz for a square patch a x a, loaded uniformly, its mean
 //! velocity observed (the paper's figures 1 and 2). C_zz at a wavenumber serves all patches at once. Below a cut-off
 //! wavenumber it is evaluated; above, the tread is a half-space whose moments are summed per patch to [`LOBES`] lobes
-//! of sinc^2. The rest is below 1/(2 pi LOBES)^2 of the local part: 1e-4 dB.
+//! of sinc^2. The rest is below 1/(2 pi LOBES)^2 of the local part: 1e-4 dB. What curvature does to waves beyond
+//! `thickness_limit` is left out: 3e-4 dB at 5 mm and 3 kHz, less for larger patches and lower frequencies (measured).
 
 use std::f64::consts::PI;
 

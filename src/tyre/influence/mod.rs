@@ -5,6 +5,7 @@
 //! - [`Waves`]: their wavenumbers, and what a strip takes of them across the width;
 //! - `kernel`: C and D of one wave (n, m) at s, the only place where the tyre's shape is asked for;
 //! - `curved_waves`: those of a curved tyre, prepared once for all s;
+//! - `short_waves`: what curvature does to those that are taken as flat;
 //! - `projection`: what a contact element takes of a wave;
 //! - `moments`, `half_space_bands`, `half_space_tail`: what short waves add together, without evaluations;
 //! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
@@ -23,6 +24,7 @@ mod lane_sum;
 pub mod mobility;
 mod moments;
 mod projection;
+mod short_waves;
 mod surface_waves;
 mod tail_sum;
 mod waves;

@@ -48,7 +48,12 @@ impl TailClasses {
 
     /// The largest cut-off \[1/m\].
     pub fn highest(&self) -> f64 {
-        self.cut_offs[self.cut_offs.len() - 1]
+        self.cut_offs[self.last()]
+    }
+
+    /// The last class.
+    pub fn last(&self) -> usize {
+        self.cut_offs.len() - 1
     }
 
     /// The band of k^2 between the cut-offs of a class and the next \[1/m^2\].
@@ -72,7 +77,7 @@ pub struct Moments {
 }
 
 /// Lobes of sinc^2 that are summed one by one past the highest cut-off.
-const EXPLICIT_ALIASES: i64 = 20;
+pub(super) const EXPLICIT_ALIASES: i64 = 20;
 /// Odd m summed one by one past the highest cut-off, at least.
 const EXPLICIT_LATERAL: usize = 30;
 /// The same, at most: what a strip of nearly the whole width needs, whose a_m^2 beat slowly.
@@ -126,10 +131,10 @@ fn powers_of(band: [f64; 2]) -> PowersOfBand {
 }
 
 /// A value of ky^2 or kx^2 and its weight.
-type Weighted = (f64, f64);
+pub(super) type Weighted = (f64, f64);
 
 /// kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then those that stand for all others.
-fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>; 2] {
+pub(super) fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>; 2] {
     let elements = projection.elements as i64;
     let explicit = (-lobes..=lobes)
         .map(|p| n as i64 + p * elements)
@@ -150,7 +155,7 @@ fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>
 
 /// ky^2 and lateral weights of the m that a strip excites: as many as are summed one by one, then those that stand for
 /// all others.
-fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
+pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
     // a_m^2 oscillates like cos(m angle).
     let angle = PI * projection.contact_width / projection.waves.width;
     let beat = angle.sin().abs();

@@ -246,13 +246,13 @@ impl CurvedStack {
 
     /// Its inner face at a wave.
     pub(super) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
-        InnerFace {
-            n,
-            ky: m as f64 * std::f64::consts::PI / self.width,
-            radius: self.inner_radius(),
-            pressure: self.pressure,
-            cavity: self.cavity.filter(|_| m == 0),
-        }
+        let ky = m as f64 * std::f64::consts::PI / self.width;
+        InnerFace { cavity: self.cavity.filter(|_| m == 0), ..self.face_of_short_wave(n, ky) }
+    }
+
+    /// The same at a wave that the air does not follow.
+    pub(super) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
+        InnerFace { n, ky, radius: self.inner_radius(), pressure: self.pressure, cavity: None }
     }
 
     /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].

@@ -126,9 +126,19 @@ impl Cylinder {
 
     /// The wave of n periods round the tyre and of the lateral number m.
     pub fn wave(&self, n: i64, m: usize) -> CylinderWave {
-        let inner = self.stack.inner_face(n, m);
+        self.with_face(n as f64, self.stack.inner_face(n, m))
+    }
+
+    /// A wave with any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the pressure
+    /// there acts as for the next whole number of periods.
+    pub fn short_wave(&self, kx: f64, ky: f64) -> CylinderWave {
+        let n = kx * self.stack.radius;
+        self.with_face(n, self.stack.face_of_short_wave(n.round() as i64, ky))
+    }
+
+    fn with_face(&self, n: f64, inner: InnerFace) -> CylinderWave {
         CylinderWave {
-            layers: self.layers.iter().map(|layer| layer.modes(n as f64, inner.ky, self.tolerance)).collect(),
+            layers: self.layers.iter().map(|layer| layer.modes(n, inner.ky, self.tolerance)).collect(),
             inner,
             radius: self.stack.radius,
         }

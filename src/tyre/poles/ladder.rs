@@ -9,7 +9,6 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use crate::numeric::rational::Parts;
 use crate::tyre::influence::{InfluenceSum, SumAt};
@@ -51,12 +50,6 @@ impl Ladder {
         let checked: Vec<_> = points.iter().skip(4).step_by(8).copied().chain(beyond).collect();
         let below_top = |rung: usize| 0.5_f64.powf(0.4 * (REAL.end - 1 - rung) as f64);
         points.extend(REAL.map(|rung| Complex64::new(top * below_top(rung), 0.0)));
-        Self {
-            top,
-            at: points.par_iter().map(|&s| sum.at(s)).collect(),
-            checked_parts: Parts::new(checked.iter().copied(), 1.0),
-            points,
-            checked,
-        }
+        Self { top, at: sum.at_all(&points), checked_parts: Parts::new(checked.iter().copied(), 1.0), points, checked }
     }
 }

@@ -69,13 +69,9 @@ impl Sound {
         let radiation = &self.radiation;
         let (tyre, patch) = (&plan.decisions.tyre, plan.standing_patch(radiation, at_rest));
         let width = tyre.width + 2.0 * radiation.shoulder;
-<<<<<<< HEAD
         let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)
             .and_then(|body| body.with_gap(radiation.acoustic_gap))
             .ok();
-=======
-        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch).ok();
->>>>>>> w-tail
         let (resolution, air) = (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
         let stretch = |index: usize| {
             let middle = radiation.fmax * (index as f64 + 0.5) / STRETCHES as f64;

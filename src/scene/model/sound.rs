@@ -94,7 +94,7 @@ impl Default for Radiation {
     fn default() -> Self {
         Self {
             fmax: 2500.0,
-            nodes_per_wavelength: 7.0,
+            nodes_per_wavelength: 9.0,
             frequency_tolerance: 0.2,
             lateral_waves: 8,
             shoulder: 0.02,

@@ -163,7 +163,7 @@ impl PressureStream {
     /// [`StateError`].
     pub fn restore(&mut self, state: PressureState) -> Result<(), StateError> {
         let most = self.layout.length() * self.layout.width();
-        if state.forces.len() >= most || state.forces.len() % self.layout.width() != 0 {
+        if state.forces.len() >= most || !state.forces.len().is_multiple_of(self.layout.width()) {
             return Err(StateError::Value);
         }
         self.forces.clear();

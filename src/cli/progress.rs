@@ -15,6 +15,8 @@ const TICK: Duration = Duration::from_millis(120);
 pub struct TerminalProgress {
     bar: ProgressBar,
     quiet: bool,
+    /// The stage that is going on.
+    stage: Option<Stage>,
 }
 
 impl TerminalProgress {
@@ -25,17 +27,23 @@ impl TerminalProgress {
 
     fn with_target(quiet: bool, target: ProgressDrawTarget) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { target };
-        Self { bar: ProgressBar::with_draw_target(None, target), quiet }
+        Self { bar: ProgressBar::with_draw_target(None, target), quiet, stage: None }
     }
 }
 
 impl Progress for TerminalProgress {
     fn stage(&mut self, stage: Stage) {
+        self.stage = Some(stage);
         self.bar.set_style(style("{spinner} {msg} ({elapsed})"));
         self.bar.set_message(stage.title());
         if !self.bar.is_hidden() {
             self.bar.enable_steady_tick(TICK);
         }
+    }
+
+    fn pieces(&mut self, done: usize, open: usize) {
+        let stage = self.stage.map_or("", Stage::title);
+        self.bar.set_message(format!("{stage}: {done} frequencies, {open} to come"));
     }
 
     fn march(&mut self, done: u64, steps: u64, time_step: f64) {

@@ -14,6 +14,7 @@ use crate::counters::{Counter, Stage};
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
 use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
+use crate::radiation::SetUpCost;
 use crate::response::pressure::{PlaceTransfers, PressureStream};
 use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
@@ -328,15 +329,15 @@ impl Amounts {
     /// Boundary elements that are not kept from earlier runs, and the way of every force to every receiver.
     fn sound(&mut self, plan: &Plan, sound: &Sound) {
         let Expected { columns, length, .. } = self.expected;
-        for (frequencies, cost) in sound.expected_solves(plan, length) {
+        if let Some(SetUpCost { frequencies, cost, bytes_kept }) = sound.expected(plan, length) {
             let stage = Stage::Radiation;
-            let operations = frequencies * cost.factor_operations;
-            self.add(stage, Unit::RadiationOperation, operations, Place::BeforeOnAll);
-            let kernels = frequencies * (cost.far_evaluations + cost.near_evaluations);
+            self.add(stage, Unit::RadiationOperation, cost.factor_operations, Place::BeforeOnAll);
+            let kernels = cost.far_evaluations + cost.near_evaluations;
             self.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
             self.count(Counter::RadiationKernels, kernels);
-            self.count(Counter::RadiationSolves, frequencies);
+            self.count(Counter::RadiationSolves, frequencies as f64);
             self.fit_memory_per_thread = self.fit_memory_per_thread.max(cost.bytes as f64);
+            self.fit_memory = self.fit_memory.max(bytes_kept as f64);
         }
         let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
         let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;

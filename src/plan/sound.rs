@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use crate::plan::Plan;
-use crate::radiation::{Block, Body, Cost, Resolution};
+use crate::radiation::{
+    Block, Body, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
+};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{Radiation, ReceiverPlace, Scene, StandardReceiver};
 use crate::sound::Air;
@@ -22,10 +24,6 @@ const LISTENED: f64 = 30.0;
 const PASSED: f64 = 12.0;
 /// Distance of the points of a passage \[m\].
 const SPACING: f64 = 0.25;
-/// Distance of the frequencies that boundary elements are solved at on the mean \[Hz\] (measured).
-const FREQUENCY_STEP: f64 = 40.0;
-/// Stretches of the frequency range whose costs are told apart.
-const STRETCHES: usize = 8;
 /// Part of the tyre's radius that patches are rounded to.
 const PATCH_STEP: f64 = 0.01;
 /// Points of a circle: every five degrees.
@@ -58,28 +56,37 @@ pub struct Sound {
 }
 
 impl Sound {
+    /// Cells round the tyre and points across half of it that G is known on.
+    pub const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
+
     /// Points of all receivers.
     pub fn points(&self) -> usize {
         self.positions.len()
     }
 
-    /// Frequencies that boundary elements are expected to be solved at and what one costs, for a patch of a length
-    /// \[m\]; in stretches, since the cost grows with the frequency. None for a body that the run will refuse.
-    pub(crate) fn expected_solves(&self, plan: &Plan, at_rest: f64) -> Vec<(f64, Cost)> {
-        let radiation = &self.radiation;
-        let (tyre, patch) = (&plan.decisions.tyre, plan.standing_patch(radiation, at_rest));
-        let width = tyre.width + 2.0 * radiation.shoulder;
-        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)
-            .and_then(|body| body.with_gap(radiation.acoustic_gap))
-            .ok();
-        let (resolution, air) = (Resolution::of(radiation.nodes_per_wavelength), Air::at(radiation.temperature));
-        let stretch = |index: usize| {
-            let middle = radiation.fmax * (index as f64 + 0.5) / STRETCHES as f64;
-            let wavenumber = std::f64::consts::TAU * middle / air?.sound_speed;
-            let cost = Cost::expected(body.as_ref()?, wavenumber, wavenumber, &resolution, &Block::EVEN_ACROSS).ok()?;
-            Some((radiation.fmax / (STRETCHES as f64 * FREQUENCY_STEP), cost))
-        };
-        (0..STRETCHES).filter_map(stretch).collect()
+    /// The transfers from a body to all points.
+    pub(crate) fn problem<'a>(&'a self, body: &'a Body, memory_limit: u64) -> TransferProblem<'a> {
+        TransferProblem {
+            body,
+            receivers: &self.positions,
+            grid: Self::GRID,
+            resolution: Resolution::of(self.radiation.nodes_per_wavelength),
+            blocks: &Block::EVEN_ACROSS,
+            memory_limit,
+        }
+    }
+
+    /// The frequencies that they are wanted at in some air.
+    pub(crate) fn range(&self, air: &Air) -> FrequencyRange {
+        FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, air.sound_speed)
+    }
+
+    /// What finding the transfers is expected to cost where none are kept, for a patch of a length \[m\]; `None` for a
+    /// body, places or air that the run will refuse.
+    pub(crate) fn expected(&self, plan: &Plan, at_rest: f64) -> Option<SetUpCost> {
+        let body = plan.radiating_body(&self.radiation, at_rest).ok()?;
+        let problem = self.problem(&body, plan.scene.numerics.memory_bytes());
+        SetUpCost::expected(&problem, &self.range(&Air::at(self.radiation.temperature)?)).ok()
     }
 
     /// Samples of a point's pressure that are kept.
@@ -94,11 +101,16 @@ impl Plan {
         radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step)
     }
 
-    /// Length of the contact patch of the body that radiates \[m\]: the scene's, or that of the static contact in steps
+    /// The body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\] in steps
     /// of a hundredth of the radius, so that runs of one tyre share its transfers.
-    pub fn standing_patch(&self, radiation: &Radiation, at_rest: f64) -> f64 {
+    ///
+    /// # Errors
+    /// Sizes that do not fit each other.
+    pub fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<Body, RadiationError> {
         let step = PATCH_STEP * self.radius;
-        radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step)
+        let patch = radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step);
+        let width = self.scene.tyre.width + 2.0 * radiation.shoulder;
+        Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
     }
 
     /// The sound of the run; `None` where nobody listens.

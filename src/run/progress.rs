@@ -8,6 +8,9 @@ pub trait Progress {
     /// A stage of the preparation begins.
     fn stage(&mut self, stage: Stage);
 
+    /// So many pieces of the stage are done, so many are known to be still to come.
+    fn pieces(&mut self, _done: usize, _open: usize) {}
+
     /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
     fn march(&mut self, done: u64, steps: u64, time_step: f64);
 

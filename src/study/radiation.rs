@@ -71,11 +71,9 @@ impl Radiator {
     /// # Errors
     /// A body that cannot be.
     pub fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
-        let (tyre, radiation) = (&plan.decisions.tyre, scene.radiation.clone());
-        let width = tyre.width + 2.0 * radiation.shoulder;
-        let patch = plan.standing_patch(&radiation, at_rest);
-        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch)?
-            .with_gap(radiation.acoustic_gap)?;
+        let radiation = scene.radiation.clone();
+        let body = plan.radiating_body(&radiation, at_rest)?;
+        let width = plan.decisions.tyre.width + 2.0 * radiation.shoulder;
         let memory_limit = scene.numerics.memory_bytes();
         let radiator = |air| Self { body, air, radiation, width, memory_limit };
         Ok(Air::at(scene.radiation.temperature).map(radiator))

@@ -139,8 +139,8 @@ fn transfers_are_the_integral_over_the_moving_tread() {
 
 #[test]
 fn what_radiates_is_the_velocity_of_the_vibration() {
-    // A strip as wide as the tyre, so that the strip's mean is that of the tread. G is a smooth hump over elements beside
-    // the patch: what is shorter than two elements is the vibration's own, folded, and not the sound's.
+    // A strip as wide as the tyre, so that the strip's mean is that of the tread. G is a smooth hump over elements
+    // beside the patch: what is shorter than two elements is the vibration's own, folded, and not the sound's.
     const ELEMENTS: usize = 128;
     const CELL: usize = 31;
     let tyre = Tyre { contact_width: plate_tyre().width, ..plate_tyre() };

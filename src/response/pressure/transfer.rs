@@ -102,8 +102,8 @@ impl PressureModel<'_> {
         if m == 0 { 1.0 / tyre.width } else { 2.0 / tyre.width * half.sin() / half }
     }
 
-    /// What a unit force at the window's first column is to the component of each index at a bin; the transform over the
-    /// elements goes on to the other columns.
+    /// What a unit force at the window's first column is to the component of each index at a bin; the transform over
+    /// the elements goes on to the other columns.
     fn acts(
         &self,
         stages: &impl Fn(usize, i64) -> Complex64,

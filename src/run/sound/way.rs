@@ -8,10 +8,7 @@ use super::kept::KeptTransfers;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Plan, Sound};
 use crate::radiation::transfer::{across_points, half_tread};
-use crate::radiation::{
-    Block, Body, FrequencyRange, RadiationError, Resolution, TransferGrid, TransferProblem, TransferSet, Watch,
-    transfers,
-};
+use crate::radiation::{Body, RadiationError, TransferSet, Watch, transfers};
 use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::results::sound::BodySummary;
@@ -22,8 +19,6 @@ use crate::scene::{LoadedScene, SceneError};
 use crate::sound::Air;
 use crate::tyre::influence::SurfaceWaves;
 
-/// Cells round the tyre and points across half of it that G is known on.
-const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 /// Tolerance of the waves' compliances.
 const WAVES: f64 = 1e-4;
 /// What is left of the way when its transfers are made.
@@ -68,15 +63,15 @@ impl Seeking<'_> {
         })?;
         let open = meter.open();
         progress.stage(Stage::Radiation);
-        let standing = plan.standing_patch(&sound.radiation, prepared.at_rest.length);
-        let (greens, body) = self.greens(&air, standing, prepared, meter)?;
+        let at_rest = prepared.at_rest.length;
+        let (greens, body) = self.greens(&air, at_rest, prepared, progress, meter)?;
         let reach = |position: &[f64; 3]| position.iter().map(|x| x * x).sum::<f64>().sqrt();
         let lates: Vec<f64> = sound.positions.iter().map(|position| reach(position) / air.sound_speed).collect();
         let delays: Vec<u64> = lates.iter().map(|late| (late / layout.time_step).floor() as u64).collect();
         let left: Vec<f64> =
             lates.iter().zip(&delays).map(|(late, whole)| late - *whole as f64 * layout.time_step).collect();
         let (lateral, highest) = (sound.radiation.lateral_waves, 0.5 / layout.time_step);
-        let waves = SurfaceWaves::new(tyre, GRID.around / 2, lateral, highest, WAVES);
+        let waves = SurfaceWaves::new(tyre, Sound::GRID.around / 2, lateral, highest, WAVES);
         meter.count(Counter::ComplianceEvaluations, waves.evaluations());
         let model = PressureModel {
             layout,
@@ -101,26 +96,22 @@ impl Seeking<'_> {
     fn greens(
         &self,
         air: &Air,
-        patch_length: f64,
+        at_rest: f64,
         prepared: &mut Prepared,
+        progress: &mut dyn Progress,
         meter: &mut Meter,
     ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
         let Self { plan, sound, .. } = *self;
-        let (tyre, radiation) = (&plan.decisions.tyre, &sound.radiation);
-        let width = tyre.width + 2.0 * radiation.shoulder;
-        let body = Body::standing_tyre(tyre.radius(), width, radiation.shoulder, 0.5 * patch_length)
-            .map_err(|error| self.refused("radiation.shoulder", error.to_string(), "a smaller one"))?
-            .with_gap(radiation.acoustic_gap)
-            .map_err(|error| self.refused("radiation.acoustic_gap", error.to_string(), "0, or some tenths of 1e-3"))?;
-        let problem = TransferProblem {
-            body: &body,
-            receivers: &sound.positions,
-            grid: GRID,
-            resolution: Resolution::of(radiation.nodes_per_wavelength),
-            blocks: &Block::EVEN_ACROSS,
-            memory_limit: plan.scene.numerics.memory_bytes(),
-        };
-        let range = FrequencyRange::up_to(radiation.fmax, radiation.frequency_tolerance, air.sound_speed);
+        let body = plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
+            let key = match error {
+                RadiationError::Gap { .. } => "radiation.acoustic_gap",
+                RadiationError::Shoulder { .. } => "radiation.shoulder",
+                _ => "radiation.patch_length",
+            };
+            self.refused(key, error.to_string(), "another one")
+        })?;
+        let problem = sound.problem(&body, plan.scene.numerics.memory_bytes());
+        let range = sound.range(air);
         let mut kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
         let known = kept.load(&mut prepared.warnings);
         let mut troubles = Vec::new();
@@ -129,7 +120,7 @@ impl Seeking<'_> {
                 kept.store(found, &mut troubles);
                 Ok(())
             },
-            progress: &mut |_| (),
+            progress: &mut |so_far| progress.pieces(so_far.finished, so_far.open),
             interrupted: &|| self.stop.load(Ordering::Relaxed),
         };
         let found = transfers(&problem, &range, known, None, &mut watch);
@@ -147,7 +138,7 @@ impl Seeking<'_> {
         let multiply_adds = (0.5 * report.solve.factor_operations) as u64;
         meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
         let summary = BodySummary {
-            patch_length,
+            patch_length: 2.0 * body.half_patch(),
             sound_speed: air.sound_speed,
             density: air.density,
             frequencies: report.count,
@@ -162,7 +153,7 @@ impl Seeking<'_> {
 
 /// What a set of transfers is to the tread's waves.
 fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
-    let half_width = half_tread(body);
+    let (half_width, grid) = (half_tread(body), Sound::GRID);
     let green = |receiver: usize| {
         let position = sound.positions[receiver];
         let reach = position.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -176,8 +167,8 @@ fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceG
         });
         SurfaceGreen {
             frequencies: set.frequencies().iter().map(|found| found.frequency).collect(),
-            around: GRID.around,
-            across: across_points(half_width, GRID.across).into_iter().map(|[y, _]| y).collect(),
+            around: grid.around,
+            across: across_points(half_width, grid.across).into_iter().map(|[y, _]| y).collect(),
             half_width,
             values: values.collect(),
         }

@@ -68,7 +68,8 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
         format!("{x:.4},{:.9}\n", 2e-4 * (TAU * x / 0.1).sin())
     });
     fs::write(folder.path().join("washboard.csv"), format!("x,z\n{}", rows.collect::<String>())).unwrap();
-    let road = "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\nat_end = \"repeat\"\nlateral = \"extruded\"";
+    let road = "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\n\
+                at_end = \"repeat\"\nlateral = \"extruded\"";
     let receiver = "[[receiver]]\nstandard = \"coast-by\"";
     let text = scene_text(128, road, &rolling(2.6), MODAL, &format!("{receiver}\n{LOW}"));
     fs::write(folder.path().join("tone.toml"), text).unwrap();

@@ -21,7 +21,7 @@ const LISTENED: f64 = 30.0;
 
 /// How far ahead of and behind a microphone beside the road its passage is followed \[m\]: what a pass-by reads, and
 /// some more for the detector to settle.
-const PASSED: f64 = 12.0;
+const PASSED: f64 = 16.0;
 /// Distance of the points of a passage \[m\].
 const SPACING: f64 = 0.25;
 /// Part of the tyre's radius that patches are rounded to.

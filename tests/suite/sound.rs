@@ -71,7 +71,7 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     let road = "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\n\
                 at_end = \"repeat\"\nlateral = \"extruded\"";
     let receiver = "[[receiver]]\nstandard = \"coast-by\"";
-    let text = scene_text(128, road, &rolling(2.6), MODAL, &format!("{receiver}\n{LOW}"));
+    let text = scene_text(128, road, &rolling(3.0), MODAL, &format!("{receiver}\n{LOW}"));
     fs::write(folder.path().join("tone.toml"), text).unwrap();
     program(folder.path(), &["run", "tone.toml", "--out", "tone"]);
     let wav = fs::read(folder.path().join("tone/sound_coast-by.wav")).unwrap();
@@ -80,8 +80,8 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     let pressure: Vec<f64> = samples.map(|sample| scale * f64::from(sample.unwrap()) / 8_388_608.0).collect();
     let (speed, sound_speed, tone) = (80.0 / 3.6, 343.2, 80.0 / 3.6 / 0.1);
     for x in [9.0_f64, -9.0] {
-        // The microphone is at x in the tyre's frame (12 - x)/V after the first sample.
-        let centre = ((12.0 - x) / speed * 48_000.0) as usize;
+        // The microphone is at x in the tyre's frame (16 - x)/V after the first sample.
+        let centre = ((16.0 - x) / speed * 48_000.0) as usize;
         let found = peak_frequency(&pressure[centre - 4000..centre + 4000], tone);
         let mach = speed / sound_speed;
         let aside_squared = 7.5_f64.powi(2) + 1.2_f64.powi(2);

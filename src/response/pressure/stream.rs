@@ -1,7 +1,7 @@
 //! Forces, step by step, to pressures over time: overlap-save with whole revolutions.
 //!
 //! A block holds the last K steps, and the next begins half a block later. Of the K pressures that a block gives the
-//! half that knows all that came before it is kept, [`EARLIEST`] from its beginning: a response may last three eighths
+//! half that knows all that came before it is kept, three eighths from its beginning: a response may last three eighths
 //! of a block, and, since transfers end at a highest frequency, may begin an eighth before its force.
 
 use std::sync::Arc;

@@ -16,13 +16,14 @@ use crate::run::error::RunError;
 use crate::run::sound::SoundRecorder;
 use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
+use crate::sound::detector::meter_levels;
 use crate::sound::levels::{level, mean_square};
 use crate::sound::pass_by::Passage;
 use crate::sound::power::{Iso3744, power_level};
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, WavError, full_scale_for};
-use crate::sound::{Detector, FrequencyWeighting, PassBy, Recording, SoundLevels, TimeWeighting, WeightingFilter};
+use crate::sound::{FrequencyWeighting, PassBy, Recording, SoundLevels, TimeWeighting};
 
 /// Points of a pass-by's level that are written and drawn, a second.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -171,10 +172,10 @@ impl SoundRecorder {
                 (begin + start..begin + end).map(|sample| f64::from(signal[sample as usize])).collect()
             });
             let Ok(pressures) = pressures else { return Ok(None) };
-            let Ok(mut weighting) = WeightingFilter::new(FrequencyWeighting::A, FILE_RATE) else { return Ok(None) };
-            let weighted = weighting.apply(&pressures);
-            let settled = mean_of_squares(&weighted[..(weighted.len() / 20).max(1)]);
-            levels.push(Detector::new(TimeWeighting::Fast, FILE_RATE).after(settled).levels(&weighted));
+            // The line begins 6 m before what is read: at 80 km/h the detector is half a decibel from settled there.
+            let shown = meter_levels(&pressures, FILE_RATE, FrequencyWeighting::A, TimeWeighting::Fast);
+            let Ok(shown) = shown else { return Ok(None) };
+            levels.push(shown);
             if sound.is_empty() {
                 sound = pressures;
             }
@@ -182,11 +183,8 @@ impl SoundRecorder {
         if levels.is_empty() {
             return Ok(None);
         }
-        let inside = |sample: &usize| passing.place(*sample).abs() <= COAST_BY_HALF_LENGTH;
-        let maxima: Vec<f64> = levels
-            .iter()
-            .map(|levels| (0..levels.len()).filter(inside).map(|s| levels[s]).fold(f64::NEG_INFINITY, f64::max))
-            .collect();
+        let maxima: Vec<f64> =
+            levels.iter().filter_map(|levels| Some(passing.highest(levels, COAST_BY_HALF_LENGTH)?.1)).collect();
         let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
         let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
         let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
@@ -215,10 +213,6 @@ fn mean(spectra: &[PowerSpectrum]) -> Option<PowerSpectrum> {
         *power = spectra.iter().map(|spectrum| spectrum.power[bin]).sum::<f64>() / spectra.len() as f64;
     }
     Some(mean)
-}
-
-fn mean_of_squares(signal: &[f64]) -> f64 {
-    signal.iter().map(|pressure| pressure * pressure).sum::<f64>() / signal.len() as f64
 }
 
 fn write_audio(

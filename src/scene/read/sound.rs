@@ -35,6 +35,13 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         }
         (true, true) => table.complain("standard", Problem::new("`position` is given, too", "one of the two")),
         (false, false) => {
+            for key in ["position", "standard", "distance", "height", "radius"] {
+                table.take(key);
+            }
+            // A slip in the key's name is told by itself, with the name that was meant.
+            if table.has_unknown() {
+                return None;
+            }
             let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\" or \
                          \"hemisphere\"";
             table.complain_here(Problem::new("it says nowhere where the receiver is", right))

@@ -24,7 +24,7 @@ fn places() {
     receiver_refused("position = [0, nan, 1]", 27, ".position[1]", "NaN", "at least -10000");
     receiver_refused("position = [0, 7.5, 1.2]\nradius = 2", 28, ".radius", "position", "leave this out");
     receiver_refused("position = [0, 7, 1]\nstandard = \"cpx\"", 28, ".standard", "`position` is given", "one of");
-    receiver_refused("posision = [0, 7.5, 1.2]", 26, "", "says nowhere where", "position");
+    receiver_refused("posision = [0, 7.5, 1.2]", 27, ".posision", "not a key of [[receiver]]", "`position`");
 }
 
 #[test]

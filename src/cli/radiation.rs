@@ -6,11 +6,11 @@ use clap::Args;
 use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::{Plan, bytes};
-use tyrewave::radiation::{RadiationError, cases};
+use tyrewave::radiation::{Cost, RadiationError, cases};
+use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
-use tyrewave::scene::Axle;
 use tyrewave::study::loads::Standing;
 use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
 
@@ -76,11 +76,7 @@ impl RadiationArguments {
         let mut progress = context.progress();
         progress.stage(Stage::Axle);
         let standing = side.meter.time(Stage::Influence, || Standing::new(&scene));
-        let patch = match scene.rolling.axle {
-            Axle::Load { load, .. } | Axle::Mass { load, .. } => standing.under(load),
-            Axle::Indentation { indentation, .. } => standing.pressed(indentation),
-        };
-        let patch = patch.map_err(RunError::from)?.length;
+        let patch = standing.held_by(&scene.rolling.axle).map_err(RunError::from)?.length;
         drop(progress);
         let failed = |error: RadiationError| match error {
             RadiationError::Interrupted => CliError::Run(RunError::Interrupted { kept: None }),
@@ -103,7 +99,8 @@ impl RadiationArguments {
         let transfer = views.over_frequency("Transfer |G| [dB re 1/m]", |at, index| level(at.transfers[index]));
         side.picture("transfer.svg", transfer)?;
         side.picture("directivity.svg", views.directivity())?;
-        side.picture("cost.svg", cost_picture(&radiator, &title, highest).map_err(failed)?)?;
+        let costs = costs(&radiator, highest).map_err(failed)?;
+        side.picture("cost.svg", cost_picture(&costs, &title))?;
         side.file("radiation.csv", views.csv());
         let answer = json!({
             "title": title,
@@ -184,11 +181,7 @@ impl Views<'_> {
         csv(std::iter::once(header.collect::<Vec<_>>()).chain(rows))
     }
 
-    fn over_frequency(
-        &self,
-        quantity: &str,
-        value: impl Fn(&AtFrequency, usize) -> f64,
-    ) -> Result<String, tyrewave::results::PlotError> {
+    fn over_frequency(&self, quantity: &str, value: impl Fn(&AtFrequency, usize) -> f64) -> Result<String, PlotError> {
         let named = self.named();
         let points = |index: usize| self.found.iter().map(|at| (at.frequency, value(at, index))).collect::<Vec<_>>();
         let series: Vec<Series<'_>> =
@@ -203,7 +196,7 @@ impl Views<'_> {
         .to_svg()
     }
 
-    fn directivity(&self) -> Result<String, tyrewave::results::PlotError> {
+    fn directivity(&self) -> Result<String, PlotError> {
         let at: Vec<&AtFrequency> = self
             .found
             .iter()
@@ -227,33 +220,31 @@ impl Views<'_> {
     }
 }
 
-/// Operations of a frequency and memory against the frequency.
-fn cost_picture(
-    radiator: &Radiator,
-    title: &str,
-    highest: f64,
-) -> Result<Result<String, tyrewave::results::PlotError>, RadiationError> {
+/// What single frequencies cost, up to the highest or 4 kHz.
+fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, Cost)>, RadiationError> {
     let frequencies = frequencies(LOWEST, highest.max(4000.0), 30);
-    let costs = frequencies.iter().map(|&frequency| radiator.cost(frequency)).collect::<Result<Vec<_>, _>>()?;
-    let points = |value: fn(&tyrewave::radiation::Cost) -> f64| {
-        frequencies.iter().zip(&costs).map(|(&frequency, cost)| (frequency, value(cost))).collect::<Vec<_>>()
-    };
-    let series = vec![
+    frequencies.into_iter().map(|frequency| Ok((frequency, radiator.cost(frequency)?))).collect()
+}
+
+/// Operations of a frequency and memory against the frequency.
+fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError> {
+    let points = |value: fn(&Cost) -> f64| costs.iter().map(|(frequency, cost)| (*frequency, value(cost))).collect();
+    let series: [Series<'_>; 3] = [
         Series { name: "unknowns of a block", points: points(|cost| cost.unknowns as f64) },
         Series { name: "factorisation [Gflop]", points: points(|cost| 1e-9 * cost.factor_operations) },
         Series { name: "memory [MB]", points: points(|cost| 1e-6 * cost.bytes as f64) },
     ];
-    let values: Vec<f64> = series.iter().flat_map(|series| series.points.iter().map(|point| point.1)).collect();
-    let largest = values.iter().fold(1.0_f64, |a, &b| a.max(b));
-    let smallest = values.iter().fold(largest, |a, &b| a.min(b)).max(1e-3 * largest.min(1e3));
-    let note = format!("{title}: one frequency, at most {}", bytes(costs.last().map_or(0.0, |cost| cost.bytes as f64)));
-    let plot = LinePlot {
-        title: &note,
-        x: Axis::logarithmic("Frequency [Hz]", LOWEST..highest.max(4000.0)),
+    let values = || series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
+    let largest = values().fold(1.0_f64, f64::max);
+    let smallest = values().fold(largest, f64::min).max(1e-3 * largest.min(1e3));
+    let (highest, most) = costs.last().map_or((LOWEST, 0.0), |(frequency, cost)| (*frequency, cost.bytes as f64));
+    LinePlot {
+        title: &format!("{title}: one frequency, at most {}", bytes(most)),
+        x: Axis::logarithmic("Frequency [Hz]", LOWEST..highest),
         y: Axis::logarithmic("Cost", smallest..largest),
-        series,
-    };
-    Ok(plot.to_svg())
+        series: series.to_vec(),
+    }
+    .to_svg()
 }
 
 #[derive(Clone, Debug, Args)]

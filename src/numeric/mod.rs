@@ -3,18 +3,23 @@
 pub mod bounded_least_squares;
 pub mod complex_field;
 pub mod digest;
+pub mod lagrange;
 pub mod lanes;
 pub mod legendre;
+pub mod precision;
 pub mod rational;
 pub mod ring;
 pub mod running_moments;
+pub mod sinc;
 pub mod straight_line;
 pub mod transform_length;
 pub mod windowed_sinc;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};
+pub use precision::{double, single};
 pub use ring::Ring;
 pub use running_moments::RunningMoments;
+pub use sinc::sinc;
 pub use straight_line::StraightLine;
 pub use transform_length::{transform_length, transform_multiply_adds};

@@ -26,8 +26,6 @@ const PASSED: f64 = 16.0;
 const SPACING: f64 = 0.25;
 /// Part of the tyre's radius that patches are rounded to.
 const PATCH_STEP: f64 = 0.01;
-/// Points of a circle: every five degrees.
-const AROUND: usize = 72;
 
 /// A `[[receiver]]` with its points.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,11 +94,6 @@ impl Sound {
 }
 
 impl Plan {
-    /// Highest frequency that is radiated \[Hz\]: what the scene asks for, or what the time step can hold.
-    pub(crate) fn highest_radiated(&self, radiation: &Radiation) -> f64 {
-        radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step)
-    }
-
     /// The body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\] in steps
     /// of a hundredth of the radius, so that runs of one tyre share its transfers.
     ///
@@ -116,7 +109,8 @@ impl Plan {
     /// The sound of the run; `None` where nobody listens.
     pub fn sound(&self) -> Option<Sound> {
         let radiation = self.decisions.radiation.as_ref()?;
-        let radiation = Radiation { fmax: self.highest_radiated(radiation), ..radiation.clone() };
+        let fmax = radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step);
+        let radiation = Radiation { fmax, ..radiation.clone() };
         let Scene { numerics, tyre, receivers, .. } = &self.scene;
         let mut positions = Vec::new();
         let mut files: Vec<String> = Vec::new();
@@ -157,15 +151,17 @@ fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
             let line = CoastByLine {
                 half_length: PASSED,
                 receivers: 2 * (PASSED / SPACING) as usize + 1,
+                distance,
+                height,
                 ..Default::default()
             };
-            line.positions().into_iter().map(|[x, _, _]| [x, distance, height]).collect()
+            line.positions()
         }
         ReceiverPlace::Standard(StandardReceiver::Cpx) => {
             receivers::close_proximity(2.0 * half_width, Side::Left).to_vec()
         }
         ReceiverPlace::Standard(StandardReceiver::Circle { radius, height }) => {
-            receivers::circle(radius, height, AROUND)
+            receivers::circle(radius, height, receivers::CIRCLE_POSITIONS)
         }
         ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => Iso3744::Broadband.positions(radius, true),
     }
@@ -181,5 +177,34 @@ fn name(place: &ReceiverPlace, index: usize) -> String {
             StandardReceiver::Circle { .. } => "circle".to_owned(),
             StandardReceiver::Hemisphere { .. } => "hemisphere".to_owned(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Receiver};
+
+    #[test]
+    fn places_of_the_standards_are_in_the_air_and_a_scene_without_any_has_no_sound() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        assert_eq!(Plan::new(&scene).sound(), None);
+        let standards = [
+            StandardReceiver::CoastBy { distance: StandardReceiver::DISTANCE, height: StandardReceiver::HEIGHT },
+            StandardReceiver::Cpx,
+            StandardReceiver::Circle { radius: 2.0, height: 0.3 },
+            StandardReceiver::Hemisphere { radius: 3.0 },
+        ];
+        let place = |standard| Receiver { name: String::new(), place: ReceiverPlace::Standard(standard) };
+        scene.receivers = standards.map(place).to_vec();
+        let plan = Plan::new(&scene);
+        let sound = plan.sound().unwrap();
+        let body = plan.radiating_body(&sound.radiation, 0.11).unwrap();
+        for &position in &sound.positions {
+            assert_eq!(body.check_receiver(position), Ok(()), "{position:?}");
+        }
+        let front = sound.positions[sound.heard[1].points.start];
+        assert!((body.depth(front) + 0.2).abs() < 1e-12, "0.2 m from the sidewall: {}", body.depth(front));
+        assert_eq!(sound.heard.last().map(|heard| heard.points.end), Some(sound.points()));
     }
 }

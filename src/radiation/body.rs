@@ -183,16 +183,10 @@ impl Body {
     /// # Errors
     /// [`RadiationError::Point`].
     pub fn check_receiver(&self, point: Vector) -> Result<(), RadiationError> {
-        let [x, y, z] = point;
-        let refuse = |why| Err(RadiationError::Point { x, y, z, why });
-        if !point.iter().all(|number| number.is_finite()) {
-            return refuse("is not finite");
-        }
-        if self.on_road() && z < 0.0 {
-            return refuse("is below the road");
-        }
-        if self.depth(point) > -1e-9 * self.radius() && !(self.gap > 0.0 && z < self.gap) {
-            return refuse("is inside the body or on it");
+        self.check_above(point)?;
+        let in_slit = self.gap > 0.0 && point[2] < self.gap;
+        if self.depth(point) > -1e-9 * self.radius() && !in_slit {
+            return Err(refused(point, "is inside the body or on it"));
         }
         Ok(())
     }
@@ -202,18 +196,68 @@ impl Body {
     /// # Errors
     /// [`RadiationError::Point`].
     pub fn check_surface_point(&self, point: Vector) -> Result<(), RadiationError> {
-        let [x, y, z] = point;
-        let refuse = |why| Err(RadiationError::Point { x, y, z, why });
-        if !point.iter().all(|number| number.is_finite()) {
-            return refuse("is not finite");
-        }
-        if self.on_road() && z < 0.0 {
-            return refuse("is below the road");
-        }
-        let underside = self.gap > 0.0 && (z - self.gap).abs() < 1e-3 * self.radius() && self.depth(point) > 0.0;
+        self.check_above(point)?;
+        let near = (point[2] - self.gap).abs() < 1e-3 * self.radius();
+        let underside = self.gap > 0.0 && near && self.depth(point) > 0.0;
         if self.depth(point).abs() > 1e-3 * self.radius() && !underside {
-            return refuse("is not on the body's surface");
+            return Err(refused(point, "is not on the body's surface"));
         }
         Ok(())
+    }
+
+    /// Refuses a point that is not finite or below the road.
+    fn check_above(&self, point: Vector) -> Result<(), RadiationError> {
+        if !point.iter().all(|number| number.is_finite()) {
+            return Err(refused(point, "is not finite"));
+        }
+        if self.on_road() && point[2] < 0.0 {
+            return Err(refused(point, "is below the road"));
+        }
+        Ok(())
+    }
+}
+
+fn refused([x, y, z]: Vector, why: &'static str) -> RadiationError {
+    RadiationError::Point { x, y, z, why }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tyre(shoulder: f64) -> Body {
+        Body::new(Shape::Tyre { radius: 0.32, width: 0.2, shoulder }, Some(0.305)).unwrap()
+    }
+
+    #[test]
+    fn depths_are_those_below_tread_sidewall_and_shoulder() {
+        for (position, distance) in [
+            ([0.0, 0.0, 0.305], -0.1),
+            ([0.0, 0.0, 0.305 + 0.4], 0.08),
+            ([0.4, 0.05, 0.305], 0.08),
+            ([0.1, 0.3, 0.305], 0.2),
+            ([0.1, -0.3, 0.305], 0.2),
+            ([0.29 + 0.03, 0.07 + 0.04, 0.305], 0.02),
+            ([0.31, 0.0, 0.305], -0.01),
+        ] {
+            let depth = tyre(0.03).depth(position);
+            assert!((depth + distance).abs() < 1e-12, "{position:?}: {depth}");
+        }
+    }
+
+    #[test]
+    fn a_receiver_is_in_the_air_and_neither_in_the_tyre_nor_below_the_road() {
+        let why = |body: Body, point| match body.check_receiver(point) {
+            Err(RadiationError::Point { why, .. }) => why,
+            other => panic!("{point:?}: {other:?}"),
+        };
+        // The rounding of a shoulder is air where a sharp corner would be tyre.
+        let corner = [0.315, 0.095, 0.305];
+        assert_eq!(tyre(0.03).check_receiver(corner), Ok(()));
+        assert_eq!(why(tyre(0.0), corner), "is inside the body or on it");
+        assert_eq!(tyre(0.03).check_receiver([5.0, 0.0, 0.0]), Ok(()));
+        assert_eq!(why(tyre(0.03), [5.0, 0.0, -1e-6]), "is below the road");
+        assert_eq!(why(tyre(0.03), [0.0, 0.0, 0.001]), "is inside the body or on it");
+        assert_eq!(why(tyre(0.03), [0.0, 0.0, -0.001]), "is below the road");
     }
 }

@@ -28,6 +28,7 @@ use super::error::{RadiationError, positive};
 use super::parity::Block;
 use super::solve::SolveReport;
 use super::transfer::{Transfer, TransferProblem};
+use crate::numeric::lagrange;
 
 /// Which frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +69,17 @@ impl FrequencyRange {
     /// Wavenumber of a frequency \[rad/m\].
     pub fn wavenumber(&self, frequency: f64) -> f64 {
         std::f64::consts::TAU * frequency / self.sound_speed
+    }
+
+    /// All frequencies that the choice may ever call for, rising.
+    pub fn candidates(&self) -> Vec<f64> {
+        let mut candidates = self.first();
+        while candidates[1] - candidates[0] >= 2.0 * self.finest {
+            let middles: Vec<f64> = candidates.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect();
+            candidates.extend(middles);
+            candidates.sort_by(f64::total_cmp);
+        }
+        candidates
     }
 
     /// The frequencies to start with.
@@ -188,16 +200,15 @@ impl TransferSet {
     /// The grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from
     /// the nearest. None where nothing is known.
     pub fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
-        let stencil: Vec<&FrequencyTransfers> = self.nearest(frequency);
-        let first = stencil.first()?;
+        let known: Vec<f64> = self.found.iter().map(|entry| entry.frequency).collect();
+        let near = lagrange::cubic_neighbours(&known, frequency);
+        let first = self.found.get(near.start)?;
         let mut result = first.transfers.get(receiver)?.clone();
         let wavenumber = result.wavenumber * (frequency / first.frequency);
         result.wavenumber = wavenumber;
         result.values.fill(Complex64::ZERO);
-        for (index, entry) in stencil.iter().enumerate() {
-            let weight: f64 = (stencil.iter().enumerate().filter(|(other, _)| *other != index))
-                .map(|(_, other)| (frequency - other.frequency) / (entry.frequency - other.frequency))
-                .product();
+        let weights = lagrange::weights(&known[near.clone()], frequency);
+        for (entry, weight) in self.found[near].iter().zip(weights) {
             let known = &entry.transfers[receiver];
             let turn = (known.wavenumber - wavenumber) * contact_distance(body, known.receiver);
             let factor = Complex64::from_polar(weight, turn);
@@ -207,18 +218,7 @@ impl TransferSet {
         }
         Some(result)
     }
-
-    /// The known frequencies that an interpolation uses: two on each side where there are two.
-    fn nearest(&self, frequency: f64) -> Vec<&FrequencyTransfers> {
-        let above = self.found.partition_point(|entry| entry.frequency <= frequency);
-        let count = self.found.len().min(STENCIL);
-        let start = above.saturating_sub(STENCIL / 2).min(self.found.len() - count);
-        self.found[start..start + count].iter().collect()
-    }
 }
-
-/// Frequencies that an interpolation uses.
-const STENCIL: usize = 4;
 
 /// r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road \[m\].
 fn contact_distance(body: &Body, receiver: Vector) -> f64 {

@@ -21,6 +21,7 @@ use super::error::{RadiationError, positive};
 use super::mesh::Resolution;
 use super::parity::Block;
 use super::solve::{Drive, Problem, SolveReport};
+use crate::numeric::{double, single};
 
 /// The grid of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +71,7 @@ impl Transfer {
     /// Brings the values to single precision.
     pub(super) fn round(&mut self) {
         for value in &mut self.values {
-            *value = Complex64::new(f64::from(value.re as f32), f64::from(value.im as f32));
+            *value = double(single(*value));
         }
     }
 

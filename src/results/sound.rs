@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::table::csv;
 use crate::response::PowerSpectrum;
-use crate::sound::levels::{REFERENCE_PRESSURE, SoundLevels};
+use crate::sound::SoundLevels;
 
 /// Third octaves at the receivers.
 pub const SOUND_FILE: &str = "sound.csv";
@@ -58,11 +58,6 @@ pub struct SoundSummary {
     pub body: BodySummary,
     /// By receiver.
     pub receivers: Vec<ReceiverSummary>,
-}
-
-impl SoundSummary {
-    /// Reference of the levels \[Pa\].
-    pub const REFERENCE: f64 = REFERENCE_PRESSURE;
 }
 
 /// The body that radiates, and how its transfers were found.

@@ -63,12 +63,23 @@ impl SoundLevels {
             let within = |band: &BandLevel| band.band.upper_edge() <= frequencies.end * (1.0 + 1e-12);
             all.into_iter().filter(within).collect()
         };
-        let overall = |bands: &[BandLevel]| level(bands.iter().map(|band| band.mean_square).sum());
         let third_octaves = bands(spectrum);
         let a_weighted = bands(&FrequencyWeighting::A.of_spectrum(spectrum));
-        let (overall, overall_a) = (overall(&third_octaves), overall(&a_weighted));
+        let [overall, overall_a] = [&third_octaves, &a_weighted].map(level_of);
         Self { third_octaves, a_weighted, overall, overall_a }
     }
+
+    /// The same bands; the overall levels are those of the bands that the signal's maker vouches for.
+    #[must_use]
+    pub fn vouched(self) -> Self {
+        let overall = |bands: &[BandLevel]| level_of(bands.iter().filter(|band| band.valid));
+        Self { overall: overall(&self.third_octaves), overall_a: overall(&self.a_weighted), ..self }
+    }
+}
+
+/// Level of several bands together \[dB\].
+fn level_of<'a>(bands: impl IntoIterator<Item = &'a BandLevel>) -> f64 {
+    level(bands.into_iter().map(|band| band.mean_square).sum())
 }
 
 /// The spectrum of a pressure from its one-sided power spectral density \[Pa^2/Hz\] at 0, df, 2 df, ... up to half of

@@ -4,7 +4,7 @@
 //! data's way:
 //!
 //! - [`air`]: sound speed and density by temperature;
-//! - [`receivers`]: where the standards put their microphones; [`outline`]: what is in the way of one;
+//! - [`receivers`]: where the standards put their microphones;
 //! - [`power`]: the surfaces around a source that its sound power is taken from;
 //! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
 //! - [`detector`]: what a sound level meter shows against time;
@@ -20,7 +20,6 @@
 pub mod air;
 pub mod detector;
 pub mod levels;
-pub mod outline;
 pub mod pass_by;
 pub mod power;
 pub mod receivers;
@@ -33,7 +32,6 @@ pub mod weighting_filter;
 pub use air::Air;
 pub use detector::{Detector, TimeWeighting};
 pub use levels::SoundLevels;
-pub use outline::{Obstacle, TyreOutline};
 pub use pass_by::{PassBy, PassByError};
 pub use receivers::{CoastByLine, Side};
 pub use speed_coefficient::SpeedCoefficient;

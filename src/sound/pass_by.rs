@@ -43,6 +43,7 @@ use thiserror::Error;
 
 use super::receivers::Position;
 use super::resample::{kernel, weighted};
+use crate::numeric::lagrange::uniform_cubic;
 use crate::numeric::windowed_sinc::WindowedSinc;
 
 /// Points that are cross-faded at a time.
@@ -269,13 +270,7 @@ impl PassBy {
         let count = self.distances.len();
         let along = (self.passage.receivers[0][0] - x) / self.spacing;
         let first = (along as usize).clamp(1, count - 3) - 1;
-        let u = along - first as f64;
-        let fades = [
-            (u - 1.0) * (u - 2.0) * (u - 3.0) / -6.0,
-            u * (u - 2.0) * (u - 3.0) / 2.0,
-            u * (u - 1.0) * (u - 3.0) / -2.0,
-            u * (u - 1.0) * (u - 2.0) / 6.0,
-        ];
+        let fades = uniform_cubic(along - first as f64);
         Instant { emission: self.time(sample) - distance / self.passage.sound_speed, gain, stencil: (first, fades) }
     }
 

@@ -9,6 +9,8 @@
 //!              0         width/2 + 0.2 m                 7.5 m - offset
 //! ```
 
+use crate::scene::StandardReceiver;
+
 /// Where a microphone is \[m\]: x forward, y to the left, z up from the road below the axle's centre.
 pub type Position = [f64; 3];
 
@@ -33,9 +35,9 @@ impl Side {
 }
 
 /// Distance of the coast-by microphone from the centre of the track \[m\]; UN R117 allows +-0.05.
-pub const COAST_BY_DISTANCE: f64 = 7.5;
+pub const COAST_BY_DISTANCE: f64 = StandardReceiver::DISTANCE;
 /// Height of the coast-by microphone over the road \[m\]; UN R117 allows +-0.02.
-pub const COAST_BY_HEIGHT: f64 = 1.2;
+pub const COAST_BY_HEIGHT: f64 = StandardReceiver::HEIGHT;
 /// Half the length of track over which the maximum is read \[m\].
 pub const COAST_BY_HALF_LENGTH: f64 = 10.0;
 
@@ -51,6 +53,10 @@ pub struct CoastByLine {
     pub receivers: usize,
     /// Largest x, and less the smallest \[m\]. Longer than 10 m gives the detector time before the first reading.
     pub half_length: f64,
+    /// From the centre of the track to the microphone \[m\].
+    pub distance: f64,
+    /// Of the microphone over the road \[m\].
+    pub height: f64,
     /// How far the tyre runs from the centre of the track towards the microphone \[m\]. 0, the default: one tyre stands
     /// for the vehicle. Tyres at +-0.75 m have, at equal power, a mean of their mean squares 0.12 dB above that.
     pub offset: f64,
@@ -60,7 +66,14 @@ pub struct CoastByLine {
 
 impl Default for CoastByLine {
     fn default() -> Self {
-        Self { receivers: 81, half_length: COAST_BY_HALF_LENGTH, offset: 0.0, side: Side::Left }
+        Self {
+            receivers: 81,
+            half_length: COAST_BY_HALF_LENGTH,
+            distance: COAST_BY_DISTANCE,
+            height: COAST_BY_HEIGHT,
+            offset: 0.0,
+            side: Side::Left,
+        }
     }
 }
 
@@ -68,9 +81,9 @@ impl CoastByLine {
     /// The positions, in the order in which the microphone takes them: from the front to the rear.
     pub fn positions(&self) -> Vec<Position> {
         let spacing = 2.0 * self.half_length / (self.receivers.max(2) - 1) as f64;
-        let y = self.side.sign() * (COAST_BY_DISTANCE - self.offset);
+        let y = self.side.sign() * (self.distance - self.offset);
         let x = |index: usize| self.half_length - spacing * index as f64;
-        (0..self.receivers.max(2)).map(|index| [x(index), y, COAST_BY_HEIGHT]).collect()
+        (0..self.receivers.max(2)).map(|index| [x(index), y, self.height]).collect()
     }
 }
 
@@ -90,6 +103,9 @@ pub fn close_proximity(width: f64, side: Side) -> [Position; 2] {
     let y = side.sign() * (0.5 * width + CPX_DISTANCE);
     [[CPX_ADVANCE, y, CPX_HEIGHT], [-CPX_ADVANCE, y, CPX_HEIGHT]]
 }
+
+/// Positions of a circle that show a directivity: every five degrees.
+pub const CIRCLE_POSITIONS: usize = 72;
 
 /// Positions on a level circle about the tyre \[m\], for its directivity: from straight ahead (x > 0) by the left.
 pub fn circle(radius: f64, height: f64, count: usize) -> Vec<Position> {
@@ -129,7 +145,14 @@ mod tests {
         let line = CoastByLine::default().positions();
         assert_eq!((line.len(), line[0], line[80]), (81, [10.0, 7.5, 1.2], [-10.0, 7.5, 1.2]));
         assert!((line[40][0]).abs() < 1e-12 && (line[0][0] - line[1][0] - 0.25).abs() < 1e-12);
-        let near = CoastByLine { offset: 0.75, side: Side::Right, receivers: 161, half_length: 15.0 }.positions();
+        let near = CoastByLine {
+            offset: 0.75,
+            side: Side::Right,
+            receivers: 161,
+            half_length: 15.0,
+            ..CoastByLine::default()
+        }
+        .positions();
         assert_eq!((near[0], near[160]), ([15.0, -6.75, 1.2], [-15.0, -6.75, 1.2]));
     }
 

@@ -47,15 +47,15 @@ impl Standing {
     /// # Errors
     /// [`ContactError::LoadNotReached`], or of the search.
     pub fn under(&self, load: f64) -> Result<StaticContact, ContactError> {
-        self.tyre().under(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
+        self.held_by(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
     }
 
-    /// Contact at an indentation \[m\].
+    /// Contact as an axle holds it.
     ///
     /// # Errors
-    /// Of the search.
-    pub fn pressed(&self, indentation: f64) -> Result<StaticContact, ContactError> {
-        self.tyre().at(indentation)
+    /// As [`Self::under`].
+    pub fn held_by(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
+        self.tyre().under(axle)
     }
 
     /// Contacts at evenly spaced indentations, so many, to a little beyond that of a load \[N\].

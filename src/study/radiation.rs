@@ -9,19 +9,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::plan::Plan;
+use crate::plan::{Plan, Sound};
 use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferGrid, TransferProblem};
-use crate::scene::{Radiation, Scene};
+use crate::scene::Scene;
 use crate::sound::{Air, receivers};
 
-/// Cells round the tyre.
-const AROUND: usize = 512;
 /// How far in front of the patch's edge the piece of tread is \[m\].
 pub const AHEAD: f64 = 0.015;
 /// Radius and height of the circle of the directivity \[m\].
 pub const CIRCLE: [f64; 2] = [2.0, 0.3];
-/// Points of the circle.
-const POINTS: usize = 72;
 
 /// The receivers, by name.
 pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
@@ -60,7 +56,7 @@ pub struct AtFrequency {
 pub struct Radiator {
     body: Body,
     air: Air,
-    radiation: Radiation,
+    resolution: Resolution,
     width: f64,
     memory_limit: u64,
 }
@@ -71,12 +67,13 @@ impl Radiator {
     /// # Errors
     /// A body that cannot be.
     pub fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
-        let radiation = scene.radiation.clone();
-        let body = plan.radiating_body(&radiation, at_rest)?;
+        let radiation = &scene.radiation;
+        let body = plan.radiating_body(radiation, at_rest)?;
         let width = plan.decisions.tyre.width + 2.0 * radiation.shoulder;
         let memory_limit = scene.numerics.memory_bytes();
-        let radiator = |air| Self { body, air, radiation, width, memory_limit };
-        Ok(Air::at(scene.radiation.temperature).map(radiator))
+        let resolution = Resolution::of(radiation.nodes_per_wavelength);
+        let radiator = |air| Self { body, air, resolution, width, memory_limit };
+        Ok(Air::at(radiation.temperature).map(radiator))
     }
 
     /// Length of the patch \[m\].
@@ -95,8 +92,7 @@ impl Radiator {
     /// As [`Cost::expected`].
     pub fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
         let wavenumber = TAU * frequency / self.air.sound_speed;
-        let resolution = Resolution::of(self.radiation.nodes_per_wavelength);
-        Cost::expected(&self.body, wavenumber, wavenumber, &resolution, &Block::EVEN_ACROSS)
+        Cost::expected(&self.body, wavenumber, wavenumber, &self.resolution, &Block::EVEN_ACROSS)
     }
 
     /// Everything at each frequency \[Hz\]; `done` is told after each.
@@ -112,18 +108,19 @@ impl Radiator {
         let named = named_receivers(self.width);
         let [radius, height] = CIRCLE;
         let mut positions: Vec<[f64; 3]> = named.iter().map(|(_, position)| *position).collect();
-        positions.extend(receivers::circle(radius, height, POINTS));
+        positions.extend(receivers::circle(radius, height, receivers::CIRCLE_POSITIONS));
+        let grid = TransferGrid { across: 2, ..Sound::GRID };
         let problem = TransferProblem {
             body: &self.body,
             receivers: &positions,
-            grid: TransferGrid { around: AROUND, across: 2 },
-            resolution: Resolution::of(self.radiation.nodes_per_wavelength),
+            grid,
+            resolution: self.resolution,
             blocks: &Block::EVEN_ACROSS,
             memory_limit: self.memory_limit,
         };
         problem.check()?;
         let edge = (self.body.half_patch() / self.body.radius()).asin() + AHEAD / self.body.radius();
-        let cell = (edge / TAU * AROUND as f64) as usize;
+        let cell = (edge / TAU * grid.around as f64) as usize;
         let strength = |transfer: &Transfer| transfer.values[transfer.index(0, 0, cell)].norm();
         let one = |&frequency: &f64| {
             if stop.load(Ordering::Relaxed) {

@@ -15,9 +15,6 @@ use super::transfer::PlaceTransfers;
 use crate::response::vibration::SegmentLayout;
 use crate::storage::StateError;
 
-/// First step of a block whose pressures are kept, in blocks.
-const EARLIEST: [usize; 2] = [3, 8];
-
 /// From the forces of every step to the pressures at some receivers, sampled at the steps.
 pub struct PressureStream {
     layout: SegmentLayout,
@@ -68,7 +65,7 @@ impl PressureStream {
 
     /// The step whose pressure is the first.
     pub fn first_step(layout: &SegmentLayout) -> u64 {
-        (layout.length() * EARLIEST[0] / EARLIEST[1]) as u64
+        (layout.length() * 3 / 8) as u64
     }
 
     /// Transforms of a block.
@@ -126,7 +123,7 @@ impl PressureStream {
             debug_assert!(transformed.is_ok());
             out.copy_from_slice(&spectrum[..bins]);
         });
-        let first = length * EARLIEST[0] / EARLIEST[1];
+        let first = Self::first_step(layout) as usize;
         pressures.par_chunks_mut(hop).enumerate().for_each(|(receiver, out)| {
             let mut sum = backward.make_input_vec();
             for (place, spectrum) in spectra.chunks_exact(bins).enumerate() {

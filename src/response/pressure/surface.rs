@@ -7,7 +7,7 @@
 use num_complex::{Complex32, Complex64};
 use rustfft::FftPlanner;
 
-use crate::numeric::legendre;
+use crate::numeric::{lagrange, legendre, sinc, single};
 use crate::tyre::influence::Waves;
 
 /// G of one receiver.
@@ -62,10 +62,9 @@ impl WaveIntegrals {
                 for (row, n) in (-(most_around as i64)..=most_around as i64).enumerate() {
                     // The wave's mean over a cell, whose middle is half a cell from its beginning.
                     let half = 0.5 * waves.kx(n) * length;
-                    let mean = if n == 0 { 1.0 } else { half.sin() / half };
-                    let at_middle = Complex64::from_polar(length * mean, half);
+                    let at_middle = Complex64::from_polar(length * sinc(half), half);
                     let value = at_middle * cells[n.rem_euclid(*around as i64) as usize];
-                    out[row * lateral.len() + index] = Complex32::new(value.re as f32, value.im as f32);
+                    out[row * lateral.len() + index] = single(value);
                 }
             }
         }
@@ -96,33 +95,21 @@ impl WaveIntegrals {
 fn cosine_weights(points: &[f64], half_width: f64, k: f64) -> Vec<f64> {
     // The product turns as often as the wave does within half of the width.
     let order = 16 + points.len() + (k * half_width) as usize;
-    let rule = legendre::gauss(order);
-    let basis = |here: usize, y: f64| -> f64 {
-        let others = points.iter().enumerate().filter(|(other, _)| *other != here);
-        others.map(|(_, other)| (y - other) / (points[here] - other)).product()
-    };
-    let weight = |here: usize| -> f64 {
-        let term = |[node, weight]: &[f64; 2]| {
-            let y = 0.5 * half_width * (1.0 + node);
-            half_width * weight * (k * y).cos() * basis(here, y)
-        };
-        rule.iter().map(term).sum()
-    };
-    (0..points.len()).map(weight).collect()
+    let mut sums = vec![0.0; points.len()];
+    for [node, weight] in legendre::gauss(order) {
+        let y = 0.5 * half_width * (1.0 + node);
+        for (sum, share) in sums.iter_mut().zip(lagrange::weights(points, y)) {
+            *sum += half_width * weight * (k * y).cos() * share;
+        }
+    }
+    sums
 }
 
 /// The first of up to four neighbours of a frequency and the weights of the cubic through them.
-pub fn interpolation(frequencies: &[f64], frequency: f64) -> (usize, Vec<f64>) {
-    let count = frequencies.len().min(4);
+fn interpolation(frequencies: &[f64], frequency: f64) -> (usize, Vec<f64>) {
     let within = frequency.clamp(frequencies[0], frequencies[frequencies.len() - 1]);
-    let above = frequencies.partition_point(|&known| known <= within);
-    let first = above.saturating_sub(2).min(frequencies.len() - count);
-    let known = &frequencies[first..first + count];
-    let weight = |here: usize| {
-        let others = known.iter().enumerate().filter(|(other, _)| *other != here);
-        others.map(|(_, other)| (within - other) / (known[here] - other)).product()
-    };
-    (first, (0..count).map(weight).collect())
+    let near = lagrange::cubic_neighbours(frequencies, within);
+    (near.start, lagrange::weights(&frequencies[near], within).collect())
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use rustfft::FftPlanner;
 
 use super::surface::{SurfaceGreen, WaveIntegrals};
+use crate::numeric::{sinc, single};
 use crate::response::vibration::{SegmentLayout, TransferKind};
 use crate::scene::AirMotion;
 use crate::tyre::influence::SurfaceWaves;
@@ -52,15 +53,16 @@ impl PressureModel<'_> {
         let angular = std::f64::consts::TAU * frequency;
         // p = i w rho Int G v dS, v = -i w u: outwards.
         let radiated = angular * self.density * self.taper(frequency) * self.scale;
-        let weights: Vec<f64> = waves.lateral.iter().map(|&m| self.strip(m)).collect();
+        // (e_m/B) a_m of each wave's part in the strip's force.
+        let strip = |&m: &usize| tyre.lateral_norm(m) * tyre.lateral_share(m, self.contact_width);
+        let weights: Vec<f64> = waves.lateral.iter().map(strip).collect();
         let most = integrals[0].most_around().min(layout.elements / 2 - 1) as i64;
         let mut compliance = vec![Complex64::ZERO; lateral];
         let mut shapes = vec![vec![Complex64::ZERO; (2 * integrals[0].most_around() + 1) * lateral]; integrals.len()];
-        for ((shape, integrals), delay) in shapes.iter_mut().zip(integrals).zip(delays) {
+        for (shape, integrals) in shapes.iter_mut().zip(integrals) {
             integrals.at(frequency, shape);
-            let late = Complex64::from_polar(1.0, -angular * delay);
-            shape.iter_mut().for_each(|value| *value *= late);
         }
+        let late: Vec<Complex64> = delays.iter().map(|delay| Complex64::from_polar(1.0, -angular * delay)).collect();
         for n in -most..=most {
             let material_bin = layout.material_bin(bin, n);
             let material = material_bin as f64 * layout.resolution();
@@ -74,13 +76,12 @@ impl PressureModel<'_> {
                     angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution()
                 }
             };
-            let half = 0.5 * tyre.kx(n) * tyre.circumference / layout.elements as f64;
-            let mean = if n == 0 { 1.0 } else { half.sin() / half };
+            let mean = sinc(0.5 * tyre.kx(n) * tyre.circumference / layout.elements as f64);
             let factor = radiated * rate * mean / tyre.circumference;
             let row = (n + integrals[0].most_around() as i64) as usize * lateral;
-            for (out, shape) in out.iter_mut().zip(&shapes) {
+            for ((out, shape), late) in out.iter_mut().zip(&shapes).zip(&late) {
                 let sum: Complex64 = shape[row..row + lateral].iter().zip(&compliance).map(|(g, c)| g * c).sum();
-                out[n.rem_euclid(layout.elements as i64) as usize] = factor * sum;
+                out[n.rem_euclid(layout.elements as i64) as usize] = late * factor * sum;
             }
         }
     }
@@ -93,13 +94,6 @@ impl PressureModel<'_> {
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
         let seen = if rule.is_multistep() { symbol.im / std::f64::consts::TAU } else { frequency };
         self.waves.at(n, seen, out);
-    }
-
-    /// (e_m/B) a_m of a wave's part in the strip's force \[1/m\].
-    fn strip(&self, m: usize) -> f64 {
-        let tyre = self.waves.waves;
-        let half = 0.5 * tyre.ky(m) * self.contact_width;
-        if m == 0 { 1.0 / tyre.width } else { 2.0 / tyre.width * half.sin() / half }
     }
 
     /// What a unit force at the window's first column is to the component of each index at a bin; the transform over
@@ -173,7 +167,7 @@ impl PlaceTransfers {
                         transform.process_with_scratch(&mut row, &mut scratch);
                         for (column, value) in row[..layout.columns].iter().enumerate() {
                             let place = (stage * layout.columns + column) * layout.substeps + phase;
-                            out[place] = Complex32::new(value.re as f32, value.im as f32);
+                            out[place] = single(*value);
                         }
                     }
                 }
@@ -198,7 +192,6 @@ impl PlaceTransfers {
     ) -> Self {
         let rows =
             pairs(receivers, places).flat_map(|(receiver, place)| (0..bins).map(move |bin| (receiver, place, bin)));
-        let single = |value: Complex64| Complex32::new(value.re as f32, value.im as f32);
         let values = rows.map(|(receiver, place, bin)| single(value(receiver, place, bin))).collect();
         Self { receivers, places, bins, values }
     }
@@ -221,16 +214,10 @@ fn signed(index: usize, elements: usize) -> i64 {
 
 /// What the force of a stage counts, turned by the time from the step's end at which it acts, at a bin of the material.
 fn stage_weights(layout: &SegmentLayout) -> impl Fn(usize, i64) -> Complex64 + Sync + use<> {
-    let stages: Vec<(f64, f64)> = match layout.rule.runge_kutta() {
-        None => vec![(1.0, 0.0)],
-        Some(method) => {
-            let times = method.nodes.iter().map(|node| (node - 1.0) * layout.time_step);
-            method.weights().iter().copied().zip(times).collect()
-        }
-    };
+    let stages = layout.actions();
     let step = std::f64::consts::TAU * layout.resolution();
     move |stage, bin| {
-        let (weight, time) = stages[stage];
+        let [weight, time] = stages[stage];
         Complex64::from_polar(weight, -step * bin as f64 * time)
     }
 }

@@ -103,6 +103,13 @@ impl SegmentLayout {
         self.rule.nodes().len()
     }
 
+    /// For every instant of a step the weight of its force, and the time from the step's end at which it acts \[s\].
+    pub(in crate::response) fn actions(&self) -> Vec<[f64; 2]> {
+        let Some(method) = self.rule.runge_kutta() else { return vec![[1.0, 0.0]] };
+        let nodes = method.nodes.iter().zip(method.weights());
+        nodes.map(|(node, weight)| [weight, (node - 1.0) * self.time_step]).collect()
+    }
+
     /// Forces of a step: the columns of every stage.
     pub fn width(&self) -> usize {
         self.stages() * self.columns

@@ -144,12 +144,11 @@ impl Transfers {
             (Some(method), TransferKind::Rule) => {
                 Way::Stages(StageTransfer::new(method, symbols.clone(), layout.time_step))
             }
-            (Some(method), TransferKind::Exact) => {
-                let stages = method.nodes.iter().zip(method.weights());
-                let acts = stages.flat_map(|(node, weight)| {
-                    let delay = (node - 1.0) * layout.time_step;
-                    symbols.iter().map(move |symbol| weight * (-symbol * delay).exp())
-                });
+            (Some(_), TransferKind::Exact) => {
+                let acts = layout
+                    .actions()
+                    .into_iter()
+                    .flat_map(|[weight, delay]| symbols.iter().map(move |symbol| weight * (-symbol * delay).exp()));
                 Way::AtTheirTimes(acts.collect())
             }
         };

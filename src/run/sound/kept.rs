@@ -1,9 +1,10 @@
 //! Transfers of a body that earlier runs, or this one before it was stopped, have left on disk: one entry for each
 //! receiver of the scene and frequency.
 
-use num_complex::{Complex32, Complex64};
+use num_complex::Complex32;
 use serde::{Deserialize, Serialize};
 
+use crate::numeric::{double, single};
 use crate::plan::Sound;
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
 use crate::storage::{Cache, Cached, Format, Kind};
@@ -66,14 +67,8 @@ impl<'a> KeptTransfers<'a> {
     /// All frequencies that the choice may call for and that are there for every receiver.
     pub(super) fn load(&self, warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
         let Some(cache) = &self.cache else { return Vec::new() };
-        let mut candidates = self.range.first();
-        while candidates[1] - candidates[0] >= 2.0 * self.range.finest {
-            let middles: Vec<f64> = candidates.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect();
-            candidates.extend(middles);
-            candidates.sort_by(f64::total_cmp);
-        }
         let mut found = Vec::new();
-        'frequencies: for frequency in candidates {
+        'frequencies: for frequency in self.range.candidates() {
             let mut transfers = Vec::new();
             for receiver in 0..self.sound.heard.len() {
                 let Some(key) = self.key(receiver, frequency) else { continue 'frequencies };
@@ -106,7 +101,7 @@ impl<'a> KeptTransfers<'a> {
             wavenumber: self.range.wavenumber(kept.frequency),
             grid,
             sides: 1,
-            values: values.iter().map(|value| Complex64::new(f64::from(value.re), f64::from(value.im))).collect(),
+            values: values.iter().copied().map(double).collect(),
         };
         let whole = |(values, _): &(&Vec<Complex32>, &[f64; 3])| values.len() == grid.around * grid.across;
         kept.values.iter().zip(points).filter(whole).map(transfer).collect()
@@ -116,9 +111,8 @@ impl<'a> KeptTransfers<'a> {
     pub(super) fn store(&mut self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
         for (receiver, heard) in self.sound.heard.iter().enumerate() {
             let Some((cache, key)) = self.cache.as_ref().zip(self.key(receiver, found.frequency)) else { return };
-            let single = |value: &Complex64| Complex32::new(value.re as f32, value.im as f32);
             let transfers = found.transfers[heard.points.clone()].iter();
-            let values = transfers.map(|transfer| transfer.values.iter().map(single).collect()).collect();
+            let values = transfers.map(|transfer| transfer.values.iter().copied().map(single).collect()).collect();
             if let Err(error) = cache.store(&key, &KeptReceiver { frequency: found.frequency, values }) {
                 warnings.push(format!("cache not written: {error}"));
                 self.cache = None;

@@ -32,8 +32,7 @@ pub struct SoundRecorder {
     /// How the transfers were found.
     way: Way,
     stream: PressureStream,
-    layout: SegmentLayout,
-    /// By point; none if the run is too short for one.
+    /// By point.
     spectra: Vec<SpectrumAccumulator>,
     /// Pressures over time \[Pa\] by point, as far as they are kept to be listened to.
     signals: Vec<Vec<f32>>,
@@ -81,12 +80,11 @@ impl SoundRecorder {
         let (way, transfers) = seeking.find(prepared, progress, meter)?;
         let points = sound.points();
         let spectra = (0..points)
-            .map_while(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)).ok())
-            .collect();
+            .map(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)))
+            .collect::<Result<_, _>>()?;
         Ok(Some(Self {
             way,
             stream: PressureStream::new(layout, transfers),
-            layout,
             spectra,
             signals: vec![Vec::new(); points],
             warm_up: plan.warm_up_steps,
@@ -114,11 +112,9 @@ impl SoundRecorder {
     /// Takes the pressures of a block down.
     fn keep(&mut self) {
         let most = self.sound.kept_samples();
-        for (point, signal) in self.signals.iter_mut().enumerate() {
+        for (point, (signal, spectrum)) in self.signals.iter_mut().zip(&mut self.spectra).enumerate() {
             let pressures = self.stream.pressures(point);
-            if let Some(spectrum) = self.spectra.get_mut(point) {
-                pressures.iter().for_each(|&pressure| spectrum.push(pressure));
-            }
+            pressures.iter().for_each(|&pressure| spectrum.push(pressure));
             let room = most.saturating_sub(signal.len()).min(pressures.len());
             signal.extend(pressures[..room].iter().map(|&pressure| pressure as f32));
         }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::plan::Heard;
-use crate::response::{BandLevel, PowerSpectrum};
+use crate::response::PowerSpectrum;
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{
@@ -17,7 +17,7 @@ use crate::run::sound::SoundRecorder;
 use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
 use crate::sound::detector::meter_levels;
-use crate::sound::levels::{level, mean_square};
+use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::pass_by::Passage;
 use crate::sound::power::{Iso3744, power_level};
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;
@@ -57,7 +57,7 @@ impl SoundRecorder {
             draw_levels(loaded, &spectra, folder)?;
         }
         Ok(SoundSummary {
-            reference: SoundSummary::REFERENCE,
+            reference: REFERENCE_PRESSURE,
             highest: self.sound.radiation.fmax,
             body: self.way.body.clone(),
             receivers,
@@ -72,12 +72,12 @@ impl SoundRecorder {
         points: &[PowerSpectrum],
         folder: &ResultsFolder,
     ) -> Result<ReceiverSummary, RunError> {
-        let vouched = self.vouched(spectrum);
+        let levels = vouched(spectrum);
         let mut summary = ReceiverSummary {
             name: heard.name.clone(),
             points: heard.points.len(),
-            level: vouched.overall,
-            level_a: vouched.overall_a,
+            level: levels.overall,
+            level_a: levels.overall_a,
             power_level_a: None,
             pass_by: None,
             audio: None,
@@ -85,15 +85,13 @@ impl SoundRecorder {
         let audio = self.sound.radiation.audio;
         match heard.place {
             ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => {
-                let squares: Vec<f64> = points[heard.points.clone()]
-                    .iter()
-                    .map(|point| mean_square(self.vouched(point).overall_a))
-                    .collect();
+                let squares: Vec<f64> =
+                    points[heard.points.clone()].iter().map(|point| mean_square(vouched(point).overall_a)).collect();
                 summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.way.air)));
             }
             ReceiverPlace::Standard(StandardReceiver::Circle { .. }) => {
                 if loaded.scene.outputs.plots {
-                    let levels = points[heard.points.clone()].iter().map(|point| self.vouched(point).overall_a);
+                    let levels = points[heard.points.clone()].iter().map(|point| vouched(point).overall_a);
                     draw_directivity(loaded, heard, &levels.collect::<Vec<_>>(), folder)?;
                 }
             }
@@ -115,19 +113,9 @@ impl SoundRecorder {
         Ok(summary)
     }
 
-    /// Levels of what the run vouches for.
-    fn vouched(&self, spectrum: &PowerSpectrum) -> SoundLevels {
-        let mut levels = SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY);
-        let overall =
-            |bands: &[BandLevel]| level(bands.iter().filter(|band| band.valid).map(|band| band.mean_square).sum());
-        levels.overall = overall(&levels.third_octaves);
-        levels.overall_a = overall(&levels.a_weighted);
-        levels
-    }
-
     fn at_file_rate(&self, point: usize) -> Vec<f64> {
         let signal: Vec<f64> = self.signals[point].iter().map(|&pressure| f64::from(pressure)).collect();
-        resample(&signal, 1.0 / self.layout.time_step, FILE_RATE)
+        resample(&signal, 1.0 / self.sound.layout.time_step, FILE_RATE)
     }
 
     /// All passages that the kept pressures hold, one after the other: levels against time are written and drawn; the
@@ -138,7 +126,7 @@ impl SoundRecorder {
         heard: &Heard,
         folder: &ResultsFolder,
     ) -> Result<Option<(PassBySummary, Vec<f64>)>, RunError> {
-        let rate = 1.0 / self.layout.time_step;
+        let rate = 1.0 / self.sound.layout.time_step;
         let receivers = self.sound.positions[heard.points.clone()].to_vec();
         let speed = loaded.scene.rolling.speed();
         let passage = Passage {
@@ -192,8 +180,8 @@ impl SoundRecorder {
         let told: Vec<[f64; 3]> = (0..passing.samples())
             .step_by(every)
             .map(|sample| {
-                let squares = levels.iter().map(|levels| mean_square(levels[sample])).sum::<f64>();
-                [passing.time(sample), passing.place(sample), level(squares / levels.len() as f64)]
+                let mean = energetic_mean(levels.iter().map(|levels| levels[sample]));
+                [passing.time(sample), passing.place(sample), mean]
             })
             .collect();
         let header = ["time_s", "tyre_ahead_of_microphone_m", "level_db_a_fast"].map(str::to_owned).to_vec();
@@ -204,6 +192,11 @@ impl SoundRecorder {
         }
         Ok(Some((PassBySummary { passages: levels.len(), maximum, deviation }, sound)))
     }
+}
+
+/// Levels, the overall ones of what the run vouches for.
+fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
+    SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
 }
 
 /// The mean of spectra over the same frequencies; `None` of none.

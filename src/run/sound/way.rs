@@ -2,11 +2,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use num_complex::{Complex32, Complex64};
+use num_complex::Complex64;
 
 use super::kept::KeptTransfers;
 use crate::counters::{Counter, Meter, Stage, Work};
+use crate::numeric::single;
 use crate::plan::{Plan, Sound};
+use crate::radiation::elements::distance;
 use crate::radiation::transfer::{across_points, half_tread};
 use crate::radiation::{Body, RadiationError, TransferSet, Watch, transfers};
 use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
@@ -65,8 +67,7 @@ impl Seeking<'_> {
         progress.stage(Stage::Radiation);
         let at_rest = prepared.at_rest.length;
         let (greens, body) = self.greens(&air, at_rest, prepared, progress, meter)?;
-        let reach = |position: &[f64; 3]| position.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let lates: Vec<f64> = sound.positions.iter().map(|position| reach(position) / air.sound_speed).collect();
+        let lates: Vec<f64> = sound.positions.iter().map(|&position| reach(position) / air.sound_speed).collect();
         let delays: Vec<u64> = lates.iter().map(|late| (late / layout.time_step).floor() as u64).collect();
         let left: Vec<f64> =
             lates.iter().zip(&delays).map(|(late, whole)| late - *whole as f64 * layout.time_step).collect();
@@ -130,7 +131,8 @@ impl Seeking<'_> {
             error @ RadiationError::Memory { .. } => {
                 self.refused("numerics.memory_limit", error.to_string(), "more, or a lower radiation.fmax")
             }
-            error => self.refused("receiver", error.to_string(), "a place in the air"),
+            error @ RadiationError::Point { .. } => self.refused("receiver", error.to_string(), "a place in the air"),
+            error => self.refused("radiation.fmax", error.to_string(), "another one"),
         })?;
         meter.count(Counter::RadiationSolves, report.solved as u64);
         let work = report.solve.work;
@@ -151,19 +153,20 @@ impl Seeking<'_> {
     }
 }
 
+/// r0: from the contact to a receiver \[m\].
+fn reach(position: [f64; 3]) -> f64 {
+    distance(position, [0.0; 3])
+}
+
 /// What a set of transfers is to the tread's waves.
 fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
     let (half_width, grid) = (half_tread(body), Sound::GRID);
     let green = |receiver: usize| {
-        let position = sound.positions[receiver];
-        let reach = position.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let reach = reach(sound.positions[receiver]);
         let values = set.frequencies().iter().flat_map(|found| {
             let transfer = &found.transfers[receiver];
             let turn = Complex64::from_polar(1.0, transfer.wavenumber * reach);
-            transfer.values.iter().map(move |value| {
-                let value = turn * value;
-                Complex32::new(value.re as f32, value.im as f32)
-            })
+            transfer.values.iter().map(move |value| single(turn * value))
         });
         SurfaceGreen {
             frequencies: set.frequencies().iter().map(|found| found.frequency).collect(),

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::kernel::{Field, Kernel};
 use super::waves::Waves;
-use super::waves::sinc;
+use crate::numeric::sinc;
 use crate::scene::Tyre;
 use crate::tyre::layers::material::modulus_ratio;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::waves::{Waves, sinc};
+use super::waves::Waves;
+use crate::numeric::sinc;
 use crate::scene::Tyre;
 
 /// Wavenumbers and weights of the sum.

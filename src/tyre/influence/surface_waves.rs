@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::kernel::{Kernel, KernelAt, LaneKernel};
 use super::waves::Waves;
 use crate::numeric::MOST_LANES;
+use crate::numeric::lagrange::uniform_cubic;
 use crate::scene::Tyre;
 
 /// Below this the frequencies stand at equal distances, above at equal ratios \[Hz\].
@@ -73,7 +74,7 @@ impl SurfaceWaves {
             out.fill(Complex64::ZERO);
             return;
         }
-        let weights = cubic(place - first as f64);
+        let weights = uniform_cubic(place - first as f64);
         for (index, value) in out.iter_mut().enumerate() {
             let row = (n * self.lateral.len() + index) * self.points + first;
             let known = self.stiffnesses[row..row + 4].iter().zip(weights);
@@ -85,12 +86,6 @@ impl SurfaceWaves {
 
 fn coordinate(frequency: f64) -> f64 {
     (frequency / LINEAR_BELOW).asinh()
-}
-
-/// Weights of the cubic through the points 0, 1, 2, 3 at x.
-fn cubic(x: f64) -> [f64; 4] {
-    let [a, b, c, d] = [x, x - 1.0, x - 2.0, x - 3.0];
-    [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0]
 }
 
 /// All frequencies of the waves of one n. A type, not a closure: see `lane_sum`.

@@ -2,12 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::numeric::sinc;
 use crate::scene::{Sides, Tyre};
-
-/// sin(x)/x.
-pub(super) fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
-}
 
 /// The wavenumbers of the tyre's waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,8 +47,17 @@ impl Waves {
 
     /// (2/B) a_m^2 of a centred strip b wide, (1/B) a_0^2 \[1/m\]; the sum over all m that it excites is 1/b.
     pub fn lateral_weight(&self, m: usize, strip: f64) -> f64 {
-        let shape = sinc(0.5 * self.ky(m) * strip);
-        let full = 2.0 / self.width * shape * shape;
-        if m == 0 { 0.5 * full } else { full }
+        let shape = self.lateral_share(m, strip);
+        self.lateral_norm(m) * shape * shape
+    }
+
+    /// Mean a_m over a centred strip of a wave that is 1 at mid-width.
+    pub fn lateral_share(&self, m: usize, strip: f64) -> f64 {
+        sinc(0.5 * self.ky(m) * strip)
+    }
+
+    /// 2/B, 1/B for m = 0 \[1/m\]: over the mean square of a wave across the width.
+    pub fn lateral_norm(&self, m: usize) -> f64 {
+        if m == 0 { 1.0 / self.width } else { 2.0 / self.width }
     }
 }

@@ -1,0 +1,15 @@
+//! Complex numbers in single precision, in which large tables are kept.
+
+use num_complex::{Complex32, Complex64};
+
+/// To single precision.
+#[inline]
+pub fn single(value: Complex64) -> Complex32 {
+    Complex32::new(value.re as f32, value.im as f32)
+}
+
+/// To double precision.
+#[inline]
+pub fn double(value: Complex32) -> Complex64 {
+    Complex64::new(f64::from(value.re), f64::from(value.im))
+}

@@ -85,7 +85,7 @@ fn history(criterion: &mut Criterion) {
 fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
     let elements = model.elements;
     let mut history =
-        ModalHistory::with_blocks(model, Field::Surface, rule, time_step, 1).expect("the surface is fitted");
+        ModalHistory::with_blocks(model, Field::Surface, rule, time_step, elements, 1).expect("the surface is fitted");
     let forward = RealFftPlanner::<f64>::new().plan_fft_forward(elements);
     let (mut ring, mut waves) = (forward.make_input_vec(), forward.make_output_vec());
     let mut values = vec![0.0; waves.len() * lags];
@@ -134,7 +134,7 @@ fn modal(criterion: &mut Criterion) {
             }
         };
         let history = |instants| {
-            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, instants)
+            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, columns, instants)
                 .expect("the surface is fitted")
         };
         let mut exact = vec![0.0; columns];

@@ -12,7 +12,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
-use tyrewave::contact::complementarity::{LINE, Ldlt, assemble, room};
+use tyrewave::contact::complementarity::{LINE, Ldlt, room};
 use tyrewave::numeric::Ring;
 use tyrewave::test_models::plate_scene;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
@@ -88,7 +88,7 @@ fn solvers(criterion: &mut Criterion) {
         let set: Vec<usize> = (0..points).collect();
         let stride = points.next_multiple_of(LINE);
         let anew = |solver: &mut Ldlt, memory: &mut [f64], right: &mut [f64]| {
-            assemble(&set, &influence, memory);
+            solver.assemble(&set, &influence, memory);
             right[..points].copy_from_slice(&d);
             solver.factorise(memory, points).expect("G0 is positive definite");
             solver.solve(memory, right, stride, points).expect("G0 is positive definite");

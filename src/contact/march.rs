@@ -22,6 +22,7 @@ use super::history::{HistoryState, PastForces};
 use super::kernel::ContactKernel;
 use super::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
+use crate::numeric::largest_or_zero;
 use crate::scene::Numerics;
 use crate::storage::state::{StateError, fill};
 
@@ -244,20 +245,21 @@ impl March {
         let under = SlicesUnder { slices, first_element };
         let residuals = self.search.forces(&mut self.required, under, forces, step, meter)?;
         meter.lap(&mut laps, Stage::ActiveSet);
+        self.history.push(first_element, forces);
+        meter.lap(&mut laps, Stage::History);
         self.search.add_displacement(forces, old);
         let total_force: f64 = forces.iter().sum();
         let time = step as f64 * self.time_step;
-        if !total_force.is_finite() || self.required.iter().any(|required| required.is_nan()) {
+        if !total_force.is_finite() || self.required.iter().fold(false, |lost, required| lost | required.is_nan()) {
             return Err(ContactError::NotFinite { step, time });
         }
-        let (displacement, radius) = (self.required.iter().fold(0.0_f64, |a, &b| a.max(b)), self.geometry.radius);
+        let (displacement, radius) = (largest_or_zero(&self.required), self.geometry.radius);
         if displacement > radius {
             return Err(ContactError::Unbounded { step, time, displacement, radius });
         }
-        self.history.push(first_element, forces);
         let totals = &mut self.totals;
         totals.residuals = totals.residuals.worst(residuals);
-        totals.largest_force = forces.iter().fold(totals.largest_force, |a, &b| a.max(b));
+        totals.largest_force = totals.largest_force.max(largest_or_zero(forces));
         totals.largest_displacement = totals.largest_displacement.max(displacement);
         let edge = forces.first().zip(forces.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0);
         totals.edge_contacts += u64::from(edge && forces.len() < self.geometry.elements);

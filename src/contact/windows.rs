@@ -3,21 +3,6 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// out_i += factor row_i, for rows at least as long.
-#[inline(always)]
-pub fn add_row<S: Simd>(simd: S, out: &mut [f64], row: &[f64], factor: f64) {
-    let row = &row[..out.len()];
-    let wide = simd.splat_f64s(factor);
-    let (out, out_rest) = S::as_mut_simd_f64s(out);
-    let (row, row_rest) = S::as_simd_f64s(row);
-    for (out, &row) in out.iter_mut().zip(row) {
-        *out = simd.mul_add_e_f64s(row, wide, *out);
-    }
-    for (out, &row) in out_rest.iter_mut().zip(row_rest) {
-        *out = row.mul_add(factor, *out);
-    }
-}
-
 /// out_i += sum over the windows (from, factor), in their order, of factor row_(from + i).
 ///
 /// Every window lies within the row. Cost: one fused multiply-add for each window and entry of `out`. The result does
@@ -45,7 +30,9 @@ impl<W: Iterator<Item = (usize, f64)> + Clone> WithSimd for Windows<'_, W> {
         let rest = &mut out[done..];
         if !rest.is_empty() {
             for (from, factor) in windows {
-                add_row(simd, rest, &row[from + done..], factor);
+                for (out, &row) in rest.iter_mut().zip(&row[from + done..]) {
+                    *out = row.mul_add(factor, *out);
+                }
             }
         }
     }
@@ -78,9 +65,77 @@ fn add_kept<S: Simd, const KEPT: usize>(
     done
 }
 
+/// out_i += sum over c of factor_c row_(first - c + i): as [`add_windows`], for factors side by side, whose windows begin
+/// at `first`, one before it, and so on. `out` is whole vectors of any processor; what lies behind the row's last window
+/// is part of the row.
+#[inline(always)]
+pub fn add_neighbours<S: Simd>(simd: S, out: &mut [f64], row: &[f64], first: usize, factors: &[f64]) {
+    // From the last window's beginning on.
+    let row = &row[first + 1 - factors.len()..];
+    let done = add_neighbours_kept::<S, 4>(simd, out, 0, row, factors);
+    let done = add_neighbours_kept::<S, 2>(simd, out, done, row, factors);
+    add_neighbours_kept::<S, 1>(simd, out, done, row, factors);
+}
+
+/// As [`add_kept`].
+#[inline(always)]
+fn add_neighbours_kept<S: Simd, const KEPT: usize>(
+    simd: S,
+    out: &mut [f64],
+    mut done: usize,
+    row: &[f64],
+    factors: &[f64],
+) -> usize {
+    let length = KEPT * S::F64_LANES;
+    while let Some(kept) = out.get_mut(done..done + length) {
+        let (kept, _) = S::as_mut_simd_f64s(kept);
+        let Ok(kept) = <&mut [S::f64s; KEPT]>::try_from(kept) else { break };
+        let mut sums = *kept;
+        let row = &row[done..done + length + factors.len() - 1];
+        for (window, &factor) in row.windows(length).rev().zip(factors) {
+            let (window, _) = S::as_simd_f64s(window);
+            let factor = simd.splat_f64s(factor);
+            for (sum, &row) in sums.iter_mut().zip(window) {
+                *sum = simd.mul_add_e_f64s(row, factor, *sum);
+            }
+        }
+        *kept = sums;
+        done += length;
+    }
+    done
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    struct Neighbours<'a> {
+        out: &'a mut [f64],
+        row: &'a [f64],
+        first: usize,
+        factors: &'a [f64],
+    }
+
+    impl WithSimd for Neighbours<'_> {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            add_neighbours(simd, self.out, self.row, self.first, self.factors);
+        }
+    }
+
+    #[test]
+    fn neighbours_are_windows() {
+        let row: Vec<f64> = (0..300).map(|i| (0.37 * f64::from(i)).sin()).collect();
+        let factors = [1.5, -0.25, 0.0, 3.0, 0.125];
+        for length in [8, 16, 24, 32, 40, 104, 200] {
+            let (mut out, mut windows) = (vec![0.5; length], vec![0.5; length]);
+            Arch::new().dispatch(Neighbours { out: &mut out, row: &row, first: 40, factors: &factors });
+            let each = factors.iter().enumerate().map(|(c, &factor)| (40 - c, factor));
+            add_windows(Arch::new(), &mut windows, &row, each);
+            assert_eq!(out, windows, "{length}");
+        }
+    }
 
     #[test]
     fn windows_add_up_whatever_their_length() {

@@ -5,6 +5,7 @@ pub mod complex_field;
 pub mod digest;
 pub mod lagrange;
 pub mod lanes;
+pub mod largest;
 pub mod legendre;
 pub mod precision;
 pub mod rational;
@@ -17,6 +18,7 @@ pub mod windowed_sinc;
 
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};
+pub use largest::largest_or_zero;
 pub use precision::{double, single};
 pub use ring::Ring;
 pub use running_moments::RunningMoments;

@@ -198,9 +198,9 @@ impl Amounts {
     fn modal(&mut self, scene: &Scene, plan: &Plan) {
         let numerics = &scene.numerics;
         self.count(Counter::Poles, self.poles);
-        let Expected { points, columns, .. } = self.expected;
+        let Expected { columns, .. } = self.expected;
         let (rule, steps) = (numerics.time_rule, plan.steps as f64);
-        let work = ModalHistory::expected(rule, numerics.elements, self.poles, points * columns);
+        let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize);
         let stages = rule.nodes().len() as f64;
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Behind);

@@ -151,7 +151,7 @@ impl Past<'_> {
         meter.count(Counter::Poles, model.order() as u64);
         meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
         let (first, history) = ModalHistory::first_weights(&model, self.plan.field, rule, time_step)
-            .zip(ModalHistory::new(&model, self.plan.field, rule, time_step))
+            .zip(ModalHistory::new(&model, self.plan.field, rule, time_step, self.columns))
             .ok_or(ContactError::NoSuchField)?;
         Ok((self.kernel(&first)?, Box::new(history), Some(model)))
     }

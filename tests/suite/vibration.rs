@@ -89,7 +89,7 @@ fn largest_difference(segment: f64) -> f64 {
     let model = fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model;
     let step = tyrewave::test_models::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
     let rule = TimeRule::Bdf2;
-    let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
+    let mut history = ModalHistory::new(&model, Field::Surface, rule, step, model.elements).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
     let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
     let (rows, columns, forces) = results.patch();
@@ -361,7 +361,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let positions = places.map(|column| layout.first_position + column as f64 * geometry.element);
     let table = VelocityTable::new(&layout, &response, TransferKind::Rule, VibrationField::Tread).unwrap();
     accumulator.add_points(&table, &positions);
-    let mut history = ModalHistory::new(&model, Field::Surface, rule, step).unwrap();
+    let mut history = ModalHistory::new(&model, Field::Surface, rule, step, model.elements).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
     let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
     let mut tracks = vec![Vec::with_capacity(plan.steps as usize); elements];

@@ -18,9 +18,14 @@ use serde::{Deserialize, Serialize};
 
 use super::factors::{FactorCache, FactorState};
 use super::ldlt::Singular;
-use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
+use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface};
 use crate::counters::Meter;
-use crate::storage::state::{StateError, fill};
+use crate::numeric::largest_or_zero;
+use crate::storage::StateError;
+
+/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of the
+/// patch.
+const SWEEPS: usize = 2;
 
 /// What a search for the forces is expected to take, for each time at which they are sought.
 #[derive(Clone, Copy, Debug)]
@@ -49,12 +54,13 @@ pub struct Residuals {
 impl Residuals {
     /// What the forces and u = G0 F leave open where d is required.
     pub fn of(d: &[f64], forces: &[f64], displacement: &[f64]) -> Self {
+        let larger = |a: f64, b: f64| if b > a { b } else { a };
         let mut residuals = Self::default();
         for ((&force, &d), &u) in forces.iter().zip(d).zip(displacement) {
-            residuals.tension = residuals.tension.max(-force);
-            residuals.penetration = residuals.penetration.max(d - u);
+            residuals.tension = larger(residuals.tension, -force);
+            residuals.penetration = larger(residuals.penetration, d - u);
             if force > 0.0 {
-                residuals.complementarity = residuals.complementarity.max((force * (u - d)).abs());
+                residuals.complementarity = larger(residuals.complementarity, (force * (u - d)).abs());
             }
         }
         residuals
@@ -113,14 +119,15 @@ impl ActiveSet {
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        move_on(&mut self.surface.estimate, by);
+        self.surface.advance(by);
         self.factors.advance(by.min(self.active.len()));
     }
 
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.
     fn guess(&mut self, d: &[f64]) {
         let own = self.surface.influence[0].recip();
-        self.surface.sweep(Prescribed { own, d }, SWEEPS);
+        let reach = self.surface.reach(d);
+        let _ = self.surface.sweep(Prescribed { own }, SWEEPS, d, reach);
         for (active, &force) in self.active.iter_mut().zip(&self.surface.estimate) {
             *active = force > 0.0;
         }
@@ -129,7 +136,7 @@ impl ActiveSet {
     /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the
     /// residuals.
     pub fn search(&mut self, d: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<Residuals, Singular> {
-        let largest = d.iter().fold(0.0_f64, |a, &b| a.max(b));
+        let largest = largest_or_zero(d);
         let tolerance = self.tolerance * largest;
         forces.fill(0.0);
         if largest <= 0.0 {
@@ -145,6 +152,7 @@ impl ActiveSet {
             for (&point, &force) in self.points.iter().zip(&self.values) {
                 forces[point] = force;
             }
+            self.surface.displace(forces);
             let (wrong, last) =
                 self.broken(d, forces, tolerance).fold((0, 0), |(count, _), column| (count + 1, column));
             if wrong == 0 {
@@ -204,8 +212,8 @@ impl ActiveSet {
     /// [`StateError`].
     pub fn restore(&mut self, state: ActiveSetState) -> Result<(), StateError> {
         let ActiveSetState { estimate, counts, factors } = state;
+        self.surface.start_from(&estimate)?;
         self.surface.counts = counts;
-        fill(&mut self.surface.estimate, &estimate)?;
         self.factors.restore(&self.surface.influence, factors)
     }
 
@@ -220,30 +228,27 @@ impl ActiveSet {
         })
     }
 
-    /// F on the set, then u everywhere.
+    /// F on the set.
     fn solve(&mut self, d: &[f64], meter: &mut Meter) -> Result<(), Singular> {
         self.points.clear();
         self.points.extend(self.active.iter().enumerate().filter_map(|(column, &active)| active.then_some(column)));
         self.values.clear();
         self.values.extend(self.points.iter().map(|&point| d[point]));
-        self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)?;
-        self.surface.displace(self.points.iter().copied().zip(self.values.iter().copied()));
-        Ok(())
+        self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)
     }
 }
 
-/// A point alone, its displacement d prescribed.
+/// A point alone, its displacement prescribed.
 #[derive(Clone, Copy)]
-struct Prescribed<'a> {
+struct Prescribed {
     /// 1/G0_ii.
     own: f64,
-    d: &'a [f64],
 }
 
-impl OwnForce for Prescribed<'_> {
+impl OwnForce for Prescribed {
     #[inline(always)]
-    fn force(&mut self, column: usize, force: f64, displacement: f64) -> f64 {
-        (force + (self.d[column] - displacement) * self.own).max(0.0)
+    fn force(&mut self, _: usize, force: f64, left: f64) -> f64 {
+        (force + left * self.own).max(0.0)
     }
 }
 

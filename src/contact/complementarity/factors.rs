@@ -17,7 +17,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ldlt::{Aligned, LINE, Ldlt, Singular, assemble, finite, room};
+use super::ldlt::{Aligned, LINE, Ldlt, Singular, finite, room};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet, NeighbourState};
 use super::pattern_index::PatternIndex;
 use crate::counters::{Meter, Stage, Work};
@@ -255,7 +255,7 @@ impl FactorCache {
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
         let factor = self.factors.part(slot * stride * most, room(rows));
-        assemble(points, influence, factor);
+        self.solver.assemble(points, influence, factor);
         let done = self.solver.factorise(factor, rows);
         self.counts.factorisations += 1;
         let entries = (rows * rows) as u64;

@@ -1,11 +1,10 @@
 //! L D L^T of symmetric matrices of some hundred rows at most, in memory that is taken once.
 //!
 //! A matrix lies in *tiles*: [`LINE`] rows of a column side by side, all columns of such a block of rows one after the
-//! other, so that what is taken off a block of rows goes through memory in one stretch. Four columns are done together
-//! and taken off all that follow. Without exchanges: for matrices that are positive definite, or
-//! made of a positive and a negative definite block. Measured with assembly and solution, 32 to 192 points take half
-//! the time of whole columns taken off two by two, which took 0.35 to 0.42 of the time of faer's blocks (bench
-//! `linear_solvers`).
+//! other, so that what is taken off a block of rows goes through memory in one stretch. Four columns are done together:
+//! what all columns before them take off them is summed up in registers. Without exchanges: for matrices that are
+//! positive definite, or made of a positive and a negative definite block. Against faer's blocks: bench
+//! `linear_solvers`.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -48,33 +47,66 @@ pub const fn room(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }
 
-/// G0 of some points, given by increasing column numbers, from G0 by distance: its lower triangle, which says it all.
-/// Neighbours are copied together.
-pub fn assemble(points: &[usize], influence: &[f64], matrix: &mut [f64]) {
-    let (tiles, _) = matrix.as_chunks_mut::<LINE>();
-    let blocks = tiles.chunks_exact_mut(points.len().max(1)).zip(points.chunks(LINE));
-    for (number, (tiles, lines)) in blocks.enumerate() {
-        let (before, own) = tiles.split_at_mut(LINE * number);
-        let (first, last) = (lines[0], lines[lines.len() - 1]);
-        if lines.len() == LINE && last - first < LINE {
-            for (tile, &point) in before.iter_mut().zip(points) {
-                if let Some(values) = influence[first - point..].first_chunk() {
-                    *tile = *values;
+/// G0 of some points; neighbours are copied together.
+struct Assembly<'a> {
+    points: &'a [usize],
+    influence: &'a [f64],
+    matrix: &'a mut [f64],
+}
+
+impl WithSimd for Assembly<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { points, influence, matrix } = self;
+        // Influence from distance -7 to 7.
+        let mut both_ways = [0.0; 2 * LINE];
+        for (index, value) in both_ways.iter_mut().enumerate() {
+            *value = influence.get((index + 1).abs_diff(LINE)).copied().unwrap_or(0.0);
+        }
+        let (tiles, _) = matrix.as_chunks_mut::<LINE>();
+        let blocks = tiles.chunks_exact_mut(points.len().max(1)).zip(points.chunks(LINE));
+        for (number, (tiles, lines)) in blocks.enumerate() {
+            let (before, own) = tiles.split_at_mut(LINE * number);
+            let (first, last) = (lines[0], lines[lines.len() - 1]);
+            if last - first + 1 == lines.len() {
+                for (tile, &point) in before.iter_mut().zip(points) {
+                    match influence[first - point..].first_chunk() {
+                        Some(values) => *tile = *values,
+                        None => gather(tile, lines, point, influence),
+                    }
+                }
+                for (c, tile) in own.iter_mut().enumerate().take(LINE) {
+                    if let Some(values) = both_ways[LINE - 1 - c..].first_chunk() {
+                        *tile = *values;
+                    }
+                }
+            } else {
+                for (tile, &point) in before.iter_mut().zip(points) {
+                    gather(tile, lines, point, influence);
+                }
+                for (tile, &point) in own.iter_mut().zip(lines) {
+                    gather(tile, lines, point, influence);
                 }
             }
-        } else {
-            before.iter_mut().zip(points).for_each(|(tile, &point)| gather(tile, lines, point, influence));
         }
-        own.iter_mut().zip(lines).for_each(|(tile, &point)| gather(tile, lines, point, influence));
     }
 }
 
-/// A tile: influence of a point on some others, zeros below them.
+/// A tile: influence of a point on some others; what stands below them is of no matter.
+#[inline(always)]
 fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f64]) {
-    for (entry, &line) in tile.iter_mut().zip(lines) {
-        *entry = influence[line.abs_diff(point)];
+    if let Ok(lines) = <&[usize; LINE]>::try_from(lines) {
+        for (entry, &line) in tile.iter_mut().zip(lines) {
+            *entry = influence[line.abs_diff(point)];
+        }
+    } else {
+        for (entry, &line) in tile.iter_mut().zip(lines) {
+            *entry = influence[line.abs_diff(point)];
+        }
+        tile[lines.len()..].fill(0.0);
     }
-    tile[lines.len()..].fill(0.0);
 }
 
 /// A matrix given by its lower triangle, as entry(row, column).
@@ -100,7 +132,7 @@ pub(crate) fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
 /// Factorises and solves.
 pub struct Ldlt {
     arch: Arch,
-    /// The panel times D, row by row of it; in solutions sums of the unknowns so far, a line for each column.
+    /// D and the panel's rows times D; in solutions sums of the unknowns so far, a line for each column.
     scratch: Aligned,
 }
 
@@ -108,6 +140,12 @@ impl Ldlt {
     /// For up to so many rows.
     pub fn new(rows: usize) -> Self {
         Self { arch: Arch::new(), scratch: Aligned::new(LINE * rows.next_multiple_of(LINE)) }
+    }
+
+    /// G0 of some points, given by increasing column numbers, from G0 by distance: its lower triangle, which says it
+    /// all; what stands above it, and below the last row, is of no matter.
+    pub fn assemble(&self, points: &[usize], influence: &[f64], matrix: &mut [f64]) {
+        self.arch.dispatch(Assembly { points, influence, matrix });
     }
 
     /// L below the diagonal and D on it, in place.
@@ -118,7 +156,7 @@ impl Ldlt {
         if rows == 0 {
             return Ok(());
         }
-        let factors = self.scratch.part(0, PANEL * rows.next_multiple_of(LINE));
+        let factors = self.scratch.part(0, (PANEL + 1) * rows.next_multiple_of(LINE));
         self.arch.dispatch(ByPanels { matrix: &mut matrix[..room(rows)], factors, rows })
     }
 
@@ -148,10 +186,10 @@ impl Ldlt {
     }
 }
 
-/// Columns of L four by four: once such a panel is done, it is taken off all columns that follow.
+/// Columns of L four by four: what those before take off them is summed up in registers, two vectors of rows together.
 struct ByPanels<'a> {
     matrix: &'a mut [f64],
-    /// -D L of a panel, column by column.
+    /// Room for -D, and for -D L of the rows that meet the panel.
     factors: &'a mut [f64],
     rows: usize,
 }
@@ -162,57 +200,152 @@ impl WithSimd for ByPanels<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { matrix, factors, rows } = self;
-        let vectors = LINE / S::F64_LANES;
-        let (f, rest) = factors.split_at_mut(factors.len() / PANEL);
-        let (g, rest) = rest.split_at_mut(f.len());
-        let (h, k) = rest.split_at_mut(f.len());
+        let (pivots, factors) = factors.split_at_mut(rows.next_multiple_of(LINE));
+        let (factors, _) = factors.as_chunks_mut::<PANEL>();
         for j in (0..rows).step_by(PANEL) {
-            let (end, own) = (rows.min(j + PANEL), j / LINE * LINE * rows);
-            let corner = Corner::of(&matrix[own..], j, end)?;
+            let end = rows.min(j + PANEL);
+            let block = &mut matrix[j / LINE * LINE * rows..];
+            let factors = &mut factors[..j];
+            for ((factors, tile), &pivot) in factors.iter_mut().zip(block.chunks_exact(LINE)).zip(&*pivots) {
+                let [k, l, m, n] = tile[j % LINE..j % LINE + PANEL] else { continue };
+                *factors = [k * pivot, l * pivot, m * pivot, n * pivot];
+            }
+            let panel = Panel { simd, factors, end, rows };
+            let streams = block.len() / LINE / rows * (LINE / S::F64_LANES);
             if end == rows {
-                corner.write(&mut matrix[own..], j, end);
+                panel.open_last(block, streams);
+                Corner::of(block, j, end)?.write(block, j, end);
                 break;
             }
-            for (number, block) in matrix.chunks_exact_mut(LINE * rows).enumerate().skip(end / LINE) {
-                let (panel, _) = S::as_mut_simd_f64s(&mut block[LINE * j..LINE * end]);
-                let lines = LINE * number..LINE * (number + 1);
-                let (f, _) = S::as_mut_simd_f64s(&mut f[lines.clone()]);
-                let (g, _) = S::as_mut_simd_f64s(&mut g[lines.clone()]);
-                let (h, _) = S::as_mut_simd_f64s(&mut h[lines.clone()]);
-                let (k, _) = S::as_mut_simd_f64s(&mut k[lines]);
-                for v in 0..vectors {
-                    let columns = [panel[v], panel[vectors + v], panel[2 * vectors + v], panel[3 * vectors + v]];
-                    let (l, times_pivots) = corner.divide(simd, columns);
-                    [panel[v], panel[vectors + v], panel[2 * vectors + v], panel[3 * vectors + v]] = l;
-                    [f[v], g[v], h[v], k[v]] = times_pivots;
-                }
+            // The panel's own rows first.
+            let mut stream = 0;
+            while stream < LINE / S::F64_LANES {
+                stream = panel.open(block, stream, streams);
             }
-            // The first block may have reached into the corner.
-            corner.write(&mut matrix[own..], j, end);
-            for (number, block) in matrix.chunks_exact_mut(LINE * rows).enumerate().skip(end / LINE) {
-                let last = rows.min(LINE * (number + 1));
-                let (done, open) = block.split_at_mut(LINE * end);
-                let (panel, _) = S::as_simd_f64s(&done[LINE * j..]);
-                let (open, _) = S::as_mut_simd_f64s(&mut open[..LINE * (last - end)]);
-                for v in 0..vectors {
-                    let [a, b, c, d] = [panel[v], panel[vectors + v], panel[2 * vectors + v], panel[3 * vectors + v]];
-                    let factors = f[end..last].iter().zip(&g[end..last]).zip(&h[end..last]).zip(&k[end..last]);
-                    for (open, (((&f, &g), &h), &k)) in open.chunks_exact_mut(vectors).zip(factors) {
-                        let sum = simd.mul_add_e_f64s(a, simd.splat_f64s(f), open[v]);
-                        let sum = simd.mul_add_e_f64s(b, simd.splat_f64s(g), sum);
-                        let sum = simd.mul_add_e_f64s(c, simd.splat_f64s(h), sum);
-                        open[v] = simd.mul_add_e_f64s(d, simd.splat_f64s(k), sum);
-                    }
-                }
+            let corner = Corner::of(block, j, end)?;
+            pivots[j..end].iter_mut().zip(corner.pivots).for_each(|(own, pivot)| *own = -pivot);
+            panel.divide(&corner, block, if end % LINE == 0 { LINE / S::F64_LANES } else { 0 }, stream);
+            while stream < streams {
+                let next = panel.open(block, stream, streams);
+                panel.divide(&corner, block, stream, next);
+                stream = next;
             }
+            corner.write(block, j, end);
         }
         Ok(())
+    }
+}
+
+/// A panel of columns, and what all columns before take off it.
+#[derive(Clone, Copy)]
+struct Panel<'a, S> {
+    simd: S,
+    /// -D L of the panel's own rows, by column before it.
+    factors: &'a [[f64; PANEL]],
+    /// Column after its last.
+    end: usize,
+    /// Rows of the matrix.
+    rows: usize,
+}
+
+impl<S: Simd> Panel<'_, S> {
+    /// Where a stream of vectors of rows begins: those of a block first.
+    #[inline(always)]
+    fn begin(self, stream: usize) -> usize {
+        let vectors = LINE / S::F64_LANES;
+        stream / vectors * vectors * self.rows + stream % vectors
+    }
+
+    /// Takes off the panel what the columns before it do, in two streams of rows if there are as many; returns the
+    /// first that is left.
+    #[inline(always)]
+    fn open(self, block: &mut [f64], stream: usize, streams: usize) -> usize {
+        if stream + 1 < streams { self.take_off_two(block, stream) } else { self.take_off::<PANEL>(block, stream) }
+    }
+
+    /// The same of the last panel, which has no more rows than columns, and those may be fewer.
+    #[inline(always)]
+    fn open_last(self, block: &mut [f64], streams: usize) {
+        for stream in 0..streams {
+            match self.end - self.factors.len() {
+                1 => self.take_off::<1>(block, stream),
+                2 => self.take_off::<2>(block, stream),
+                3 => self.take_off::<3>(block, stream),
+                _ => self.take_off::<PANEL>(block, stream),
+            };
+        }
+    }
+
+    /// One stream, in C columns.
+    #[inline(always)]
+    fn take_off<const C: usize>(self, block: &mut [f64], stream: usize) -> usize {
+        let Self { simd, factors, .. } = self;
+        let (vectors, j) = (LINE / S::F64_LANES, factors.len());
+        let (block, _) = S::as_mut_simd_f64s(block);
+        let (done, panel) = block[self.begin(stream)..].split_at_mut(j * vectors);
+        let mut sums = [simd.splat_f64s(0.0); C];
+        for (sum, column) in sums.iter_mut().zip(panel.chunks_mut(vectors)) {
+            *sum = column[0];
+        }
+        for (factors, l) in factors.iter().zip(done.chunks_exact(vectors)) {
+            for (sum, &factor) in sums.iter_mut().zip(factors) {
+                *sum = simd.mul_add_e_f64s(l[0], simd.splat_f64s(factor), *sum);
+            }
+        }
+        for (sum, column) in sums.iter().zip(panel.chunks_mut(vectors)) {
+            column[0] = *sum;
+        }
+        stream + 1
+    }
+
+    /// Two streams together.
+    #[inline(always)]
+    fn take_off_two(self, block: &mut [f64], stream: usize) -> usize {
+        let Self { simd, factors, .. } = self;
+        let (vectors, j) = (LINE / S::F64_LANES, factors.len());
+        let (block, _) = S::as_mut_simd_f64s(block);
+        // No closures here: a processor's wider vectors do not reach into those of arrays.
+        let (first, second) = block.split_at_mut(self.begin(stream + 1));
+        let (one, f) = first[self.begin(stream)..].split_at_mut(j * vectors);
+        let (two, g) = second.split_at_mut(j * vectors);
+        let [mut a, mut b, mut c, mut d] = [f[0], f[vectors], f[2 * vectors], f[3 * vectors]];
+        let [mut p, mut q, mut r, mut s] = [g[0], g[vectors], g[2 * vectors], g[3 * vectors]];
+        let streams = one.chunks_exact(vectors).zip(two.chunks_exact(vectors));
+        for (&[k, l, m, n], (one, two)) in factors.iter().zip(streams) {
+            let (one, two) = (one[0], two[0]);
+            let [k, l, m, n] = [simd.splat_f64s(k), simd.splat_f64s(l), simd.splat_f64s(m), simd.splat_f64s(n)];
+            a = simd.mul_add_e_f64s(one, k, a);
+            b = simd.mul_add_e_f64s(one, l, b);
+            c = simd.mul_add_e_f64s(one, m, c);
+            d = simd.mul_add_e_f64s(one, n, d);
+            p = simd.mul_add_e_f64s(two, k, p);
+            q = simd.mul_add_e_f64s(two, l, q);
+            r = simd.mul_add_e_f64s(two, m, r);
+            s = simd.mul_add_e_f64s(two, n, s);
+        }
+        [f[0], f[vectors], f[2 * vectors], f[3 * vectors]] = [a, b, c, d];
+        [g[0], g[vectors], g[2 * vectors], g[3 * vectors]] = [p, q, r, s];
+        stream + 2
+    }
+
+    /// L of some streams of rows.
+    #[inline(always)]
+    fn divide(self, corner: &Corner, block: &mut [f64], first: usize, end: usize) {
+        let (block, _) = S::as_mut_simd_f64s(block);
+        let (vectors, j) = (LINE / S::F64_LANES, self.factors.len());
+        for stream in first..end {
+            let panel = &mut block[self.begin(stream) + j * vectors..][..(PANEL - 1) * vectors + 1];
+            let l = corner.divide(self.simd, [panel[0], panel[vectors], panel[2 * vectors], panel[3 * vectors]]);
+            [panel[0], panel[vectors], panel[2 * vectors], panel[3 * vectors]] = l;
+        }
     }
 }
 
 /// L and D where the columns of a panel meet their own rows.
 struct Corner {
     pivots: [f64; PANEL],
+    /// Their reciprocals.
+    scales: [f64; PANEL],
     /// L below its diagonal, column by column.
     lower: [[f64; PANEL]; PANEL],
 }
@@ -221,7 +354,7 @@ impl Corner {
     /// Of the columns from `j` to `end`, from their block of rows.
     #[inline(always)]
     fn of(block: &[f64], j: usize, end: usize) -> Result<Self, Singular> {
-        let (mut lower, mut pivots) = ([[0.0; PANEL]; PANEL], [0.0; PANEL]);
+        let (mut lower, mut pivots, mut scales) = ([[0.0; PANEL]; PANEL], [0.0; PANEL], [0.0; PANEL]);
         for (lower, tile) in lower.iter_mut().zip(block[LINE * j..LINE * end].chunks_exact(LINE)) {
             lower.copy_from_slice(&tile[j % LINE..j % LINE + PANEL]);
         }
@@ -232,6 +365,7 @@ impl Corner {
             }
             pivots[k] = pivot;
             let scale = pivot.recip();
+            scales[k] = scale;
             let (done, open) = lower.split_at_mut(k + 1);
             let own = &mut done[k];
             own[k + 1..].iter_mut().for_each(|value| *value *= scale);
@@ -242,27 +376,23 @@ impl Corner {
                 }
             }
         }
-        Ok(Self { pivots, lower })
+        Ok(Self { pivots, scales, lower })
     }
 
-    /// L of four columns below the corner, and -D L.
+    /// L of four columns below the corner.
     #[inline(always)]
-    fn divide<S: Simd>(&self, simd: S, [a, b, c, d]: [S::f64s; PANEL]) -> ([S::f64s; PANEL], [S::f64s; PANEL]) {
-        let ([p, q, r, s], [l, m, n, _]) = (self.pivots, self.lower);
-        let a = simd.mul_f64s(a, simd.splat_f64s(p.recip()));
-        let b = simd.mul_f64s(simd.mul_add_e_f64s(a, simd.splat_f64s(-l[1] * p), b), simd.splat_f64s(q.recip()));
-        let c = simd.mul_add_e_f64s(a, simd.splat_f64s(-l[2] * p), c);
-        let c = simd.mul_f64s(simd.mul_add_e_f64s(b, simd.splat_f64s(-m[2] * q), c), simd.splat_f64s(r.recip()));
-        let d = simd.mul_add_e_f64s(a, simd.splat_f64s(-l[3] * p), d);
-        let d = simd.mul_add_e_f64s(b, simd.splat_f64s(-m[3] * q), d);
-        let d = simd.mul_f64s(simd.mul_add_e_f64s(c, simd.splat_f64s(-n[3] * r), d), simd.splat_f64s(s.recip()));
-        let times = [
-            simd.mul_f64s(a, simd.splat_f64s(-p)),
-            simd.mul_f64s(b, simd.splat_f64s(-q)),
-            simd.mul_f64s(c, simd.splat_f64s(-r)),
-            simd.mul_f64s(d, simd.splat_f64s(-s)),
-        ];
-        ([a, b, c, d], times)
+    fn divide<S: Simd>(&self, simd: S, [a, b, c, d]: [S::f64s; PANEL]) -> [S::f64s; PANEL] {
+        let ([p, q, r, s], [l, m, n, _]) = (self.scales, self.lower);
+        let b = simd.mul_add_e_f64s(a, simd.splat_f64s(-l[1]), b);
+        let c = simd.mul_add_e_f64s(a, simd.splat_f64s(-l[2]), c);
+        let c = simd.mul_add_e_f64s(b, simd.splat_f64s(-m[2]), c);
+        let d = simd.mul_add_e_f64s(a, simd.splat_f64s(-l[3]), d);
+        let d = simd.mul_add_e_f64s(b, simd.splat_f64s(-m[3]), d);
+        let d = simd.mul_add_e_f64s(c, simd.splat_f64s(-n[3]), d);
+        let a = simd.mul_f64s(a, simd.splat_f64s(p));
+        let b = simd.mul_f64s(b, simd.splat_f64s(q));
+        let c = simd.mul_f64s(c, simd.splat_f64s(r));
+        [a, b, c, simd.mul_f64s(d, simd.splat_f64s(s))]
     }
 
     #[inline(always)]
@@ -313,6 +443,8 @@ impl WithSimd for Substitutions<'_> {
                 }
             }
         }
+        // What stands below the last row is nothing.
+        right[rows..].fill(0.0);
         let (sums, _) = S::as_mut_simd_f64s(sums);
         sums.fill(zero);
         for (number, block) in factor.chunks_exact(LINE * rows).enumerate().rev() {
@@ -388,11 +520,11 @@ mod tests {
         let rows = points.len();
         let own: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64).collect();
         let (mut made, mut expected) = (vec![f64::NAN; room(rows)], vec![f64::NAN; room(rows)]);
-        assemble(&points, &influence, &mut made);
+        let mut solver = Ldlt::new(rows);
+        solver.assemble(&points, &influence, &mut made);
         add_to_diagonal(&mut made, &own);
         let spring = |i: usize, j: usize| if i == j { own[i] } else { 0.0 };
         assemble_entries(rows, |i, j| influence[points[i] - points[j]] + spring(i, j), &mut expected);
-        let mut solver = Ldlt::new(rows);
         solver.factorise(&mut made, rows).unwrap();
         solver.factorise(&mut expected, rows).unwrap();
         for i in 0..rows {

@@ -9,7 +9,7 @@
 //! G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it;    with v = y - G0 F + c F:    c F = S(v).
 //! ```
 //!
-//! 1. Guess v by two sweeps of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point by
+//! 1. Guess v by a sweep of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point by
 //!    itself has w + (G0_ii/c - 1) S(w) = y_i - sum over j != i of G0_ij F_j, monotone and piecewise linear in w, and
 //!    F_i = S(w)/c.
 //! 2. On the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58,
@@ -32,18 +32,23 @@
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
 //! (m^2) and m x columns.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::active_set::{ActiveSet, ExpectedSearch, Residuals};
-use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, assemble, room};
-use super::sweeps::{OwnForce, PATIENCE, SWEEPS, SearchCounts, Surface, move_on};
+use super::ldlt::{Aligned, LINE, Ldlt, Singular, add_to_diagonal, room};
+use super::pieces::{HeldPiece, LocalSlice};
+use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
 use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
+use crate::numeric::largest_or_zero;
 use crate::road::slices::StiffnessCurve;
-use crate::storage::state::{StateError, fill};
+use crate::storage::StateError;
 
-/// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
-const NO_SLOPE: f64 = f64::EPSILON;
+/// Sweeps of the guess. A second one costs more than the solves that it saves: an instant of dense asphalt takes 2.00
+/// solves without sweeps, 1.11 (N = 512) and 1.08 (N = 1024) with one, 1.00 with two.
+const SWEEPS: usize = 1;
 /// Doublings of the fallback's sweeps: 4 to 2^17.
 const MOST_ROUNDS: u32 = 16;
 
@@ -60,27 +65,6 @@ impl<'a> SlicesUnder<'a> {
     /// The slice under a column, if there is road there.
     pub fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
         self.slices.get(self.first_element + column as i64)
-    }
-
-    /// The piece that holds `v`: its number from 1, 0 where it carries nothing. `near` as in
-    /// [`StiffnessCurve::displacement_in_series`].
-    fn piece(&self, column: usize, v: f64, near: &mut u32) -> u32 {
-        match self.get(column) {
-            Some(curve) if v > 0.0 => {
-                let number = curve.segment_index_near(v, *near as usize);
-                *near = number as u32;
-                if curve.piece(number).slope > NO_SLOPE { number as u32 + 1 } else { 0 }
-            }
-            _ => 0,
-        }
-    }
-
-    /// S(v); `v` itself where there is no slice.
-    fn displacement(&self, column: usize, v: f64, near: u32) -> f64 {
-        self.get(column).map_or(v, |curve| {
-            let piece = curve.piece(curve.segment_index_near(v, near as usize));
-            if v > 0.0 { piece.slope * v + piece.intercept } else { v }
-        })
     }
 }
 
@@ -107,11 +91,15 @@ pub struct LocalSet {
     tolerance: f64,
     /// Rounds of plain exchange that may fail; `None`: sweeps go before every round but the first.
     patience: Option<u32>,
-    /// Piece of every column, see [`SlicesUnder::piece`].
-    pieces: Vec<u32>,
-    /// Where in its curve every column was looked for last; what is found does not depend on it.
-    near: Vec<u32>,
+    law: LocalSlice,
+    /// Piece of every column.
+    pieces: Vec<HeldPiece>,
+    /// Columns that may carry force.
+    reach: Range<usize>,
+    /// Columns whose piece carries force, rising.
     points: Vec<usize>,
+    /// Room for those of the next round.
+    next_points: Vec<usize>,
     /// c (1/s_i - 1) of the points.
     own: Vec<f64>,
     matrix: Aligned,
@@ -131,13 +119,15 @@ impl LocalSet {
     /// of their own.
     pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         Self {
+            law: LocalSlice::new(influence[0], compliance),
             surface: Surface::new(influence, columns),
             compliance,
             tolerance,
             patience: Some(PATIENCE),
-            pieces: vec![0; columns],
-            near: vec![0; columns],
+            pieces: vec![HeldPiece::default(); columns],
+            reach: 0..0,
             points: Vec::with_capacity(columns),
+            next_points: Vec::with_capacity(columns),
             own: Vec::with_capacity(columns),
             matrix: Aligned::new(room(columns)),
             right: Aligned::new(columns.next_multiple_of(LINE)),
@@ -161,8 +151,8 @@ impl LocalSet {
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
     pub fn advance(&mut self, by: usize) {
-        move_on(&mut self.surface.estimate, by);
-        move_on(&mut self.near, by);
+        self.surface.advance(by);
+        move_on(&mut self.pieces, by);
     }
 
     /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what
@@ -179,22 +169,26 @@ impl LocalSet {
         meter: &mut Meter,
     ) -> Result<Residuals, Unsolved> {
         forces.fill(0.0);
-        let largest = required.iter().fold(0.0_f64, |largest, &y| largest.max(y));
+        let largest = largest_or_zero(required);
         let tolerance = self.tolerance * largest;
         if largest <= 0.0 {
-            self.pieces.fill(0);
+            self.points.clear();
+            self.reach = 0..0;
             self.surface.rest();
         } else {
             self.settle(slices, required, tolerance, forces, meter)?;
         }
-        for (column, required) in required.iter_mut().enumerate() {
-            let v = self.felt(column, *required, forces[column]);
+        for column in self.reach.clone() {
+            let v = self.felt(column, required[column], forces[column]);
             // No v < 0 is finite where there is no road.
             if v > 0.0 {
-                *required += slices.displacement(column, v, self.near[column]) - v;
+                let piece = &mut self.pieces[column];
+                piece.go_to(v, self.law, || slices.get(column));
+                required[column] += piece.displacement(v) - v;
             }
         }
-        Ok(Residuals::of(required, forces, &self.surface.displacement))
+        let reach = self.reach.clone();
+        Ok(Residuals::of(&required[reach.clone()], &forces[reach.clone()], &self.surface.displacement[reach]))
     }
 
     fn settle(
@@ -205,10 +199,11 @@ impl LocalSet {
         forces: &mut [f64],
         meter: &mut Meter,
     ) -> Result<(), Unsolved> {
+        self.reach = self.surface.reach(y);
         self.sweep(slices, y, SWEEPS);
         let (mut lowest, mut patience, mut solves, mut rounds) = (usize::MAX, self.patience, 0, 0);
         loop {
-            self.solve(slices, y, forces, meter)?;
+            self.solve(y, forces, meter)?;
             solves += usize::from(!self.points.is_empty());
             let wrong = self.exchange(slices, y, tolerance, forces);
             if wrong == 0 {
@@ -220,6 +215,7 @@ impl LocalSet {
             } else if let Some(left) = patience.and_then(|patience| patience.checked_sub(1)) {
                 patience = Some(left);
             } else if rounds < MOST_ROUNDS {
+                self.surface.displace_estimate();
                 self.sweep(slices, y, 4 << rounds);
                 rounds += 1;
             } else {
@@ -237,66 +233,76 @@ impl LocalSet {
 
     /// Sweeps from the estimate, and the pieces that hold what they find.
     fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize) {
-        let own = self.surface.influence[0];
-        let slice = LocalSlice::new(own, self.compliance);
-        self.surface.sweep(SliceAlone { own, slice, y, slices, near: &mut self.near }, sweeps);
-        for (column, &y) in y.iter().enumerate() {
-            let v = self.felt(column, y, self.surface.estimate[column]);
-            self.pieces[column] = slices.piece(column, v, &mut self.near[column]);
+        let Self { law, pieces, surface, reach, points, .. } = self;
+        let (own, law) = (surface.influence[0], *law);
+        points.clear();
+        let alone = SliceAlone { own, law, slices, pieces: &mut *pieces };
+        let (forces, left) = surface.sweep(alone, sweeps, y, reach.clone());
+        for (column, (left, force)) in reach.clone().zip(left.iter().zip(forces)) {
+            let v = left + self.compliance * force;
+            if v > 0.0 && pieces[column].go_to(v, law, || slices.get(column)) {
+                points.push(column);
+            }
         }
     }
 
     /// Gives every point whose v has left its piece by more than the tolerance the one that holds it; returns their
     /// number.
-    fn exchange(&mut self, slices: SlicesUnder<'_>, y: &[f64], tolerance: f64, forces: &mut [f64]) -> usize {
+    fn exchange(&mut self, slices: SlicesUnder<'_>, y: &[f64], tolerance: f64, forces: &[f64]) -> usize {
+        self.reach_for_broken(y);
         let mut wrong = 0;
-        for (column, &y) in y.iter().enumerate() {
-            let v = self.felt(column, y, forces[column]);
-            let (piece, held) = (slices.piece(column, v, &mut self.near[column]), self.pieces[column]);
-            if piece == held {
-                continue;
-            }
-            let left = match (held.checked_sub(1), slices.get(column)) {
-                (Some(held), Some(curve)) => {
-                    let held = curve.piece(held as usize);
-                    forces[column] < 0.0 || v < held.from - tolerance || v > held.to + tolerance
+        let mut held = self.points.iter().copied().peekable();
+        self.next_points.clear();
+        for column in self.reach.clone() {
+            let v = self.felt(column, y[column], forces[column]);
+            let piece = &mut self.pieces[column];
+            let carries = if held.next_if_eq(&column).is_some() {
+                let stays = v > 0.0 && piece.holds(v)
+                    || forces[column] >= 0.0 && piece.from - tolerance <= v && v <= piece.to + tolerance;
+                wrong += usize::from(!stays);
+                stays || v > 0.0 && piece.go_to(v, self.law, || slices.get(column))
+            } else {
+                let mut found = *piece;
+                let joins =
+                    v > 0.0 && found.go_to(v, self.law, || slices.get(column)) && found.displacement(v) > tolerance;
+                if joins {
+                    *piece = found;
+                    wrong += 1;
                 }
-                _ => slices.displacement(column, v, self.near[column]) > tolerance,
+                joins
             };
-            if left {
-                wrong += 1;
-                self.pieces[column] = piece;
+            if carries {
+                self.next_points.push(column);
             }
         }
+        std::mem::swap(&mut self.points, &mut self.next_points);
         wrong
     }
 
+    /// Columns out of reach that others lift off less than they are pressed down come within reach: none where no
+    /// influence is negative.
+    fn reach_for_broken(&mut self, y: &[f64]) {
+        let broken = |column: &usize| y[*column] > self.surface.displacement[*column];
+        let (first, last) = ((0..self.reach.start).find(broken), (self.reach.end..y.len()).rfind(broken));
+        self.reach = first.unwrap_or(self.reach.start)..last.map_or(self.reach.end, |last| last + 1);
+    }
+
     /// F on the pieces, then u everywhere.
-    fn solve(
-        &mut self,
-        slices: SlicesUnder<'_>,
-        y: &[f64],
-        forces: &mut [f64],
-        meter: &mut Meter,
-    ) -> Result<(), Singular> {
-        self.points.clear();
+    fn solve(&mut self, y: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<(), Singular> {
         self.own.clear();
         let right = self.right.part(0, self.pieces.len().next_multiple_of(LINE));
-        for (column, &piece) in self.pieces.iter().enumerate() {
-            if let (Some(piece), Some(curve)) = (piece.checked_sub(1), slices.get(column)) {
-                let piece = curve.piece(piece as usize);
-                let softness = piece.slope.recip();
-                right[self.points.len()] = y[column] + piece.intercept * softness;
-                self.own.push(self.compliance * (softness - 1.0));
-                self.points.push(column);
-            }
+        for (right, &column) in right.iter_mut().zip(&self.points) {
+            let piece = &self.pieces[column];
+            let softness = piece.slope.recip();
+            *right = y[column] + piece.intercept * softness;
+            self.own.push(self.compliance * (softness - 1.0));
         }
         let rows = self.points.len();
         forces.fill(0.0);
         if rows > 0 {
             let mut laps = meter.laps();
             let matrix = self.matrix.part(0, room(rows));
-            assemble(&self.points, &self.surface.influence, matrix);
+            self.solver.assemble(&self.points, &self.surface.influence, matrix);
             add_to_diagonal(matrix, &self.own);
             self.solver.factorise(matrix, rows)?;
             meter.lap(&mut laps, Stage::Factorisation);
@@ -306,7 +312,7 @@ impl LocalSet {
                 forces[point] = force;
             }
         }
-        self.surface.displace(self.points.iter().map(|&point| (point, forces[point])));
+        self.surface.displace(forces);
         let counts = &mut self.surface.counts;
         counts.factors.factorisations += u64::from(rows > 0);
         let entries = (rows * rows) as u64;
@@ -342,31 +348,9 @@ impl LocalSet {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
+        self.surface.start_from(&state.estimate)?;
         self.surface.counts = state.counts;
-        fill(&mut self.surface.estimate, &state.estimate)
-    }
-}
-
-/// A slice of compliance c on a point of compliance G0_ii, no others near.
-#[derive(Clone, Copy, Debug)]
-pub struct LocalSlice {
-    /// 1/c.
-    stiffness: f64,
-    /// G0_ii/c - 1.
-    excess: f64,
-}
-
-impl LocalSlice {
-    /// For G0_ii and c \[m/N\].
-    pub fn new(own: f64, compliance: f64) -> Self {
-        Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
-    }
-
-    /// Its force \[N\] where the others leave the penetration y \[m\]: S(w)/c with w + (G0_ii/c - 1) S(w) = y; `near`
-    /// as in [`StiffnessCurve::displacement_in_series`].
-    #[inline(always)]
-    pub fn force(&self, curve: &StiffnessCurve, y: f64, near: &mut u32) -> f64 {
-        if y > 0.0 { curve.displacement_in_series(y, self.excess, near) * self.stiffness } else { 0.0 }
+        Ok(())
     }
 }
 
@@ -374,18 +358,16 @@ impl LocalSlice {
 struct SliceAlone<'a> {
     /// G0_ii.
     own: f64,
-    slice: LocalSlice,
-    y: &'a [f64],
+    law: LocalSlice,
     slices: SlicesUnder<'a>,
-    near: &'a mut [u32],
+    pieces: &'a mut [HeldPiece],
 }
 
 impl OwnForce for SliceAlone<'_> {
     #[inline(always)]
-    fn force(&mut self, column: usize, force: f64, displacement: f64) -> f64 {
-        let y = self.y[column] - (displacement - self.own * force);
-        let Self { slice, near, .. } = self;
-        self.slices.get(column).map_or(0.0, |curve| slice.force(curve, y, &mut near[column]))
+    fn force(&mut self, column: usize, force: f64, left: f64) -> f64 {
+        let slices = self.slices;
+        self.pieces[column].force(left + self.own * force, self.law, || slices.get(column))
     }
 }
 

@@ -105,7 +105,7 @@ proptest! {
         let compliance = softer * influence[0];
         let mut search = LocalSet::new(influence.clone(), compliance, 12, 1e-13);
         search.patience = patience;
-        search.surface.estimate.copy_from_slice(&start);
+        search.surface.start_from(&start).unwrap();
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
         let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
@@ -244,7 +244,8 @@ fn the_fallback_alone_finds_the_solution_too() {
     for round in 0..40 {
         let y: Vec<f64> = (0..10).map(|i| if (i * 7 + round) % 3 == 0 { 1.0 } else { -0.2 + 0.1 * i as f64 }).collect();
         // Far from it: two sweeps do not find the pieces.
-        search.surface.estimate.iter_mut().enumerate().for_each(|(i, force)| *force = ((i + round) % 2) as f64 * 50.0);
+        let start: Vec<f64> = (0..10).map(|i| ((i + round) % 2) as f64 * 50.0).collect();
+        search.surface.start_from(&start).unwrap();
         let (mut required, mut forces) = (y.clone(), vec![0.0; 10]);
         search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         assert!(violation(&influence, compliance, &curves, &y, &forces) < 1e-12);
@@ -257,13 +258,14 @@ fn the_fallback_alone_finds_the_solution_too() {
 #[test]
 fn a_restored_search_goes_on_in_the_same_bits() {
     let influence = decaying(16, 2.0);
-    let curves: Vec<_> = (0..16).map(|i| curve(0.0, &[(0.1 + 0.02 * i as f64, 1.0), (0.0, 3.0)])).collect();
+    let curves: Vec<_> = (0..40).map(|i| curve(0.0, &[(0.1 + 0.02 * (i % 16) as f64, 1.0), (0.0, 3.0)])).collect();
     let slices = queue(&curves);
     let step = |search: &mut LocalSet, round: usize| {
         search.advance(round % 2);
+        let under = SlicesUnder { slices: &slices, first_element: (round as i64 + 1) / 2 };
         let mut required: Vec<f64> = (0..16).map(|i| ((i * 5 + round * 3) as f64).sin()).collect();
         let mut forces = vec![0.0; 16];
-        search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
+        search.search(under, &mut required, &mut forces, &mut Meter::default()).unwrap();
         forces.iter().chain(&required).map(|value| value.to_bits()).collect::<Vec<_>>()
     };
     let mut whole = LocalSet::new(influence.clone(), 0.8, 16, 1e-13);

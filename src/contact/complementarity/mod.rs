@@ -2,6 +2,7 @@
 //!
 //! - `active_set`: displacements d prescribed;
 //! - `local_set`: slices that yield by themselves;
+//! - `pieces`: where in their curves they are;
 //! - `search`: which of them;
 //! - `sweeps`: what both begin with;
 //! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
@@ -13,13 +14,14 @@ mod ldlt;
 mod local_set;
 mod neighbour_set;
 mod pattern_index;
+mod pieces;
 mod search;
 mod sweeps;
 
 pub use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;
 pub use factors::{FactorCache, FactorCounts};
-pub use ldlt::{LINE, Ldlt, Singular, assemble, room};
+pub use ldlt::{LINE, Ldlt, Singular, room};
 pub use local_set::{LocalSet, SlicesUnder};
 pub use search::{Search, SearchState, SliceLaw};
 pub use sweeps::SearchCounts;

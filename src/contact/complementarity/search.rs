@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::active_set::ActiveSetState;
 use super::active_set::{ActiveSet, Residuals};
 use super::local_set::LocalSetState;
-use super::local_set::{LocalSet, LocalSlice, SlicesUnder, Unsolved};
+use super::local_set::{LocalSet, SlicesUnder, Unsolved};
+use super::pieces::{HeldPiece, LocalSlice};
 use super::sweeps::{SearchCounts, move_on};
 use crate::contact::ContactError;
 use crate::counters::Meter;
@@ -35,8 +36,8 @@ pub enum Search {
         own: f64,
         /// The slice on it.
         slice: LocalSlice,
-        /// Where in its curve every column was looked for last.
-        near: Vec<u32>,
+        /// Where in its curve every column is.
+        pieces: Vec<HeldPiece>,
     },
 }
 
@@ -63,7 +64,10 @@ impl Search {
             SliceLaw::Explicit | SliceLaw::Implicit => own,
         };
         match (coupled, law) {
-            (false, _) => Self::Alone { own, slice: LocalSlice::new(own, compliance), near: vec![0; columns] },
+            (false, _) => {
+                let pieces = vec![HeldPiece::default(); columns];
+                Self::Alone { own, slice: LocalSlice::new(own, compliance), pieces }
+            }
             (true, SliceLaw::Explicit) => {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
                 Self::Explicit(Box::new(search))
@@ -82,7 +86,7 @@ impl Search {
         match self {
             Self::Explicit(search) => search.advance(by),
             Self::Local(search) => search.advance(by),
-            Self::Alone { near, .. } => move_on(near, by),
+            Self::Alone { pieces, .. } => move_on(pieces, by),
         }
     }
 
@@ -107,10 +111,10 @@ impl Search {
                 Unsolved::Singular => ContactError::SingularMatrix { points: search.points(), step },
                 Unsolved::Unsettled => ContactError::Unsettled { points: search.points(), step },
             }),
-            Self::Alone { own, slice, near } => {
-                for (column, (force, required)) in forces.iter_mut().zip(&mut *required).enumerate() {
-                    let near = &mut near[column];
-                    *force = slices.get(column).map_or(0.0, |curve| slice.force(curve, *required, near));
+            Self::Alone { own, slice, pieces } => {
+                let columns = forces.iter_mut().zip(&mut *required).zip(pieces).enumerate();
+                for (column, ((force, required), piece)) in columns {
+                    *force = piece.force(*required, *slice, || slices.get(column));
                     if *force > 0.0 {
                         *required = *own * *force;
                     }

@@ -1,20 +1,18 @@
 //! What every search for the forces begins with and leaves: displacements by forces, sweeps of projected Gauss-Seidel
 //! over the points, and what was done.
 
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::factors::FactorCounts;
-use crate::contact::windows::{add_row, add_windows};
+use crate::contact::windows::add_neighbours;
 use crate::counters::Work;
+use crate::storage::state::{StateError, fill};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 pub(crate) const PATIENCE: u32 = 10;
-
-/// Sweeps of the guess: each costs about half a cached solve, or a quarter of one made anew; two settle which points
-/// enter and leave at the ends of the patch. Where slices yield by themselves (dense asphalt, N = 1024) an instant
-/// takes 2.00 solves without them, 1.09 with one (1.03 at N = 4096, 2.4 at N = 64), 1.00 with two.
-pub(crate) const SWEEPS: usize = 2;
 
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
 pub(crate) const HISTOGRAM_BINS: usize = 12;
@@ -40,13 +38,15 @@ pub struct SearchCounts {
 pub struct Surface {
     /// G0 by distance.
     pub influence: Vec<f64>,
-    /// The same from distance 1 - columns to columns - 1.
+    /// The same from distance 1 - columns to columns - 1, and a block of zeros.
     row: Vec<f64>,
     arch: Arch,
-    /// G0 F of the forces last looked at.
+    /// G0 F of the forces last looked at; behind the columns what fills a block.
     pub displacement: Vec<f64>,
     /// Forces of the last step, moved with the road, then of the sweeps.
     pub estimate: Vec<f64>,
+    /// Room for y - G0 F.
+    left: Vec<f64>,
     /// What was done so far.
     pub counts: SearchCounts,
 }
@@ -54,35 +54,81 @@ pub struct Surface {
 impl Surface {
     /// Of `columns` points at rest; `influence[j]` is G0 of points j apart.
     pub fn new(influence: Vec<f64>, columns: usize) -> Self {
+        let mirrored = influence[1..columns].iter().rev();
         Self {
-            row: influence[1..columns].iter().rev().chain(&influence[..columns]).copied().collect(),
+            row: mirrored.chain(&influence[..columns]).chain(&[0.0; BLOCK]).copied().collect(),
             influence,
             arch: Arch::new(),
-            displacement: vec![0.0; columns],
+            displacement: vec![0.0; columns.next_multiple_of(BLOCK)],
             estimate: vec![0.0; columns],
+            left: Vec::with_capacity(columns.next_multiple_of(BLOCK)),
             counts: SearchCounts::default(),
         }
     }
 
-    /// u = G0 F, the forces given as (point, force).
-    pub(crate) fn displace(&mut self, forces: impl ExactSizeIterator<Item = (usize, f64)> + Clone) {
-        self.count_windows(forces.len());
-        self.displacement.fill(0.0);
-        let last = self.displacement.len() - 1;
-        let windows = forces.map(|(point, force)| (last - point, force));
-        add_windows(self.arch, &mut self.displacement, &self.row, windows);
+    /// Moves on by a number of elements: what was column i is column i - `by`. u moves with the forces, and is found
+    /// where columns are new, or everywhere if forces stay behind: the same bits as found anew.
+    pub fn advance(&mut self, by: usize) {
+        let columns = self.estimate.len();
+        let by = by.min(columns);
+        let left_behind = self.estimate[..by].iter().any(|force| *force != 0.0);
+        move_on(&mut self.estimate, by);
+        move_on(&mut self.displacement[..columns], by);
+        for column in if left_behind { 0 } else { columns - by }..columns {
+            let row = &self.row[columns - 1 - column..];
+            let sum = row.iter().zip(&self.estimate).fold(0.0, |sum: f64, (row, &force)| row.mul_add(force, sum));
+            self.displacement[column] = sum;
+        }
     }
 
-    /// Brings the estimate of the forces nearer to the solution.
-    pub fn sweep(&mut self, law: impl OwnForce, sweeps: usize) {
-        let Self { row, arch, displacement, estimate, .. } = self;
-        let last = displacement.len() - 1;
-        let forces = estimate.iter().enumerate().filter(|(_, force)| **force != 0.0);
-        let started = forces.clone().count();
-        displacement.fill(0.0);
-        add_windows(*arch, displacement, row, forces.map(|(point, &force)| (last - point, force)));
-        let changes = arch.dispatch(Sweeps { sweeps, law, estimate, displacement, row });
-        self.count_windows(started + changes);
+    /// Begins with other forces.
+    pub(crate) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
+        fill(&mut self.estimate, forces)?;
+        self.displace(forces);
+        Ok(())
+    }
+
+    /// The columns from the first to the last that may carry force, where y is the penetration without forces.
+    pub(crate) fn reach(&self, y: &[f64]) -> Range<usize> {
+        let may = |(y, force): (&f64, &f64)| *y > 0.0 || *force > 0.0;
+        let from = y.iter().zip(&self.estimate).position(may).unwrap_or(0);
+        let last = y.iter().zip(&self.estimate).rposition(may);
+        from..last.map_or(from, |last| last + 1)
+    }
+
+    /// u = G0 F.
+    pub(crate) fn displace(&mut self, forces: &[f64]) {
+        let Self { row, arch, displacement, counts, .. } = self;
+        let (from, last) = (forces.iter().position(|f| *f != 0.0), forces.iter().rposition(|f| *f != 0.0));
+        let forces = from.zip(last).map_or(&forces[..0], |(from, last)| &forces[from..=last]);
+        let multiply_adds = (forces.len() * displacement.len()) as u64;
+        counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
+        let first = (row.len() - BLOCK) / 2 - from.unwrap_or(0);
+        arch.dispatch(Displace { displacement, row, first, forces });
+    }
+
+    /// u = G0 F of the estimate, after sweeps that a solution has not ended.
+    pub(crate) fn displace_estimate(&mut self) {
+        let estimate = std::mem::take(&mut self.estimate);
+        self.displace(&estimate);
+        self.estimate = estimate;
+    }
+
+    /// Brings the estimate of the forces nearer to the solution where y is the penetration without forces; returns
+    /// them and y - G0 F of the columns within reach. u is another's until forces are displaced again.
+    pub fn sweep(&mut self, law: impl OwnForce, sweeps: usize, y: &[f64], reach: Range<usize>) -> (&[f64], &[f64]) {
+        let Self { row, arch, displacement, estimate, left, influence, counts } = self;
+        left.clear();
+        left.extend(y[reach.clone()].iter().zip(&displacement[reach.clone()]).map(|(y, u)| y - u));
+        left.resize(reach.len().next_multiple_of(BLOCK), 0.0);
+        let at = |distance: usize| -influence.get(distance).copied().unwrap_or(0.0);
+        let near = std::array::from_fn(|c| std::array::from_fn(|other| at(c.abs_diff(other))));
+        let estimate = &mut estimate[reach.clone()];
+        let sweeps = Sweeps { sweeps, law, first: reach.start, estimate: &mut *estimate, left: &mut *left, row, near };
+        let changes = arch.dispatch(sweeps);
+        let multiply_adds = (changes * left.len()) as u64;
+        counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
+        (estimate, left)
     }
 
     /// Takes note that nothing touches.
@@ -99,12 +145,6 @@ impl Surface {
         self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
         self.estimate.copy_from_slice(forces);
     }
-
-    /// Takes note of the sums of so many windows.
-    fn count_windows(&mut self, windows: usize) {
-        let multiply_adds = (windows * self.displacement.len()) as u64;
-        self.counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
-    }
 }
 
 /// Values of columns after the window has moved on by a number of elements: what was column i is column i - `by`.
@@ -115,11 +155,35 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
     values[columns - by..].fill(T::default());
 }
 
+/// u = G0 F.
+struct Displace<'a> {
+    displacement: &'a mut [f64],
+    row: &'a [f64],
+    first: usize,
+    forces: &'a [f64],
+}
+
+impl WithSimd for Displace<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { displacement, row, first, forces } = self;
+        displacement.fill(0.0);
+        if !forces.is_empty() {
+            add_neighbours(simd, displacement, row, first, forces);
+        }
+    }
+}
+
 /// The law of a point by itself.
 pub trait OwnForce {
-    /// Its force while all others stay as they are, from its force so far and u = G0 F there.
-    fn force(&mut self, column: usize, force: f64, displacement: f64) -> f64;
+    /// Its force while all others stay as they are, from its force so far and the penetration that all of them leave.
+    fn force(&mut self, column: usize, force: f64, left: f64) -> f64;
 }
+
+/// Columns of a sweep whose changes reach the others together.
+const BLOCK: usize = 8;
 
 /// Sweeps of projected Gauss-Seidel.
 struct Sweeps<'a, L> {
@@ -127,12 +191,16 @@ struct Sweeps<'a, L> {
     sweeps: usize,
     /// The points' law.
     law: L,
+    /// First column.
+    first: usize,
     /// Forces by column.
     estimate: &'a mut [f64],
-    /// G0 times the estimate, kept so.
-    displacement: &'a mut [f64],
+    /// y - G0 F, kept so.
+    left: &'a mut [f64],
     /// [`Surface::row`].
     row: &'a [f64],
+    /// -G0 within a block.
+    near: [[f64; BLOCK]; BLOCK],
 }
 
 impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
@@ -141,19 +209,33 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> usize {
-        let Self { sweeps, mut law, estimate, displacement, row } = self;
-        let mut changes = 0;
+        let Self { sweeps, mut law, first, estimate, left, row, near } = self;
+        let mut blocks = 0;
+        let middle = (row.len() - BLOCK) / 2;
         for _ in 0..sweeps {
-            for (column, estimate) in estimate.iter_mut().enumerate() {
-                let force = law.force(column, *estimate, displacement[column]);
-                let change = force - *estimate;
-                *estimate = force;
-                if change != 0.0 {
-                    changes += 1;
-                    add_row(simd, displacement, &row[displacement.len() - 1 - column..], change);
+            for (number, estimate) in estimate.chunks_mut(BLOCK).enumerate() {
+                let begin = BLOCK * number;
+                // Within the block a change counts at once.
+                let (mut own, mut changes) = ([0.0; BLOCK], [0.0; BLOCK]);
+                own.copy_from_slice(&left[begin..begin + BLOCK]);
+                let mut changed = false;
+                for (c, (estimate, near)) in estimate.iter_mut().zip(&near).enumerate() {
+                    let force = law.force(first + begin + c, *estimate, own[c]);
+                    let change = force - *estimate;
+                    *estimate = force;
+                    // With the sign that takes it off.
+                    changes[c] = -change;
+                    changed |= change != 0.0;
+                    for (own, near) in own.iter_mut().zip(near) {
+                        *own = near.mul_add(change, *own);
+                    }
+                }
+                if changed {
+                    blocks += 1;
+                    add_neighbours(simd, left, row, middle - begin, &changes[..estimate.len()]);
                 }
             }
         }
-        changes
+        BLOCK * blocks
     }
 }

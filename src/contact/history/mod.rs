@@ -2,6 +2,7 @@
 //!
 //! - `direct`: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - `modes`: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
+//! - `near`: what the latest forces do, which the pass has not seen yet;
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
 //! - `state`: what evolves of a history;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
@@ -18,6 +19,7 @@ mod behind;
 mod direct;
 mod far;
 mod modes;
+mod near;
 mod state;
 pub(super) mod transfer;
 mod wavenumber_group;

@@ -26,8 +26,8 @@ pub struct DirectState {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ModalState {
     pub(super) instant: usize,
-    /// By row: its first element, and its forces by distance from that.
-    pub(super) rows: Vec<(usize, Vec<(usize, f64)>)>,
+    /// By instant: elements in contact and their forces.
+    pub(super) rows: Vec<Vec<(i64, f64)>>,
     /// What is left of the blocks before the last.
     pub(super) old: Vec<Vec<f64>>,
     /// The last pass: its rings, and the states of all poles.

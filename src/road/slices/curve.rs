@@ -84,22 +84,6 @@ impl StiffnessCurve {
         s0 + slope * (y - y0)
     }
 
-    /// S(w) \[m\] at the penetration w > 0 for which w + `excess` S(w) = y \[m\]: the slice in series with a spring
-    /// whose compliance is `excess` times its own; `excess` > -1. 0 for y <= 0.
-    ///
-    /// `near` is a guess of the piece that holds w, and its number afterwards.
-    pub fn displacement_in_series(&self, y: f64, excess: f64, near: &mut u32) -> f64 {
-        if y <= 0.0 {
-            return 0.0;
-        }
-        // The left side grows with w, because no slope is above 1.
-        let passed = |k: usize| self.penetration[k] + excess * self.displacement[k] <= y;
-        let above = self.walk(*near as usize, passed);
-        *near = above as u32;
-        let (s0, y0, slope) = self.segment(above);
-        s0 + slope * ((y - y0 - excess * s0) / (1.0 + excess * slope))
-    }
-
     /// The normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y < 0.
     pub fn stiffness_at(&self, y: f64) -> f64 {
         if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }
@@ -131,6 +115,12 @@ impl StiffnessCurve {
     /// The same, looked for from a piece near which it is likely: a few comparisons that a processor foretells.
     pub fn segment_index_near(&self, y: f64, near: usize) -> usize {
         self.walk(near, |k| self.penetration[k] <= y)
+    }
+
+    /// Number of the piece that holds the penetration w at which w + `excess` S(w) = y > 0, `excess` > -1; likewise.
+    pub fn segment_index_in_series(&self, y: f64, excess: f64, near: usize) -> usize {
+        // The left side grows with w, because no slope is above 1.
+        self.walk(near, |k| self.penetration[k] + excess * self.displacement[k] <= y)
     }
 
     /// Number of breakpoints passed, from a guess; those passed come first.

@@ -12,7 +12,7 @@ use crate::tyre::poles::{TangentialModel, tangential_model};
 fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f64>>, f64) {
     let SegmentLayout { elements, rule, .. } = *layout;
     let length = layout.length();
-    let mut history = ModalHistory::new(model(), Field::Surface, rule, TIME_STEP).unwrap();
+    let mut history = ModalHistory::new(model(), Field::Surface, rule, TIME_STEP, model().elements).unwrap();
     let first_weights = ModalHistory::first_weights(model(), Field::Surface, rule, TIME_STEP).unwrap();
     let instant = Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
     // Two elements more on either side: what enters the window carries no force yet, as in a run.

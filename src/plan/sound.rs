@@ -40,6 +40,13 @@ pub struct Heard {
     pub points: Range<usize>,
 }
 
+impl Heard {
+    /// Whether the tyre passes it.
+    pub fn is_passed(&self) -> bool {
+        matches!(self.place, ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }))
+    }
+}
+
 /// The sound of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sound {

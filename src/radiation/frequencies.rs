@@ -296,7 +296,8 @@ fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
         let size: f64 = exact.values.iter().map(|exact| exact.norm_sqr()).sum();
         Some(20.0 * (1.0 + (difference / size).sqrt()).log10())
     };
-    middle.transfers.iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
+    let errors = middle.transfers.par_iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY));
+    errors.reduce(|| 0.0, f64::max)
 }
 
 struct Search<'a> {

@@ -2,12 +2,13 @@
 //! receiver of the scene and frequency.
 
 use num_complex::Complex32;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::numeric::{double, single};
 use crate::plan::Sound;
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheError, Cached, Format, Kind};
 
 /// G of the points of a receiver at a frequency.
 #[derive(Deserialize, Serialize)]
@@ -67,30 +68,38 @@ impl<'a> KeptTransfers<'a> {
     /// All frequencies that the choice may call for and that are there for every receiver.
     pub(super) fn load(&self, warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
         let Some(cache) = &self.cache else { return Vec::new() };
+        let candidates = self.range.candidates();
+        let entries: Vec<_> = candidates.par_iter().map(|&frequency| self.at(cache, frequency)).collect();
         let mut found = Vec::new();
-        'frequencies: for frequency in self.range.candidates() {
-            let mut transfers = Vec::new();
-            for receiver in 0..self.sound.heard.len() {
-                let Some(key) = self.key(receiver, frequency) else { continue 'frequencies };
-                match cache.load::<KeptReceiver>(&key) {
-                    Ok(Some(Ok(kept))) => transfers.extend(self.restored(receiver, &kept)),
-                    Ok(Some(Err(reason))) => {
-                        let path = cache.path::<KeptReceiver>(&key);
-                        warnings.push(format!("cache entry {} is made anew: {reason}", path.display()));
-                        continue 'frequencies;
-                    }
-                    Ok(None) => continue 'frequencies,
-                    Err(error) => {
-                        warnings.push(format!("cache not read: {error}"));
-                        return found;
-                    }
+        for entry in entries {
+            match entry {
+                Ok(Ok(transfers)) => found.extend(transfers),
+                Ok(Err(unusable)) => warnings.push(unusable),
+                Err(error) => {
+                    warnings.push(format!("cache not read: {error}"));
+                    break;
                 }
-            }
-            if transfers.len() == self.sound.points() {
-                found.push(FrequencyTransfers { frequency, transfers });
             }
         }
         found
+    }
+
+    /// A frequency if it is there for every receiver, or what is said of an entry that cannot be used.
+    fn at(&self, cache: &Cache, frequency: f64) -> Result<Result<Option<FrequencyTransfers>, String>, CacheError> {
+        let mut transfers = Vec::new();
+        for receiver in 0..self.sound.heard.len() {
+            let Some(key) = self.key(receiver, frequency) else { return Ok(Ok(None)) };
+            match cache.load::<KeptReceiver>(&key)? {
+                Some(Ok(kept)) => transfers.extend(self.restored(receiver, &kept)),
+                Some(Err(reason)) => {
+                    let path = cache.path::<KeptReceiver>(&key);
+                    return Ok(Err(format!("cache entry {} is made anew: {reason}", path.display())));
+                }
+                None => return Ok(Ok(None)),
+            }
+        }
+        let whole = transfers.len() == self.sound.points();
+        Ok(Ok(whole.then_some(FrequencyTransfers { frequency, transfers })))
     }
 
     fn restored(&self, receiver: usize, kept: &KeptReceiver) -> Vec<Transfer> {

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use super::kept::KeptTransfers;
 use crate::counters::{Counter, Meter, Stage, Work};
@@ -176,5 +177,5 @@ fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceG
             values: values.collect(),
         }
     };
-    (0..sound.points()).map(green).collect()
+    (0..sound.points()).into_par_iter().map(green).collect()
 }

@@ -1,8 +1,8 @@
 //! Pressures at receivers for unit amplitude of the forces' component of each wavenumber.
 //!
-//! For each n the sum over m and over the frequencies that G is interpolated between is one product of real matrices: G's
-//! integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for the
-//! few frequencies that are interpolated between and made when the bins come to them.
+//! For each n the sum over m and over the frequencies that G is interpolated between is one product of real matrices:
+//! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
+//! the few frequencies that are interpolated between and made when the bins come to them.
 
 use std::ops::Range;
 
@@ -11,8 +11,8 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
+use super::model::PressureModel;
 use super::surface::{SurfaceGreen, WaveIntegrals};
-use super::transfer::PressureModel;
 
 /// G's integrals at the frequencies about some bins.
 pub(super) struct Components {

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use num_complex::{Complex32, Complex64};
 
+use super::model::PressureModel;
 use super::stream::PressureStream;
 use super::surface::SurfaceGreen;
-use super::transfer::{PlaceTransfers, PressureModel};
+use super::transfer::PlaceTransfers;
 use crate::numeric::legendre;
 use crate::response::vibration::{SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
 use crate::scene::{AirMotion, TimeRule, Tyre};

@@ -13,7 +13,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex32, Complex64};
 
-use super::transfer::PressureModel;
+use super::model::PressureModel;
 use crate::numeric::single;
 use crate::response::vibration::SegmentLayout;
 
@@ -52,8 +52,8 @@ impl Window {
         }
     }
 
-    /// Pressures at a bin for unit force, place by place, receiver by receiver, from the components n: the real parts by
-    /// receiver, then the imaginary ones.
+    /// Pressures at a bin for unit force, place by place, receiver by receiver, from the components n: the real parts
+    /// by receiver, then the imaginary ones.
     pub(super) fn transfers<'a>(
         &self,
         model: &PressureModel<'_>,

@@ -3,7 +3,6 @@
 //!
 //! Without a receiver there is no recorder, no body, no table.
 
-mod kept;
 mod passages;
 mod pictures;
 mod results;
@@ -24,7 +23,6 @@ use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
-pub use kept::KeptReceiver;
 use passages::Passages;
 use way::{Seeking, Way};
 

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::kept::KeptTransfers;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::numeric::single;
+use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::elements::distance;
 use crate::radiation::transfer::{across_points, half_tread};

@@ -1,7 +1,7 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
 use clap::{Args, Subcommand};
-use tyrewave::run::sound::KeptReceiver;
+use tyrewave::plan::kept_transfers::KeptReceiver;
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::tyre::poles::RationalModel;
 

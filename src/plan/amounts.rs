@@ -341,6 +341,14 @@ impl Amounts {
         }
         let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
         let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
+        let products = PlaceTransfers::multiply_adds(
+            &layout,
+            bins,
+            sound.points(),
+            Sound::GRID.around,
+            sound.radiation.lateral_waves,
+        );
+        self.add(Stage::Radiation, Unit::TransferMultiplyAdd, products, Place::BeforeOnAll);
         let blocks = (plan.steps - plan.warm_up_steps) as f64 / layout.hop() as f64;
         let multiply_adds = 4.0 * (layout.places() * bins * sound.points()) as f64;
         self.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks * multiply_adds, Place::MarchOnAll);

@@ -15,6 +15,7 @@ pub mod decisions;
 mod forecast;
 pub mod front;
 mod inflation;
+pub mod kept_transfers;
 pub mod resolution;
 pub mod settle;
 mod sound;
@@ -79,6 +80,8 @@ pub struct Plan {
     pub fit: FitOptions,
     /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
     pub kept_poles: Option<usize>,
+    /// Frequencies that a cache holds the radiation of \[Hz\].
+    pub kept_frequencies: Vec<f64>,
 }
 
 /// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and
@@ -138,13 +141,16 @@ impl Plan {
             field,
             fit: fit_options(scene, field),
             kept_poles: None,
+            kept_frequencies: Vec::new(),
         }
     }
 
-    /// With the poles of the model that the user's cache holds for it, if it does: amounts and forecast know them then.
+    /// With what the user's cache holds for it, the poles of the model and the frequencies of the radiation: amounts
+    /// and forecast know them then.
     #[must_use]
     pub fn with_kept_model(mut self) -> Self {
         self.kept_poles = kept_poles(&self);
+        self.kept_frequencies = self.frequencies_on_disk(self.amounts().expected.length);
         self
     }
 

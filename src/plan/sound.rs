@@ -40,6 +40,13 @@ pub struct Heard {
     pub points: Range<usize>,
 }
 
+impl Heard {
+    /// Whether the tyre passes it.
+    pub fn is_passed(&self) -> bool {
+        matches!(self.place, ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }))
+    }
+}
+
 /// The sound of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sound {
@@ -79,12 +86,13 @@ impl Sound {
         FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, air.sound_speed)
     }
 
-    /// What finding the transfers is expected to cost where none are kept, for a patch of a length \[m\]; `None` for a
-    /// body, places or air that the run will refuse.
+    /// What finding the transfers is expected to cost beside those that are kept, for a patch of a length \[m\]; `None`
+    /// for a body, places or air that the run will refuse.
     pub(crate) fn expected(&self, plan: &Plan, at_rest: f64) -> Option<SetUpCost> {
         let body = plan.radiating_body(&self.radiation, at_rest).ok()?;
         let problem = self.problem(&body, plan.scene.numerics.memory_bytes());
-        SetUpCost::expected(&problem, &self.range(&Air::at(self.radiation.temperature)?)).ok()
+        let range = self.range(&Air::at(self.radiation.temperature)?);
+        SetUpCost::expected(&problem, &range, &plan.kept_frequencies).ok()
     }
 
     /// Samples of a point's pressure that are kept.
@@ -100,10 +108,15 @@ impl Plan {
     /// # Errors
     /// Sizes that do not fit each other.
     pub fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<Body, RadiationError> {
-        let step = PATCH_STEP * self.radius;
+        let step = self.patch_step();
         let patch = radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step);
         let width = self.scene.tyre.width + 2.0 * radiation.shoulder;
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
+    }
+
+    /// What the length of a body's patch is rounded to \[m\].
+    pub(crate) fn patch_step(&self) -> f64 {
+        PATCH_STEP * self.radius
     }
 
     /// The sound of the run; `None` where nobody listens.

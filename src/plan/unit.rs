@@ -50,6 +50,8 @@ pub enum Unit {
     RadiationOperation,
     /// An evaluation of the acoustic kernel.
     RadiationKernel,
+    /// A real multiply-add of the products that make the transfers from forces to receivers.
+    TransferMultiplyAdd,
     /// A multiply-add from forces to a receiver.
     SoundMultiplyAdd,
     /// A byte of a result array.
@@ -83,6 +85,7 @@ impl Unit {
             Self::TangentialPole => 8e-5,
             Self::RadiationOperation => 5e-11,
             Self::RadiationKernel => 6e-9,
+            Self::TransferMultiplyAdd => 3e-11,
             Self::SoundMultiplyAdd => 3e-10,
             Self::OutputByte => 1.2e-9,
             Self::Plot => 2e-3,

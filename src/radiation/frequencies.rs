@@ -92,8 +92,8 @@ impl FrequencyRange {
 /// What a set-up costs, before it is begun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SetUpCost {
-    /// Frequencies: those to start with and their midpoints. Where these do not keep the tolerance there are more: 15 %
-    /// for a standing tyre at 0.2 dB and intervals of 100 Hz.
+    /// Frequencies that are solved for: of those to start with and their midpoints. Where these do not keep the
+    /// tolerance there are more: 15 % for a standing tyre at 0.2 dB and intervals of 100 Hz.
     pub frequencies: usize,
     /// Sums over these; patches, unknowns, points and bytes are those of the highest frequency.
     pub cost: Cost,
@@ -102,17 +102,23 @@ pub struct SetUpCost {
 }
 
 impl SetUpCost {
-    /// Of a problem over a range of frequencies.
+    /// Of a problem over a range of frequencies, of which some are known.
     ///
     /// # Errors
     /// As [`TransferProblem::check`] and [`FrequencyRange::check`].
-    pub fn expected(problem: &TransferProblem<'_>, range: &FrequencyRange) -> Result<Self, RadiationError> {
+    pub fn expected(
+        problem: &TransferProblem<'_>,
+        range: &FrequencyRange,
+        known: &[f64],
+    ) -> Result<Self, RadiationError> {
         range.check()?;
         problem.check()?;
         let first = range.first();
         let middles = first.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
         let mut all: Vec<f64> = first.iter().copied().chain(middles).collect();
         all.sort_by(f64::total_cmp);
+        let kept = all.len();
+        all.retain(|&frequency| !known.iter().any(|&known| same(frequency, known)));
         let mut sum = Cost::default();
         for &frequency in &all {
             let k = range.wavenumber(frequency);
@@ -126,7 +132,7 @@ impl SetUpCost {
         }
         let sides = if problem.blocks.len() == Block::ALL.len() { 2 } else { 1 };
         let values = problem.receivers.len() * sides * problem.grid.across * problem.grid.around;
-        Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 16 * (values * all.len()) as u64 })
+        Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 16 * (values * kept) as u64 })
     }
 }
 
@@ -296,7 +302,8 @@ fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
         let size: f64 = exact.values.iter().map(|exact| exact.norm_sqr()).sum();
         Some(20.0 * (1.0 + (difference / size).sqrt()).log10())
     };
-    middle.transfers.iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY)).fold(0.0, f64::max)
+    let errors = middle.transfers.par_iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY));
+    errors.reduce(|| 0.0, f64::max)
 }
 
 struct Search<'a> {

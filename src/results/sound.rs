@@ -99,6 +99,9 @@ pub struct ReceiverSummary {
     /// The pass-by's maximum, where the tyre passes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pass_by: Option<PassBySummary>,
+    /// Why a receiver that is passed has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_pass_by: Option<String>,
     /// The files to listen to, and the pressure of their full scale \[Pa\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audio: Option<AudioSummary>,
@@ -114,6 +117,9 @@ impl ReceiverSummary {
             ),
             None => format!("{:.1} dB(A), {:.1} dB", self.level_a, self.level),
         };
+        if let Some(why) = &self.no_pass_by {
+            text.push_str(&format!(", {why}"));
+        }
         if let Some(power) = self.power_level_a {
             text.push_str(&format!(", sound power {power:.1} dB(A)"));
         }

@@ -15,20 +15,25 @@
 //! the window: tens of them, whatever N. The frequency shift is that of `vibration`; the air does not turn with the
 //! tyre, so what moves it is i w u and not the material's i (w - n Omega) u. A static flattening is silent.
 //!
-//! - [`surface`]: G on the tread, and what the tread's waves take of it;
-//! - [`transfer`]: the pressure for unit force at each place;
+//! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
+//! - [`transfer`]: the pressure for unit force at each place, by way of `components`, for unit amplitude of each
+//!   wavenumber, and `window`, from these to places;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
 //! Of the propagation delay r0/c from the contact to the receiver whole time steps are taken off: a response then
 //! begins with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times
 //! with their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
 
+mod components;
+pub mod model;
 pub mod stream;
 pub mod surface;
 #[cfg(test)]
 mod tests;
 pub mod transfer;
+mod window;
 
+pub use model::PressureModel;
 pub use stream::{PressureState, PressureStream};
 pub use surface::SurfaceGreen;
-pub use transfer::{PlaceTransfers, PressureModel};
+pub use transfer::PlaceTransfers;

@@ -53,7 +53,7 @@ impl PressureStream {
 
     /// Bytes beside the transfers.
     pub fn bytes(layout: &SegmentLayout, bins: usize, receivers: usize) -> f64 {
-        let spectra = 16 * layout.places() * bins;
+        let spectra = 16 * (layout.places() + receivers) * bins;
         (8 * layout.length() * layout.width() + spectra + 8 * receivers * layout.hop()) as f64
     }
 
@@ -123,12 +123,18 @@ impl PressureStream {
             debug_assert!(transformed.is_ok());
             out.copy_from_slice(&spectrum[..bins]);
         });
+        let receivers = transfers.receivers;
+        let mut sums = vec![Complex64::ZERO; bins * receivers];
+        sums.par_chunks_mut(receivers).enumerate().for_each(|(bin, sums)| {
+            for (place, spectrum) in spectra.chunks_exact(bins).enumerate() {
+                add_product(sums, transfers.row(bin, place), spectrum[bin]);
+            }
+        });
         let first = Self::first_step(layout) as usize;
         pressures.par_chunks_mut(hop).enumerate().for_each(|(receiver, out)| {
             let mut sum = backward.make_input_vec();
-            for (place, spectrum) in spectra.chunks_exact(bins).enumerate() {
-                add_product(&mut sum[..bins], transfers.row(receiver, place), spectrum);
-            }
+            let found = sums.iter().skip(receiver).step_by(receivers);
+            sum.iter_mut().zip(found).for_each(|(sum, found)| *sum = *found);
             // The two real lines hold nothing that sounds.
             sum[0] = Complex64::ZERO;
             if let Some(last) = sum.last_mut() {
@@ -170,10 +176,10 @@ impl PressureStream {
     }
 }
 
-fn add_product(sum: &mut [Complex64], transfer: &[Complex32], spectrum: &[Complex64]) {
-    for ((sum, transfer), value) in sum.iter_mut().zip(transfer).zip(spectrum) {
+fn add_product(sums: &mut [Complex64], transfers: &[Complex32], force: Complex64) {
+    for (sum, transfer) in sums.iter_mut().zip(transfers) {
         let (re, im) = (f64::from(transfer.re), f64::from(transfer.im));
-        sum.re += re * value.re - im * value.im;
-        sum.im += re * value.im + im * value.re;
+        sum.re += re * force.re - im * force.im;
+        sum.im += re * force.im + im * force.re;
     }
 }

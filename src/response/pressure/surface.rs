@@ -4,8 +4,11 @@
 //! that a centred contact strip can feel), at some frequencies. With the delay r0/c removed it is smooth over
 //! frequency and interpolated by cubics.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use num_complex::{Complex32, Complex64};
-use rustfft::FftPlanner;
+use rustfft::{Fft, FftPlanner};
 
 use crate::numeric::{lagrange, legendre, sinc, single};
 use crate::tyre::influence::Waves;
@@ -25,68 +28,65 @@ pub struct SurfaceGreen {
     pub values: Vec<Complex32>,
 }
 
-/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, at every frequency of G.
-#[derive(Clone, Debug)]
-pub struct WaveIntegrals {
-    frequencies: Vec<f64>,
-    /// Largest |n|.
+/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m \[m\].
+pub(super) struct WaveIntegrals {
+    /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,
-    lateral: usize,
-    /// Frequency, n = -most_around..=most_around, m \[m\].
-    values: Vec<Complex32>,
+    /// By m, weights of the points across.
+    shapes: Vec<Vec<f64>>,
+    /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\].
+    means: Vec<Complex64>,
+    transform: Arc<dyn Fft<f64>>,
 }
 
 impl WaveIntegrals {
-    /// Of G with waves that have these lateral numbers. n goes as far as the cells can tell waves apart.
-    pub fn new(green: &SurfaceGreen, waves: Waves, lateral: &[usize]) -> Self {
-        let SurfaceGreen { frequencies, around, across, half_width, values } = green;
+    /// With waves that have these lateral numbers, of G that is known where this one is.
+    pub(super) fn new(green: &SurfaceGreen, waves: Waves, lateral: &[usize]) -> Self {
+        let SurfaceGreen { around, across, half_width, .. } = green;
         let most_around = around / 2 - 1;
         let length = waves.circumference / *around as f64;
-        // Both halves of the width.
-        let shapes: Vec<Vec<f64>> = lateral.iter().map(|&m| cosine_weights(across, *half_width, waves.ky(m))).collect();
-        let transform = FftPlanner::<f64>::new().plan_fft_inverse(*around);
-        let width = (2 * most_around + 1) * lateral.len();
-        let mut integrals = vec![Complex32::ZERO; frequencies.len() * width];
-        let mut cells = vec![Complex64::ZERO; *around];
-        let rows = values.chunks_exact(around * across.len());
-        for (values, out) in rows.zip(integrals.chunks_exact_mut(width)) {
-            for (index, shape) in shapes.iter().enumerate() {
-                cells.fill(Complex64::ZERO);
-                for (points, weight) in values.chunks_exact(*around).zip(shape) {
-                    for (cell, value) in cells.iter_mut().zip(points) {
-                        cell.re += weight * f64::from(value.re);
-                        cell.im += weight * f64::from(value.im);
-                    }
-                }
-                transform.process(&mut cells);
-                for (row, n) in (-(most_around as i64)..=most_around as i64).enumerate() {
-                    // The wave's mean over a cell, whose middle is half a cell from its beginning.
-                    let half = 0.5 * waves.kx(n) * length;
-                    let at_middle = Complex64::from_polar(length * sinc(half), half);
-                    let value = at_middle * cells[n.rem_euclid(*around as i64) as usize];
-                    out[row * lateral.len() + index] = single(value);
-                }
-            }
+        let mean = |n: i64| {
+            let half = 0.5 * waves.kx(n) * length;
+            Complex64::from_polar(length * sinc(half), half)
+        };
+        Self {
+            most_around,
+            // Both halves of the width.
+            shapes: lateral.iter().map(|&m| cosine_weights(across, *half_width, waves.ky(m))).collect(),
+            means: (-(most_around as i64)..=most_around as i64).map(mean).collect(),
+            transform: FftPlanner::new().plan_fft_inverse(*around),
         }
-        Self { frequencies: frequencies.clone(), most_around, lateral: lateral.len(), values: integrals }
     }
 
     /// Largest |n|.
-    pub fn most_around(&self) -> usize {
+    pub(super) fn most_around(&self) -> usize {
         self.most_around
     }
 
-    /// The integrals at a frequency \[Hz\], n by n, into `out`. Below the lowest frequency they are those at it.
-    pub fn at(&self, frequency: f64, out: &mut [Complex64]) {
-        let (first, weights) = interpolation(&self.frequencies, frequency);
-        let width = (2 * self.most_around + 1) * self.lateral;
-        out.fill(Complex64::ZERO);
-        for (row, weight) in self.values[first * width..].chunks_exact(width).zip(weights) {
-            for (sum, value) in out.iter_mut().zip(row) {
-                sum.re += weight * f64::from(value.re);
-                sum.im += weight * f64::from(value.im);
+    /// Those of a receiver at the G's frequency of an index.
+    pub(super) fn of(&self, green: &SurfaceGreen, frequency: usize) -> Vec<Complex32> {
+        let SurfaceGreen { around, across, values, .. } = green;
+        let values = values.chunks_exact(around * across.len()).nth(frequency).unwrap_or_default();
+        let lateral = self.shapes.len();
+        let mut integrals = vec![Complex32::ZERO; self.means.len() * lateral];
+        let mut cells = vec![Complex64::ZERO; *around];
+        let mut scratch = vec![Complex64::ZERO; self.transform.get_inplace_scratch_len()];
+        for (index, shape) in self.shapes.iter().enumerate() {
+            cells.fill(Complex64::ZERO);
+            for (points, weight) in values.chunks_exact(*around).zip(shape) {
+                for (cell, value) in cells.iter_mut().zip(points) {
+                    cell.re += weight * f64::from(value.re);
+                    cell.im += weight * f64::from(value.im);
+                }
+            }
+            self.transform.process_with_scratch(&mut cells, &mut scratch);
+            // From n = -most_around: the transform has negative numbers behind the others.
+            let turned = cells[around - self.most_around..].iter().chain(&cells[..=self.most_around]);
+            for ((out, mean), cell) in integrals.iter_mut().skip(index).step_by(lateral).zip(&self.means).zip(turned) {
+                *out = single(mean * cell);
             }
         }
+        integrals
     }
 }
 
@@ -105,11 +105,11 @@ fn cosine_weights(points: &[f64], half_width: f64, k: f64) -> Vec<f64> {
     sums
 }
 
-/// The first of up to four neighbours of a frequency and the weights of the cubic through them.
-fn interpolation(frequencies: &[f64], frequency: f64) -> (usize, Vec<f64>) {
+/// Up to four neighbours of a frequency and the weights of the cubic through them; beyond the ends those at the end.
+pub(super) fn interpolation(frequencies: &[f64], frequency: f64) -> (Range<usize>, Vec<f64>) {
     let within = frequency.clamp(frequencies[0], frequencies[frequencies.len() - 1]);
     let near = lagrange::cubic_neighbours(frequencies, within);
-    (near.start, lagrange::weights(&frequencies[near], within).collect())
+    (near.clone(), lagrange::weights(&frequencies[near], within).collect())
 }
 
 #[cfg(test)]
@@ -134,11 +134,10 @@ mod tests {
         let values = values.map(|value| Complex32::new(value.re as f32, value.im as f32)).collect();
         let green = SurfaceGreen { frequencies: vec![100.0], around, across: across.clone(), half_width: 0.1, values };
         let integrals = WaveIntegrals::new(&green, waves, &[0, 2]);
-        let mut out = vec![Complex64::ZERO; (2 * integrals.most_around() + 1) * 2];
-        integrals.at(100.0, &mut out);
+        let out = integrals.of(&green, 0);
         for (row, n) in (-(integrals.most_around() as i64)..).zip(out.chunks_exact(2)).map(|(n, row)| (row, n)) {
             let expected = if n == 5 { mean * mean * 0.5 * 2.0 * 0.2 } else { 0.0 };
-            assert!((row[1] - expected).norm() < 1e-6, "n = {n}: {}", row[1]);
+            assert!((row[1] - expected as f32).norm() < 1e-6, "n = {n}: {}", row[1]);
             assert!(row[0].norm() < 1e-6, "n = {n}, m = 0: {}", row[0]);
         }
     }
@@ -148,15 +147,15 @@ mod tests {
         let frequencies = [40.0, 90.0, 120.0, 200.0, 300.0, 320.0];
         let cubic = |f: f64| 1.0 + f * (0.01 + f * (1e-4 - 3e-7 * f));
         for frequency in [40.0, 55.0, 199.0, 250.0, 310.0, 320.0] {
-            let (first, weights) = interpolation(&frequencies, frequency);
-            let value: f64 = weights.iter().zip(&frequencies[first..]).map(|(w, &f)| w * cubic(f)).sum();
+            let (near, weights) = interpolation(&frequencies, frequency);
+            let value: f64 = weights.iter().zip(&frequencies[near]).map(|(w, &f)| w * cubic(f)).sum();
             assert!((value - cubic(frequency)).abs() < 1e-9, "{frequency}: {value}");
         }
         for (frequency, nearest) in [(1.0, 40.0), (500.0, 320.0)] {
-            let (first, weights) = interpolation(&frequencies, frequency);
-            let value: f64 = weights.iter().zip(&frequencies[first..]).map(|(w, &f)| w * cubic(f)).sum();
+            let (near, weights) = interpolation(&frequencies, frequency);
+            let value: f64 = weights.iter().zip(&frequencies[near]).map(|(w, &f)| w * cubic(f)).sum();
             assert!((value - cubic(nearest)).abs() < 1e-9);
         }
-        assert_eq!(interpolation(&[70.0], 10.0), (0, vec![1.0]));
+        assert_eq!(interpolation(&[70.0], 10.0), (0..1, vec![1.0]));
     }
 }

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use num_complex::{Complex32, Complex64};
 
+use super::model::PressureModel;
 use super::stream::PressureStream;
 use super::surface::SurfaceGreen;
-use super::transfer::{PlaceTransfers, PressureModel};
+use super::transfer::PlaceTransfers;
 use crate::numeric::legendre;
 use crate::response::vibration::{SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
 use crate::scene::{AirMotion, TimeRule, Tyre};
@@ -128,7 +129,7 @@ fn transfers_are_the_integral_over_the_moving_tread() {
             }
             expected *= Complex64::from_polar(1.0, -angular * delay);
             let place = (stage * layout.columns + column) * substeps + phase;
-            let value = transfers.row(0, place)[bin];
+            let value = transfers.row(bin, place)[0];
             let found = Complex64::new(f64::from(value.re), f64::from(value.im));
             let error = (found - expected).norm() / expected.norm();
             assert!(error < 1e-5, "{rule:?}, {air:?}, stage {stage}: {found} {expected}");
@@ -190,7 +191,7 @@ fn what_radiates_is_the_velocity_of_the_vibration() {
         }
         let scale = Complex64::i() * layout.angular_frequency(bin) * 1.2 * length * tyre.width;
         for place in [0, 3, layout.columns + 4] {
-            let value = transfers.row(0, place)[bin];
+            let value = transfers.row(bin, place)[0];
             let outward = Complex64::new(f64::from(value.re), f64::from(value.im)) / scale;
             let error = (outward + sum[place]).norm() / sum[place].norm();
             assert!(error < 0.01, "bin {bin}, place {place}: {outward} against {}", -sum[place]);
@@ -220,7 +221,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
             if step == length + 5 {
                 let state = stream.save();
                 let again = PlaceTransfers::of(1, layout.places(), bins, |receiver, place, bin| {
-                    let value = stream.transfers().row(receiver, place)[bin];
+                    let value = stream.transfers().row(bin, place)[receiver];
                     Complex64::new(f64::from(value.re), f64::from(value.im))
                 });
                 stream = PressureStream::new(layout, again);

@@ -3,7 +3,7 @@
 //!
 //! Without a receiver there is no recorder, no body, no table.
 
-mod kept;
+mod passages;
 mod pictures;
 mod results;
 mod way;
@@ -23,7 +23,7 @@ use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
-pub use kept::KeptReceiver;
+use passages::Passages;
 use way::{Seeking, Way};
 
 /// Takes in the patch forces of every step.
@@ -78,6 +78,12 @@ impl SoundRecorder {
         }
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
         let (way, transfers) = seeking.find(prepared, progress, meter)?;
+        let kept = sound.kept_samples().min(samples as usize);
+        for heard in sound.heard.iter().filter(|heard| heard.is_passed()) {
+            let passages = Passages::of(&sound, &way, heard, loaded.scene.rolling.speed());
+            let missing = passages.and_then(|passages| passages.missing(&sound, kept));
+            prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
+        }
         let points = sound.points();
         let spectra = (0..points)
             .map(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)))

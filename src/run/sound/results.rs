@@ -1,7 +1,5 @@
 //! What a run's sound is written as: tables, pictures, files to listen to, the summary.
 
-use std::ops::Range;
-
 use crate::plan::Heard;
 use crate::response::PowerSpectrum;
 use crate::results::ResultsError;
@@ -14,16 +12,16 @@ use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::csv;
 use crate::run::error::RunError;
 use crate::run::sound::SoundRecorder;
+use crate::run::sound::passages::Passages;
 use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
 use crate::sound::detector::meter_levels;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
-use crate::sound::pass_by::Passage;
 use crate::sound::power::{Iso3744, power_level};
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, WavError, full_scale_for};
-use crate::sound::{FrequencyWeighting, PassBy, Recording, SoundLevels, TimeWeighting};
+use crate::sound::{FrequencyWeighting, Recording, SoundLevels, TimeWeighting};
 
 /// Points of a pass-by's level that are written and drawn, a second.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -80,6 +78,7 @@ impl SoundRecorder {
             level_a: levels.overall_a,
             power_level_a: None,
             pass_by: None,
+            no_pass_by: None,
             audio: None,
         };
         let audio = self.sound.radiation.audio;
@@ -96,6 +95,9 @@ impl SoundRecorder {
                 }
             }
             ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }) => {
+                let kept = self.signals[heard.points.start].len();
+                summary.no_pass_by =
+                    self.passages(loaded, heard).and_then(|passages| passages.missing(&self.sound, kept));
                 if let Some((pass_by, sound)) = self.pass_by(loaded, heard, folder)? {
                     summary.pass_by = Some(pass_by);
                     if audio {
@@ -118,6 +120,10 @@ impl SoundRecorder {
         resample(&signal, 1.0 / self.sound.layout.time_step, FILE_RATE)
     }
 
+    fn passages(&self, loaded: &LoadedScene, heard: &Heard) -> Option<Passages> {
+        Passages::of(&self.sound, &self.way, heard, loaded.scene.rolling.speed())
+    }
+
     /// All passages that the kept pressures hold, one after the other: levels against time are written and drawn; the
     /// maxima, and what is heard of the first passage.
     fn pass_by(
@@ -126,38 +132,15 @@ impl SoundRecorder {
         heard: &Heard,
         folder: &ResultsFolder,
     ) -> Result<Option<(PassBySummary, Vec<f64>)>, RunError> {
-        let rate = 1.0 / self.sound.layout.time_step;
-        let receivers = self.sound.positions[heard.points.clone()].to_vec();
-        let speed = loaded.scene.rolling.speed();
-        let passage = Passage {
-            receivers,
-            speed,
-            sound_speed: self.way.air.sound_speed,
-            input_rate: rate,
-            output_rate: FILE_RATE,
-            amplification: true,
-        };
-        let Ok(passing) = PassBy::new(passage) else { return Ok(None) };
-        // Samples of a point that a passage needs, in time from its beginning, without the delays taken off.
-        let needed = |point: usize| {
-            let Range { start, end } = passing.needed(point - heard.points.start);
-            let delay = self.way.delays[point] as i64;
-            start - delay..end - delay
-        };
-        let first = heard.points.clone().map(|point| needed(point).start).min().unwrap_or(0);
-        let last = heard.points.clone().map(|point| needed(point).end).max().unwrap_or(0);
-        let kept = self.signals[heard.points.start].len() as i64;
-        let hop = (passing.samples() as f64 / FILE_RATE * rate).ceil() as i64;
-        let passages = if kept < last - first { 0 } else { (kept - (last - first)) / hop + 1 };
+        let Some(passages) = self.passages(loaded, heard) else { return Ok(None) };
+        let passing = &passages.passing;
+        let kept = self.signals[heard.points.start].len();
         let mut levels: Vec<Vec<f64>> = Vec::new();
         let mut sound = Vec::new();
-        for index in 0..passages {
-            let begin = index * hop - first;
+        for passage in 0..passages.within(kept) {
             let pressures = passing.synthesise(|receiver, _| {
-                let point = heard.points.start + receiver;
-                let Range { start, end } = needed(point);
-                let signal = &self.signals[point];
-                (begin + start..begin + end).map(|sample| f64::from(signal[sample as usize])).collect()
+                let signal = &self.signals[heard.points.start + receiver];
+                signal[passages.samples(passage, receiver)].iter().map(|&pressure| f64::from(pressure)).collect()
             });
             let Ok(pressures) = pressures else { return Ok(None) };
             // The line begins 6 m before what is read: at 80 km/h the detector is half a decibel from settled there.

@@ -3,10 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
-use super::kept::KeptTransfers;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::numeric::single;
+use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::elements::distance;
 use crate::radiation::transfer::{across_points, half_tread};
@@ -176,5 +177,5 @@ fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceG
             values: values.collect(),
         }
     };
-    (0..sound.points()).map(green).collect()
+    (0..sound.points()).into_par_iter().map(green).collect()
 }

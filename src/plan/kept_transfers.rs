@@ -2,12 +2,14 @@
 //! receiver of the scene and frequency.
 
 use num_complex::Complex32;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::numeric::{double, single};
-use crate::plan::Sound;
+use crate::plan::{Plan, Sound};
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::sound::Air;
+use crate::storage::{Cache, CacheError, Cached, Format, Kind};
 
 /// G of the points of a receiver at a frequency.
 #[derive(Deserialize, Serialize)]
@@ -28,8 +30,35 @@ impl Cached for KeptReceiver {
     }
 }
 
+/// Largest part by which the patch of the static contact is expected wrong before it is found.
+const PATCH_DOUBT: f64 = 0.2;
+
+impl Plan {
+    /// The frequencies that are kept for the sound of a run whose patch at rest is expected to be so long \[m\]; none
+    /// where nobody listens. The static contact is not known yet: what is kept for a patch about as long is taken for
+    /// the run's.
+    pub(crate) fn frequencies_on_disk(&self, at_rest: f64) -> Vec<f64> {
+        let Some(sound) = self.sound() else { return Vec::new() };
+        let Some(air) = Air::at(sound.radiation.temperature) else { return Vec::new() };
+        let range = sound.range(&air);
+        let step = self.patch_step();
+        let doubt = (PATCH_DOUBT * at_rest / step) as i64;
+        // The nearest first; a patch that the scene gives is the same whatever is tried.
+        let mut tried: Vec<i64> = (-doubt..=doubt).collect();
+        tried.sort_by_key(|steps| steps.abs());
+        let mut found = tried.into_iter().filter_map(|steps| {
+            let body = self.radiating_body(&sound.radiation, at_rest + steps as f64 * step).ok()?;
+            let problem = sound.problem(&body, self.scene.numerics.memory_bytes());
+            let kept = KeptTransfers::open(&problem, &range, &sound, &mut Vec::new());
+            let first = range.first();
+            kept.holds(first[0]).then(|| range.candidates().into_iter().filter(|&found| kept.holds(found)).collect())
+        });
+        found.next().unwrap_or_default()
+    }
+}
+
 /// The entries of a problem.
-pub(super) struct KeptTransfers<'a> {
+pub(crate) struct KeptTransfers<'a> {
     cache: Option<Cache>,
     problem: &'a TransferProblem<'a>,
     range: &'a FrequencyRange,
@@ -38,7 +67,7 @@ pub(super) struct KeptTransfers<'a> {
 
 impl<'a> KeptTransfers<'a> {
     /// Those in the user's cache; none, with a warning, where there is no cache.
-    pub(super) fn open(
+    pub(crate) fn open(
         problem: &'a TransferProblem<'a>,
         range: &'a FrequencyRange,
         sound: &'a Sound,
@@ -64,33 +93,50 @@ impl<'a> KeptTransfers<'a> {
         crate::storage::cache::key::<KeptReceiver>(&content).ok()
     }
 
+    /// Whether there is an entry of a frequency for every receiver; it is not looked into.
+    fn holds(&self, frequency: f64) -> bool {
+        let entry = |receiver: usize| {
+            let (cache, key) = self.cache.as_ref().zip(self.key(receiver, frequency))?;
+            Some(cache.path::<KeptReceiver>(&key).exists())
+        };
+        (0..self.sound.heard.len()).all(|receiver| entry(receiver).unwrap_or(false))
+    }
+
     /// All frequencies that the choice may call for and that are there for every receiver.
-    pub(super) fn load(&self, warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
+    pub(crate) fn load(&self, warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
         let Some(cache) = &self.cache else { return Vec::new() };
+        let candidates = self.range.candidates();
+        let entries: Vec<_> = candidates.par_iter().map(|&frequency| self.at(cache, frequency)).collect();
         let mut found = Vec::new();
-        'frequencies: for frequency in self.range.candidates() {
-            let mut transfers = Vec::new();
-            for receiver in 0..self.sound.heard.len() {
-                let Some(key) = self.key(receiver, frequency) else { continue 'frequencies };
-                match cache.load::<KeptReceiver>(&key) {
-                    Ok(Some(Ok(kept))) => transfers.extend(self.restored(receiver, &kept)),
-                    Ok(Some(Err(reason))) => {
-                        let path = cache.path::<KeptReceiver>(&key);
-                        warnings.push(format!("cache entry {} is made anew: {reason}", path.display()));
-                        continue 'frequencies;
-                    }
-                    Ok(None) => continue 'frequencies,
-                    Err(error) => {
-                        warnings.push(format!("cache not read: {error}"));
-                        return found;
-                    }
+        for entry in entries {
+            match entry {
+                Ok(Ok(transfers)) => found.extend(transfers),
+                Ok(Err(unusable)) => warnings.push(unusable),
+                Err(error) => {
+                    warnings.push(format!("cache not read: {error}"));
+                    break;
                 }
-            }
-            if transfers.len() == self.sound.points() {
-                found.push(FrequencyTransfers { frequency, transfers });
             }
         }
         found
+    }
+
+    /// A frequency if it is there for every receiver, or what is said of an entry that cannot be used.
+    fn at(&self, cache: &Cache, frequency: f64) -> Result<Result<Option<FrequencyTransfers>, String>, CacheError> {
+        let mut transfers = Vec::new();
+        for receiver in 0..self.sound.heard.len() {
+            let Some(key) = self.key(receiver, frequency) else { return Ok(Ok(None)) };
+            match cache.load::<KeptReceiver>(&key)? {
+                Some(Ok(kept)) => transfers.extend(self.restored(receiver, &kept)),
+                Some(Err(reason)) => {
+                    let path = cache.path::<KeptReceiver>(&key);
+                    return Ok(Err(format!("cache entry {} is made anew: {reason}", path.display())));
+                }
+                None => return Ok(Ok(None)),
+            }
+        }
+        let whole = transfers.len() == self.sound.points();
+        Ok(Ok(whole.then_some(FrequencyTransfers { frequency, transfers })))
     }
 
     fn restored(&self, receiver: usize, kept: &KeptReceiver) -> Vec<Transfer> {
@@ -108,7 +154,7 @@ impl<'a> KeptTransfers<'a> {
     }
 
     /// Stores a finished frequency, receiver by receiver; trouble only gives a warning, the first time.
-    pub(super) fn store(&mut self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
+    pub(crate) fn store(&mut self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
         for (receiver, heard) in self.sound.heard.iter().enumerate() {
             let Some((cache, key)) = self.cache.as_ref().zip(self.key(receiver, found.frequency)) else { return };
             let transfers = found.transfers[heard.points.clone()].iter();

@@ -1,0 +1,126 @@
+//! Pressures at receivers for unit amplitude of the forces' component of each wavenumber.
+//!
+//! For each n the sum over m and over the frequencies that G is interpolated between is one product of real matrices:
+//! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
+//! the few frequencies that are interpolated between and made when the bins come to them.
+
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+
+use super::model::PressureModel;
+use super::surface::{SurfaceGreen, WaveIntegrals};
+
+/// G's integrals at the frequencies about some bins.
+pub(super) struct Components {
+    integrals: WaveIntegrals,
+    strip: Vec<f64>,
+    /// Largest |n|.
+    most: usize,
+    receivers: usize,
+    /// By slot, the number of the frequency that is there.
+    held: Vec<Option<usize>>,
+    /// By n from -most, slot, m, and of them the real parts by receiver, then the imaginary ones.
+    parts: Vec<f32>,
+}
+
+/// Pressures for unit amplitude at some bins.
+pub(super) struct Found {
+    most: usize,
+    /// Of all receivers at a bin.
+    width: usize,
+    bins: usize,
+    /// By n from -most, bin, and of them the real parts by receiver, then the imaginary ones.
+    values: Vec<f32>,
+}
+
+impl Components {
+    /// For so many receivers with G that is known where this one is.
+    pub(super) fn new(model: &PressureModel<'_>, green: &SurfaceGreen, receivers: usize) -> Self {
+        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
+        let most = integrals.most_around().min(model.layout.elements / 2 - 1);
+        let strip = model.strip();
+        let held = vec![None; green.frequencies.len().min(4)];
+        let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * strip.len() * receivers];
+        Self { integrals, strip, most, receivers, held, parts }
+    }
+
+    /// Largest |n|.
+    pub(super) fn most(&self) -> usize {
+        self.most
+    }
+
+    /// At bins from `begin` on, each with the frequencies about it, the same for all, and their weights.
+    pub(super) fn at(
+        &mut self,
+        model: &PressureModel<'_>,
+        greens: &[SurfaceGreen],
+        begin: usize,
+        bins: &[(Range<usize>, Vec<f64>)],
+    ) -> Found {
+        for frequency in bins.iter().take(1).flat_map(|(near, _)| near.clone()) {
+            self.hold(greens, frequency);
+        }
+        let Self { strip, most, receivers, held, .. } = self;
+        let (lateral, slots, width) = (strip.len(), held.len(), 2 * *receivers);
+        let terms = 2 * lateral * slots;
+        let mut values = vec![0.0; (2 * *most + 1) * bins.len() * width];
+        let parts = self.parts.par_chunks(terms * *receivers);
+        values.par_chunks_mut(bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
+            let n = row as i64 - *most as i64;
+            let mut factors = vec![Complex64::ZERO; lateral];
+            let mut columns = vec![0.0_f32; 2 * bins.len() * terms];
+            for (index, ((near, weights), columns)) in bins.iter().zip(columns.chunks_exact_mut(2 * terms)).enumerate()
+            {
+                model.factors(begin + index, n, strip, &mut factors);
+                let (real, imaginary) = columns.split_at_mut(terms);
+                for (frequency, weight) in near.clone().zip(weights) {
+                    let first = frequency % slots * 2 * lateral;
+                    for (m, factor) in factors.iter().enumerate() {
+                        let [re, im] = [(weight * factor.re) as f32, (weight * factor.im) as f32];
+                        real[first + 2 * m..][..2].copy_from_slice(&[re, -im]);
+                        imaginary[first + 2 * m..][..2].copy_from_slice(&[im, re]);
+                    }
+                }
+            }
+            let out = MatMut::from_column_major_slice_mut(out, *receivers, 2 * bins.len());
+            let parts = MatRef::from_column_major_slice(parts, *receivers, terms);
+            let columns = MatRef::from_column_major_slice(&columns, terms, 2 * bins.len());
+            matmul(out, Accum::Replace, parts, columns, 1.0_f32, Par::Seq);
+        });
+        Found { most: *most, width, bins: bins.len(), values }
+    }
+
+    /// Makes the integrals at a frequency of G unless they are there.
+    fn hold(&mut self, greens: &[SurfaceGreen], frequency: usize) {
+        let Self { integrals, strip, most, receivers, held, parts } = self;
+        let (slot, slots) = (frequency % held.len(), held.len());
+        if held[slot] == Some(frequency) {
+            return;
+        }
+        held[slot] = Some(frequency);
+        let known: Vec<Vec<Complex32>> = greens.par_iter().map(|green| integrals.of(green, frequency)).collect();
+        let (lateral, width) = (strip.len(), 2 * *receivers);
+        let skipped = integrals.most_around() - *most;
+        parts.par_chunks_mut(slots * lateral * width).enumerate().for_each(|(row, parts)| {
+            let parts = parts[slot * lateral * width..][..lateral * width].chunks_exact_mut(width);
+            for (m, part) in parts.enumerate() {
+                let (real, imaginary) = part.split_at_mut(*receivers);
+                for ((real, imaginary), known) in real.iter_mut().zip(imaginary).zip(&known) {
+                    Complex32 { re: *real, im: *imaginary } = known[(skipped + row) * lateral + m];
+                }
+            }
+        });
+    }
+}
+
+impl Found {
+    /// The component n at the bin of an index: the real parts by receiver, then the imaginary ones.
+    pub(super) fn of(&self, index: usize, n: i64) -> &[f32] {
+        let row = (n + self.most as i64) as usize;
+        &self.values[(row * self.bins + index) * self.width..][..self.width]
+    }
+}

@@ -1,0 +1,89 @@
+//! What the pressures at receivers are made of beside the air's part: the tyre, and how forces act on it.
+
+use num_complex::Complex64;
+
+use crate::numeric::sinc;
+use crate::response::vibration::{SegmentLayout, TransferKind};
+use crate::scene::AirMotion;
+use crate::tyre::influence::SurfaceWaves;
+
+/// Part of the highest frequency over which the transfers fall to zero, so that they ring for a short time only.
+const TAPER: f64 = 0.05;
+
+/// What transfers are made of beside G.
+#[derive(Clone, Copy, Debug)]
+pub struct PressureModel<'a> {
+    /// Segments in which forces are transformed; whole revolutions.
+    pub layout: SegmentLayout,
+    /// The tyre.
+    pub waves: &'a SurfaceWaves,
+    /// Factor of all compliances; 1 unless a bedding's carcass is scaled.
+    pub scale: f64,
+    /// Width b of the contact strip \[m\].
+    pub contact_width: f64,
+    /// Density of the air \[kg/m^3\].
+    pub density: f64,
+    /// What the air moves with.
+    pub air: AirMotion,
+    /// Highest frequency \[Hz\].
+    pub highest: f64,
+    /// By receiver, what is left of the propagation delay r0/c when whole time steps are taken off \[s\].
+    pub delays: &'a [f64],
+}
+
+impl PressureModel<'_> {
+    /// Bins 0..=highest of a segment that are radiated.
+    pub fn bins(&self) -> usize {
+        let last = (self.highest / self.layout.resolution()).floor() as usize;
+        last.min(self.layout.length() / 2) + 1
+    }
+
+    /// (e_m/B) a_m of each wave's part in the strip's force.
+    pub(super) fn strip(&self) -> Vec<f64> {
+        let tyre = self.waves.waves;
+        let part = |&m: &usize| tyre.lateral_norm(m) * tyre.lateral_share(m, self.contact_width);
+        self.waves.lateral.iter().map(part).collect()
+    }
+
+    /// What makes pressure at a bin of the integrals of G, m by m, for unit amplitude of the forces' component n at
+    /// each stage; `strip` is [`Self::strip`].
+    pub(super) fn factors(&self, bin: usize, n: i64, strip: &[f64], out: &mut [Complex64]) {
+        let Self { layout, waves, .. } = self;
+        let tyre = waves.waves;
+        let frequency = bin as f64 * layout.resolution();
+        let angular = std::f64::consts::TAU * frequency;
+        // p = i w rho Int G v dS, v = -i w u: outwards.
+        let radiated = angular * self.density * self.taper(frequency) * self.scale;
+        self.compliances(n, layout.material_bin(bin, n) as f64 * layout.resolution(), out);
+        let rate = match self.air {
+            AirMotion::Axle => angular,
+            AirMotion::WithTread => {
+                angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution()
+            }
+        };
+        let mean = sinc(0.5 * tyre.kx(n) * tyre.circumference / layout.elements as f64);
+        let factor = radiated * rate * mean / tyre.circumference;
+        out.iter_mut().zip(strip).for_each(|(value, strip)| *value *= factor * strip);
+    }
+
+    /// By receiver, what the rest of its delay is at a bin.
+    pub(super) fn late(&self, bin: usize) -> impl Iterator<Item = Complex64> {
+        let angular = self.layout.angular_frequency(bin);
+        self.delays.iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
+    }
+
+    /// C_nm at a frequency of the material, as the run's rule sees it.
+    fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
+        let rule = self.layout.rule;
+        let angular = std::f64::consts::TAU * frequency;
+        let symbol = TransferKind::Rule.symbol(rule, angular, self.layout.time_step);
+        // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
+        let seen = if rule.is_multistep() { symbol.im / std::f64::consts::TAU } else { frequency };
+        self.waves.at(n, seen, out);
+    }
+
+    fn taper(&self, frequency: f64) -> f64 {
+        let into = ((frequency / self.highest - (1.0 - TAPER)) / TAPER).clamp(0.0, 1.0);
+        0.5 * (1.0 + (std::f64::consts::PI * into).cos())
+    }
+}

@@ -1,0 +1,80 @@
+//! Passages of a microphone beside the road that a run is long enough for.
+
+use std::ops::Range;
+
+use super::way::Way;
+use crate::plan::{Heard, Sound};
+use crate::response::pressure::PressureStream;
+use crate::sound::PassBy;
+use crate::sound::pass_by::Passage;
+use crate::sound::resample::FILE_RATE;
+
+/// A passage along a line of points, and the samples of their pressures that it takes.
+pub(super) struct Passages {
+    /// What is heard of them.
+    pub(super) passing: PassBy,
+    /// By point, in samples from the passage's beginning, without the delays that were taken off.
+    needed: Vec<Range<i64>>,
+    /// Samples from one passage to the next.
+    hop: i64,
+}
+
+impl Passages {
+    /// Of the points of a receiver that the tyre passes; `None` where they are no line.
+    pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64) -> Option<Self> {
+        let rate = 1.0 / sound.layout.time_step;
+        let passing = PassBy::new(Passage {
+            receivers: sound.positions[heard.points.clone()].to_vec(),
+            speed,
+            sound_speed: way.air.sound_speed,
+            input_rate: rate,
+            output_rate: FILE_RATE,
+            amplification: true,
+        });
+        let passing = passing.ok()?;
+        let delays = way.delays[heard.points.clone()].iter().enumerate();
+        let needed = delays.map(|(receiver, &delay)| {
+            let Range { start, end } = passing.needed(receiver);
+            start - delay as i64..end - delay as i64
+        });
+        let needed = needed.collect();
+        let hop = (passing.samples() as f64 / FILE_RATE * rate).ceil() as i64;
+        Some(Self { passing, needed, hop })
+    }
+
+    /// First and last sample that any point gives.
+    fn span(&self) -> Range<i64> {
+        let first = self.needed.iter().map(|needed| needed.start).min().unwrap_or(0);
+        first..self.needed.iter().map(|needed| needed.end).max().unwrap_or(0)
+    }
+
+    /// How many fit into so many samples, one after the other.
+    pub(super) fn within(&self, kept: usize) -> i64 {
+        let (kept, Range { start, end }) = (kept as i64, self.span());
+        if kept < end - start { 0 } else { (kept - (end - start)) / self.hop + 1 }
+    }
+
+    /// Samples of a point that a passage takes, among those that are kept.
+    pub(super) fn samples(&self, passage: i64, receiver: usize) -> Range<usize> {
+        let begin = passage * self.hop - self.span().start;
+        let Range { start, end } = self.needed[receiver];
+        (begin + start) as usize..(begin + end) as usize
+    }
+
+    /// Why there is none in so many samples, if there is none.
+    pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
+        if self.within(kept) > 0 {
+            return None;
+        }
+        let (layout, Range { start, end }) = (&sound.layout, self.span());
+        if end - start > sound.kept_samples() as i64 {
+            return Some("no passage: at this speed one takes longer than pressures are kept for".to_owned());
+        }
+        // Pressures come in blocks.
+        let hops = (end - start - 1) / layout.hop() as i64;
+        let steps = layout.length() as i64 + hops * layout.hop() as i64;
+        debug_assert!(PressureStream::samples(layout, steps as u64) as i64 >= end - start);
+        let seconds = steps as f64 * layout.time_step;
+        Some(format!("no passage: the run is too short for one, which takes a rolling.duration of {seconds:.2} s"))
+    }
+}

@@ -95,7 +95,7 @@ impl StudyArguments {
     }
 }
 
-const HEADER: [&str; 10] = [
+const HEADER: [&str; 11] = [
     "",
     "worst [dB]",
     "at [Hz]",

@@ -20,7 +20,8 @@ const LONGEST: f64 = 3.0;
 const EXAMPLES: &str = "\
 Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but \
 one; then tabulates what each effect changes: third-octave levels of the contact force, mean force, length of the \
-patch, rolling resistance, time of the steps, planned memory.
+patch, rolling resistance, time of the steps, planned memory. The largest change and the plots are of bands that the \
+scene's settings vouch for.
 
 Results: effects.csv, effects.txt, and the changes of the levels as plots, effects_added.svg and \
 effects_taken_away.svg.
@@ -109,6 +110,11 @@ fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> 
     runs
 }
 
+/// Change of the level of each band of `reference` that it vouches for, in dB.
+fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (&'a BandLevel, f64)> {
+    changes(found, reference).filter(|(band, _)| band.valid)
+}
+
 /// Change of the level of each band of `reference`, in dB.
 fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (&'a BandLevel, f64)> {
     level_changes(&found.levels, &reference.levels)
@@ -127,7 +133,7 @@ fn report(comparison: &Comparison) -> Report {
             (None, _) => "-".to_owned(),
         };
         let worst = reference.map_or(String::new(), |reference| {
-            let changes = changes(found, reference).filter(|(_, change)| change.is_finite());
+            let changes = vouched(found, reference).filter(|(_, change)| change.is_finite());
             changes
                 .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
                 .map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
@@ -163,6 +169,7 @@ fn report(comparison: &Comparison) -> Report {
     let mut report = Report::default();
     report.table(aligned(&header, &rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
+    report.text("levels in brackets: of bands that the scene's settings do not vouch for\n");
     if !comparison.doubts.is_empty() {
         report.text("local compliance: known within a factor of two; compared with all\n");
     }
@@ -177,10 +184,14 @@ fn report(comparison: &Comparison) -> Report {
         let mut header = vec!["band [Hz]".to_owned(), format!("{name} [dB re 1 N]")];
         header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", way.sign(), effect.short())));
         let row = |(index, band): (usize, &BandLevel)| -> Vec<String> {
+            let marked = |number: String| if band.valid { number } else { format!("({number})") };
             let change = |(_, found, reference): &(Effect, &Trial, &Trial)| {
-                changes(found, reference).nth(index).map_or(String::new(), |(_, change)| format!("{change:+.1}"))
+                changes(found, reference)
+                    .nth(index)
+                    .map_or(String::new(), |(_, change)| marked(format!("{change:+.1}")))
             };
-            [band.band.label(), format!("{:.1}", band.level)].into_iter().chain(runs.iter().map(change)).collect()
+            let first = [band.band.label(), marked(format!("{:.1}", band.level))];
+            first.into_iter().chain(runs.iter().map(change)).collect()
         };
         let bands: Vec<Vec<String>> = base.levels.iter().enumerate().map(row).collect();
         report.text("\n");
@@ -191,7 +202,7 @@ fn report(comparison: &Comparison) -> Report {
 
 fn to_csv(comparison: &Comparison) -> String {
     let bands = comparison.base.levels.iter().map(|band| format!("level_db_re_1n_{}hz", band.band.nominal_frequency()));
-    let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes"].into_iter();
+    let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"].into_iter();
     let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).collect();
     let mut named = vec![("none".to_owned(), &comparison.base), ("all".to_owned(), &comparison.all)];
     for way in Way::ALL {
@@ -200,7 +211,9 @@ fn to_csv(comparison: &Comparison) -> String {
     }
     named.extend(comparison.doubts.iter().map(|(name, found)| (format!("{name} the local compliance"), found)));
     let rows = named.into_iter().map(|(name, found)| -> Vec<String> {
-        let numbers = [found.mean_force(), found.contact_length(), found.seconds, found.memory()];
+        let valid = found.levels.iter().rfind(|band| band.valid);
+        let valid = valid.map_or(0.0, |band| band.band.nominal_frequency());
+        let numbers = [found.mean_force(), found.contact_length(), found.seconds, found.memory(), valid];
         let levels = found.levels.iter().map(|band| band.level.to_string());
         let numbers = numbers.map(|number| number.to_string()).into_iter();
         let resistance = RollingResistance::cells(found.results.rolling_resistance);
@@ -216,7 +229,7 @@ const LARGEST_DRAWN: f64 = 12.0;
 /// spectrum.
 fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
-        changes(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
+        vouched(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
     };
     let runs = changing(comparison, way).into_iter();
     let series: Vec<Series<'_>> = runs

@@ -16,10 +16,10 @@ use super::side::Place;
 const EXAMPLES: &str = "\
 Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, \
 poles, cells across, curves; what only the direct history has, where the scene has it. Errors are differences of \
-third-octave levels of the contact force from 100 Hz to fmax, of the force itself, and of its mean and the patch's \
-length. The reference is halved and doubled in turn: errors below the doubt that is left are marked. Laws of tread and \
-slices are listed apart: they are models. Then combinations are chosen by what the single knobs let expect, rolled, \
-and the expectation is corrected. The front is by exact work; times stand beside it.
+third-octave levels of the contact force from 100 Hz to fmax, of the force itself, and of its mean, the patch's length \
+and the rolling resistance. The reference is halved and doubled in turn: errors below the doubt that is left are \
+marked. Laws of tread and slices are listed apart: they are models. Then combinations are chosen by what the single \
+knobs let expect, rolled, and the expectation is corrected. The front is by exact work; times stand beside it.
 
 Results: study.txt, study.csv, study.json, study.svg.
 
@@ -95,7 +95,7 @@ impl StudyArguments {
     }
 }
 
-const HEADER: [&str; 10] = [
+const HEADER: [&str; 11] = [
     "",
     "worst [dB]",
     "at [Hz]",
@@ -103,6 +103,7 @@ const HEADER: [&str; 10] = [
     "force",
     "mean force",
     "patch",
+    "rolling resistance",
     "multiply-adds/s",
     "march [s/s]",
     "fit [s]",
@@ -113,7 +114,7 @@ fn told(value: f64, doubt: f64, text: String) -> String {
     if value.abs() < doubt && value != 0.0 { format!("~{text}") } else { text }
 }
 
-fn row(label: String, point: &Point, doubt: &Difference) -> [String; 10] {
+fn row(label: String, point: &Point, doubt: &Difference) -> [String; 11] {
     let Point { difference: found, cost, .. } = point;
     let fixed = |value: f64, doubt: f64, digits: usize| told(value, doubt, format!("{value:.digits$}"));
     let small = |value: f64, doubt: f64| told(value, doubt, format!("{value:.1e}"));
@@ -125,6 +126,7 @@ fn row(label: String, point: &Point, doubt: &Difference) -> [String; 10] {
         fixed(found.force, doubt.force, 3),
         small(found.mean_force, doubt.mean_force),
         small(found.contact_length, doubt.contact_length),
+        small(found.rolling_resistance, doubt.rolling_resistance),
         format!("{:.2e}", cost.multiply_adds),
         format!("{:.3}", cost.march),
         cost.fit.map_or("kept".to_owned(), |fit| format!("{fit:.2}")),
@@ -153,6 +155,7 @@ fn report(study: &Study, scene: &Scene) -> Report {
             ("", "force", of.force),
             ("", "mean force", of.mean_force),
             ("", "patch", of.contact_length),
+            ("", "rolling resistance", of.rolling_resistance),
         ];
         refined.extend(measures.map(|(knob, currency, Richardson { coarse, fine, order, error, converges })| {
             let order = match order {
@@ -166,9 +169,9 @@ fn report(study: &Study, scene: &Scene) -> Report {
     }
     report.table(words(&["", "difference of", "halved", "doubled", "order", "left"], &refined));
     report.text(format!(
-        "doubt: {:.2} dB worst, {:.2} dB rms, force {:.2e}, mean force {:.1e}, patch {:.1e}; \
-         smaller errors are marked ~\n",
-        doubt.worst, doubt.rms, doubt.force, doubt.mean_force, doubt.contact_length
+        "doubt: {:.2} dB worst, {:.2} dB rms, force {:.2e}, mean force {:.1e}, patch {:.1e}, \
+         rolling resistance {:.1e}; smaller errors are marked ~\n",
+        doubt.worst, doubt.rms, doubt.force, doubt.mean_force, doubt.contact_length, doubt.rolling_resistance
     ));
     for (kind, title) in [
         (Kind::Error, "Knobs of the discretisation, the rest at the reference"),
@@ -209,7 +212,7 @@ fn report(study: &Study, scene: &Scene) -> Report {
         report.table(aligned(&header, &study.joint.iter().map(row).collect::<Vec<_>>()));
     }
     for (title, points) in [("Settings with a name", &study.named), ("Front, by exact work", &study.front)] {
-        let rows: Vec<[String; 10]> = points.iter().map(|point| row(point.label.clone(), point, doubt)).collect();
+        let rows: Vec<[String; 11]> = points.iter().map(|point| row(point.label.clone(), point, doubt)).collect();
         report.text(format!("\n{title}:\n"));
         report.table(aligned(&HEADER, &rows));
         points.iter().for_each(|point| report.text(format!("{}: {}\n", point.label, point.settings.label(scene))));
@@ -236,21 +239,21 @@ fn verdict_table(verdicts: &[Verdict]) -> Table {
 fn csv(study: &Study) -> String {
     let mut text = String::from(
         "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,worst_band_hz,\
-         rms_db,force,mean_force,contact_length,multiply_adds_per_s,compliance_evaluations,march_s_per_s,road_s_per_s,\
-         fit_s,expected_db,on_front\n",
+         rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,compliance_evaluations,\
+         march_s_per_s,road_s_per_s,fit_s,expected_db,on_front\n",
     );
     let mut line = |group: &str, point: &Point, expected: Option<f64>| {
         let Point { label, settings, difference, cost } = point;
         let Numerics { elements, substeps, time_rule, pole_tolerance, .. } = &settings.numerics;
         let Contact { cells_across, slice_tolerance, .. } = &settings.contact;
-        let Difference { worst, worst_band, rms, force, mean_force, contact_length } = difference;
+        let Difference { worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance } = difference;
         let Cost { multiply_adds, compliance_evaluations, march, road, fit } = cost;
         let option = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let cells = option(cells_across.map(|points| points as f64));
         let (rule, fit, expected) = (time_rule.name(), option(*fit), option(expected));
         let on_front = study.front.contains(point);
         text += &format!("{group},{label},{elements},{substeps},{rule},{pole_tolerance},{cells},{slice_tolerance},");
-        text += &format!("{worst},{worst_band},{rms},{force},{mean_force},{contact_length},");
+        text += &format!("{worst},{worst_band},{rms},{force},{mean_force},{contact_length},{rolling_resistance},");
         text += &format!("{multiply_adds},{compliance_evaluations},{march},{road},{fit},{expected},{on_front}\n");
     };
     line("reference", &study.reference, None);

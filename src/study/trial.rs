@@ -70,6 +70,11 @@ impl Trial {
         self.results.mean_contact_length.unwrap_or_default()
     }
 
+    /// Rolling resistance after the warm-up \[N\]; 0 where the tread law has none.
+    pub fn rolling_resistance(&self) -> f64 {
+        self.results.rolling_resistance.map_or(0.0, |resistance| resistance.force)
+    }
+
     /// Planned memory on the present threads, without the process itself \[bytes\].
     pub fn memory(&self) -> f64 {
         self.plan.amounts().memory_on(rayon::current_num_threads())
@@ -176,6 +181,8 @@ pub struct Common {
     pub mean_force: f64,
     /// Mean length of the patch after the warm-up \[m\].
     pub contact_length: f64,
+    /// Rolling resistance \[N\]; 0 where the tread law has none.
+    pub rolling_resistance: f64,
 }
 
 /// How far a run is from another.
@@ -193,6 +200,8 @@ pub struct Difference {
     pub mean_force: f64,
     /// Difference of the patch's length, relative.
     pub contact_length: f64,
+    /// Difference of the rolling resistance, relative; 0 where the other has none.
+    pub rolling_resistance: f64,
 }
 
 /// The band that holds a frequency.
@@ -217,7 +226,8 @@ impl Common {
         let mut levels =
             spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(band(LOWEST_BAND).lower_edge(), 1.0));
         levels.retain(|level| level.band <= band(highest));
-        Self { spacing, force, levels, mean_force: trial.mean_force(), contact_length: trial.contact_length() }
+        let (mean_force, contact_length) = (trial.mean_force(), trial.contact_length());
+        Self { spacing, force, levels, mean_force, contact_length, rolling_resistance: trial.rolling_resistance() }
     }
 
     /// How far this is from another of the same instants.
@@ -238,6 +248,7 @@ impl Common {
             force: relative_difference(&self.force, &other.force),
             mean_force: relative(self.mean_force, other.mean_force),
             contact_length: relative(self.contact_length, other.contact_length),
+            rolling_resistance: relative(self.rolling_resistance, other.rolling_resistance),
         }
     }
 }
@@ -308,7 +319,7 @@ mod tests {
         let spacing = PASS / band(1000.0).upper_edge();
         let force = resampled(&sampled(time_step, lag, amplitude), time_step, lag, spacing, 0.1..1.0);
         let levels = PowerSpectrum::of(&force, spacing, Some(SEGMENT)).unwrap().third_octaves(89.0, 1.0);
-        Common { spacing, force, levels, mean_force: 300.0, contact_length: 0.1 }
+        Common { spacing, force, levels, mean_force: 300.0, contact_length: 0.1, rolling_resistance: 3.0 }
     }
 
     #[test]

@@ -2,11 +2,12 @@
 //! the local contact law is for.
 //!
 //! Forces are compared as spectra over the same stretch of time, below 1 kHz: a Hann window, exact Fourier sums at
-//! common frequencies.
+//! common frequencies. Quick tests roll the flat tyre; disturbances and tables are of the default one.
 
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
+use toml::Table;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
 
@@ -25,6 +26,8 @@ struct Setting {
     duration: f64,
     /// Cells along of an element of a 256th of the circumference.
     cells: usize,
+    /// The tyre of the default scene instead of the flat one.
+    default_tyre: bool,
 }
 
 impl Setting {
@@ -37,11 +40,17 @@ impl Setting {
             warm_up: 0.12,
             duration: 0.2,
             cells: 4,
+            default_tyre: false,
         }
     }
 
+    /// The default tyre, under about the load of the default scene.
+    fn of_the_default_tyre() -> Self {
+        Self { axle: "{ indentation = 0.0165, ramp = 0.05 }", default_tyre: true, ..Self::made() }
+    }
+
     fn text(&self, elements: usize, substeps: usize, rule: TimeRule) -> String {
-        let Self { road, speed, contact, axle, warm_up, duration, cells } = self;
+        let Self { road, speed, contact, axle, warm_up, duration, cells, default_tyre } = self;
         let rolling = format!("speed_kmh = {speed}\nwarm_up = {warm_up}\nduration = {duration}\naxle = {axle}");
         let rule = rule.name();
         let numerics =
@@ -51,7 +60,14 @@ impl Setting {
              [outputs]\nspectra = false\nplots = false",
             (cells * 256 / elements).max(1)
         );
-        with_all_terms(&scene_text(elements, road, &rolling, &numerics, &more))
+        let text = with_all_terms(&scene_text(elements, road, &rolling, &numerics, &more));
+        if !default_tyre {
+            return text;
+        }
+        let table = |text: &str| text.parse::<Table>().unwrap();
+        let (mut scene, mut default) = (table(&text), table(include_str!("../../scenes/default.toml")));
+        scene.insert("tyre".into(), default.remove("tyre").unwrap());
+        scene.to_string()
     }
 
     fn force(&self, elements: usize, substeps: usize, rule: TimeRule) -> Force {
@@ -163,7 +179,7 @@ fn other_treads_and_axles_converge_too() {
 
 #[test]
 fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
-    let setting = Setting::made();
+    let setting = Setting::of_the_default_tyre();
     let text = setting.text(256, 1, TimeRule::Sdirk2);
     let (plain, disturbed) = (run(&text), run(&edit(&text, &[("rolling.axle.ramp", "0.050000001")])));
     let (a, b) = (plain.array("total_force.npy"), disturbed.array("total_force.npy"));
@@ -182,7 +198,7 @@ fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
             0.00398,
         ];
         let road = format!("kind = \"made\"\nseed = 1\nwavelengths = {wavelengths:?}\nlevels = {levels:?}");
-        Setting { road, ..Setting::made() }.force(256, 1, TimeRule::Sdirk2)
+        Setting { road, ..Setting::of_the_default_tyre() }.force(256, 1, TimeRule::Sdirk2)
     };
     let (l2, worst) = asphalt(20.0 * 1.001_f64.log10()).distance(&asphalt(0.0));
     println!("a micrometre of road: {l2:.5} ({worst:.3} dB)");
@@ -191,17 +207,16 @@ fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
 
 /// Long version: `cargo test --release --test suite convergence -- --ignored --nocapture`.
 #[test]
-#[ignore = "minutes: tables of successive differences on four roads at three speeds"]
+#[ignore = "most of an hour: tables of successive differences on four roads at three speeds"]
 fn tables_of_convergence() {
-    let mut settings = vec![("dense asphalt", Setting::made())];
-    for speed in [30.0, 130.0] {
-        settings.push(("dense asphalt", Setting { speed, ..Setting::made() }));
-    }
+    // High peaks are met before the ramp begins: the rough roads need longer to forget that.
+    let made = || Setting { warm_up: 0.3, ..Setting::of_the_default_tyre() };
+    let mut settings = vec![("dense asphalt", made())];
     let chippings = "kind = \"made\"\npower_law = { rms = 0.0012, exponent = 2.0, longest = 0.1, shortest = 0.005 }";
-    settings.push(("chippings", Setting { road: chippings.into(), ..Setting::made() }));
+    settings.push(("chippings", Setting { road: chippings.into(), ..made() }));
     if let Some(path) = shared_road("captif_aylesbury_station_10.dat") {
         let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"", path.display());
-        settings.push(("CAPTIF", Setting { road, ..Setting::made() }));
+        settings.push(("CAPTIF", Setting { road, ..made() }));
     }
     let folder = tempfile::tempdir().unwrap();
     let step = folder.path().join("step.csv");
@@ -215,14 +230,20 @@ fn tables_of_convergence() {
          at_end = \"mirror\"",
         step.display()
     );
-    settings.push(("steps of 10 mm", Setting { road, ..Setting::made() }));
-    for (road, setting) in &settings {
+    settings.push(("steps of 10 mm", Setting { road, ..made() }));
+    let speeds = [80.0, 30.0, 130.0];
+    for (road, setting) in speeds
+        .iter()
+        .flat_map(|&speed| settings.iter().map(move |(road, setting)| (road, Setting { speed, ..setting.clone() })))
+    {
         for (rule, elements) in
             [(TimeRule::Bdf2, 256), (TimeRule::Sdirk2, 256), (TimeRule::Bdf2, 512), (TimeRule::Sdirk2, 512)]
         {
             let name = format!("{road}, {} km/h, N = {elements}, {}, q = 1 ... 32", setting.speed, rule.name());
-            show(&name, &successive(setting, elements, rule, 5));
+            show(&name, &successive(&setting, elements, rule, 5));
         }
+        // The cells stay the same as elements are halved: they are another limit.
+        let setting = Setting { cells: 16, ..setting };
         let forces: Vec<Force> =
             [(256, 16), (512, 8), (1024, 4), (2048, 2)].map(|(n, q)| setting.force(n, q, TimeRule::Sdirk2)).into();
         let distances: Vec<(f64, f64)> = forces[..3].iter().map(|force| force.distance(&forces[3])).collect();

@@ -104,6 +104,8 @@ pub struct Refined {
     pub mean_force: Richardson,
     /// Of the patch's length.
     pub contact_length: Richardson,
+    /// Of the rolling resistance.
+    pub rolling_resistance: Richardson,
 }
 
 /// All of a study.
@@ -293,6 +295,7 @@ impl Refined {
             force: of(|difference| difference.force),
             mean_force: of(|difference| difference.mean_force),
             contact_length: of(|difference| difference.contact_length),
+            rolling_resistance: of(|difference| difference.rolling_resistance),
         }
     }
 }
@@ -309,6 +312,7 @@ fn doubt(refined: &[Refined]) -> Difference {
         force: of(|refined| refined.force),
         mean_force: of(|refined| refined.mean_force),
         contact_length: of(|refined| refined.contact_length),
+        rolling_resistance: of(|refined| refined.rolling_resistance),
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::plan::Heard;
-use crate::response::PowerSpectrum;
+use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{
@@ -34,18 +34,8 @@ impl SoundRecorder {
     /// # Errors
     /// Of the files and pictures.
     pub fn write(&self, loaded: &LoadedScene, folder: &ResultsFolder) -> Result<SoundSummary, RunError> {
-        let points: Vec<PowerSpectrum> = self
-            .spectra
-            .iter()
-            .map(|spectrum| spectrum.clone().finish().map(|spectrum| spectrum.valid_to(self.valid_to)))
-            .collect::<Result<_, _>>()?;
-        let spectra: Vec<ReceiverSpectrum> = self
-            .sound
-            .heard
-            .iter()
-            .filter_map(|heard| Some((heard, mean(&points[heard.points.clone()])?)))
-            .map(|(heard, spectrum)| ReceiverSpectrum { name: heard.name.clone(), spectrum })
-            .collect();
+        let points = self.point_spectra()?;
+        let spectra = self.receiver_spectra(&points);
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         let mut receivers = Vec::new();
@@ -62,6 +52,19 @@ impl SoundRecorder {
             body: self.way.body.clone(),
             receivers,
         })
+    }
+
+    /// Spectra at all points.
+    pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
+        let finished = |spectrum: &SpectrumAccumulator| spectrum.clone().finish();
+        let all: Result<Vec<_>, _> = self.spectra.iter().map(finished).collect();
+        Ok(all?.into_iter().map(|spectrum| spectrum.valid_to(self.valid_to)).collect())
+    }
+
+    /// By receiver the mean over its points.
+    pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
+        let receivers = self.sound.heard.iter().filter_map(|heard| Some((heard, mean(&points[heard.points.clone()])?)));
+        receivers.map(|(heard, spectrum)| ReceiverSpectrum { name: heard.name.clone(), spectrum }).collect()
     }
 
     fn receiver(

@@ -231,6 +231,11 @@ fn band(frequency: f64) -> ThirdOctaveBand {
     ThirdOctaveBand::containing(frequency).unwrap_or(ThirdOctaveBand(0))
 }
 
+/// Upper edge of the band that holds a frequency \[Hz\].
+pub(crate) fn upper_edge(highest: f64) -> f64 {
+    band(highest).upper_edge()
+}
+
 /// Lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].
 pub fn least_rate(highest: f64) -> f64 {
     2.0 * STOP / PASS * band(highest).upper_edge()

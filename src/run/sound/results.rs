@@ -36,7 +36,8 @@ impl SoundRecorder {
     pub fn write(&self, loaded: &LoadedScene, folder: &ResultsFolder) -> Result<SoundSummary, RunError> {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
-        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY))?;
+        let error = self.sound.error();
+        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, &error))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         let mut receivers = Vec::new();
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
@@ -50,6 +51,7 @@ impl SoundRecorder {
             reference: REFERENCE_PRESSURE,
             highest: self.sound.radiation.fmax,
             body: self.way.body.clone(),
+            error,
             receivers,
         })
     }
@@ -81,6 +83,7 @@ impl SoundRecorder {
             points: heard.points.len(),
             level: levels.overall,
             level_a: levels.overall_a,
+            level_a_error: self.sound.error().level_a,
             power_level_a: None,
             pass_by: None,
             audio: None,

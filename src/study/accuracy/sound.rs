@@ -15,9 +15,9 @@ use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::run::progress::Unwatched;
 use crate::run::sound::SoundRecorder;
-use crate::scene::{LoadedScene, Radiation, Scene, Switch};
+use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
 use crate::sound::SoundLevels;
-use crate::study::trial::{LOWEST_BAND, Trials, level_changes};
+use crate::study::trial::{LOWEST_BAND, Trials, level_changes, upper_edge};
 
 /// The reference's nodes over the scene's.
 const FINER_ELEMENTS: f64 = 4.0 / 3.0;
@@ -82,6 +82,8 @@ type Way = (String, Radiation);
 /// The reference, and what is compared with it.
 fn ways(own: &Radiation) -> (Way, Vec<Way>) {
     let finest = Radiation {
+        // What a draft is worth is told by the full method, too.
+        quality: RadiationQuality::Full,
         nodes_per_wavelength: FINER_ELEMENTS * own.nodes_per_wavelength,
         frequency_tolerance: FINER_FREQUENCIES * own.frequency_tolerance,
         lateral_waves: FINER_WAVES * own.lateral_waves,
@@ -134,7 +136,9 @@ pub fn study(scene: &Scene, held: &Scene, highest: f64, trials: &Trials<'_>) -> 
     }
     let mut heard = Scene { receivers: scene.receivers.clone(), ..held.clone() };
     heard.effects.radiation = Switch::Auto;
-    heard.radiation = Radiation { fmax: scene.radiation.fmax.min(highest), audio: false, ..scene.radiation.clone() };
+    // Transfers fall to zero over the last twentieth.
+    let fmax = scene.radiation.fmax.min(1.06 * upper_edge(highest));
+    heard.radiation = Radiation { fmax, audio: false, ..scene.radiation.clone() };
     let mut rolled = Rolled::new(heard, trials)?;
     let ((label, finest), ways) = ways(&rolled.scene.radiation);
     let Some((reference, of_reference)) = rolled.point(label, &finest, None)? else { return Ok(None) };

@@ -86,7 +86,8 @@ fn spheres(criterion: &mut Criterion) {
 
 /// Strength of the tread within 60 mm of the patch, both ends.
 fn strength(transfer: &Transfer) -> f64 {
-    let cell = |cell: usize| transfer.values[transfer.index(0, 1, cell)].norm_sqr();
+    let at = |across: usize, cell: usize| transfer.values[transfer.index(0, across, cell)].norm_sqr();
+    let cell = |cell: usize| (0..4).map(|across| at(across, cell)).sum::<f64>();
     (15..30).map(|index| cell(index) + cell(511 - index)).sum()
 }
 

@@ -100,7 +100,9 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
 #[test]
 fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
-    let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), MODAL, "[[receiver]]\nstandard = \"cpx\"\n");
+    let numerics = format!("{MODAL}\ntime_rule = \"bdf2\"");
+    let receiver = "[[receiver]]\nstandard = \"cpx\"\n";
+    let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), &numerics, receiver);
     let folder = tempfile::tempdir().unwrap();
     for (name, way) in [("draft", way), ("full", LOW)] {
         fs::write(folder.path().join(format!("{name}.toml")), format!("{text}\n{way}\n")).unwrap();

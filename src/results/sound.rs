@@ -151,8 +151,8 @@ impl ReceiverSummary {
         let error = self.level_a_error;
         let mut text = match self.pass_by {
             Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{maximum:.1} +- {error:.1} dB(A) at most as the tyre passes, F (mean of {passages}), {:.1} dB(A) along \
-                 the line",
+                "{maximum:.1} +- {error:.1} dB(A) at most as the tyre passes, F (mean of {passages}), {:.1} dB(A) \
+                 along the line",
                 self.level_a
             ),
             None => format!("{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),

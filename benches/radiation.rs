@@ -72,8 +72,8 @@ fn spheres(criterion: &mut Criterion) {
             let (error, unknowns, rate) = sphere(order, nodes);
             assert!(error < 0.05, "{order} x {order}, {nodes} nodes a wavelength: {error:e}");
             println!(
-                "sphere, {order} x {order}, {nodes} nodes a wavelength: error {error:.1e}, {unknowns} unknowns, LU {:.1} \
-                 of {:.1} Gflop/s",
+                "sphere, {order} x {order}, {nodes} nodes a wavelength: error {error:.1e}, {unknowns} unknowns, \
+                 LU {:.1} of {:.1} Gflop/s",
                 1e-9 * rate,
                 1e-9 * peak
             );

@@ -27,7 +27,7 @@ const PASSED: f64 = 16.0;
 /// Distance of the points of a passage \[m\].
 const SPACING: f64 = 0.25;
 /// Worst third octave \[dB\]. At the default nodes per wavelength, the worst of single waves (9 against 14 nodes; 7
-/// nodes are 0.5 dB wrong, so it falls with the sixth power): real forces at coast-by and cpx are 0.001 dB
+/// nodes are 0.5 dB wrong, so it falls with the sixth power): waves of unit forces at coast-by and cpx are 0.001 dB
 /// wrong to 1 kHz.
 /// Relative to the frequencies' tolerance, which intervals of twice the length keep. At the default lateral waves, from
 /// where it falls with the square of their number: an allowance. `tyrewave study SCENE` measures all three.

@@ -1,13 +1,15 @@
 //! `tyrewave effects`: what each effect is worth, before it is paid for.
 
 use clap::Args;
+use tyrewave::counters::Stage;
 use tyrewave::plan::bytes;
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::RollingResistance;
-use tyrewave::results::table::{Report, aligned, csv};
+use tyrewave::results::table::{Report, Table, aligned, csv};
+use tyrewave::sound::SoundLevels;
 use tyrewave::study::effects::{self, Comparison, Effect, Worth};
-use tyrewave::study::trial::{Trial, level_changes};
+use tyrewave::study::trial::{LOWEST_BAND, Trial, level_changes};
 
 use super::context::Context;
 use super::error::CliError;
@@ -20,8 +22,9 @@ const LONGEST: f64 = 3.0;
 const EXAMPLES: &str = "\
 Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but \
 one; then tabulates what each effect changes: third-octave levels of the contact force, mean force, length of the \
-patch, rolling resistance, time of the steps, planned memory. The largest change and the plots are of bands that the \
-scene's settings vouch for.
+patch, rolling resistance, time of the steps, planned memory; where the scene has receivers, radiation is one of the \
+effects, and the levels that are heard with all effects but one stand beside those with all. The largest change and \
+the plots are of bands that the scene's settings vouch for.
 
 Results: effects.csv, effects.txt, and the changes of the levels as plots, effects_added.svg and \
 effects_taken_away.svg.
@@ -155,7 +158,7 @@ fn report(comparison: &Comparison) -> Report {
         }
     }
     for (name, found) in &comparison.doubts {
-        rows.push(row(&format!("{name} the local compliance"), found, Some(&comparison.all)));
+        rows.push(row(name, found, Some(&comparison.all)));
     }
     let header = [
         "effects",
@@ -170,7 +173,7 @@ fn report(comparison: &Comparison) -> Report {
     report.table(aligned(&header, &rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
     report.text("levels in brackets: of bands that the scene's settings do not vouch for\n");
-    if !comparison.doubts.is_empty() {
+    if comparison.doubts.iter().any(|(name, _)| name.ends_with("local compliance")) {
         report.text("local compliance: known within a factor of two; compared with all\n");
     }
     report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
@@ -197,19 +200,67 @@ fn report(comparison: &Comparison) -> Report {
         report.text("\n");
         report.table(aligned(&header, &bands));
     }
+    if let Some(heard) = heard(comparison) {
+        report.text("\nSound with all effects, with all but one, and by another model:\n");
+        report.table(heard);
+    }
     report
+}
+
+/// Levels at the receivers with all effects and how they change; none where nobody listens.
+fn heard(comparison: &Comparison) -> Option<Table> {
+    let Comparison { all, doubts, .. } = comparison;
+    let of_all = all.heard();
+    if of_all.is_empty() {
+        return None;
+    }
+    let row = |name: String, found: &Trial, changed: bool| -> Vec<String> {
+        let heard = found.heard();
+        let mut cells = vec![name];
+        for (receiver, levels) in &of_all {
+            let change = heard.iter().find(|(name, _)| name == receiver).map(|(_, found)| change_of(found, levels));
+            cells.extend(match change {
+                _ if !changed => [format!("{:.1} dB(A)", levels.overall_a), String::new()],
+                Some((overall, worst)) => [format!("{overall:+.1} dB(A)"), worst],
+                None => ["silent".to_owned(), String::new()],
+            });
+        }
+        let seconds = |stage| found.results.meter.whole(stage).seconds();
+        cells.extend([format!("{:.2} s", seconds(Stage::Radiation)), format!("{:.2} s", seconds(Stage::Sound))]);
+        cells
+    };
+    let mut rows = vec![row("all".to_owned(), all, false)];
+    for (effect, found, _) in runs(comparison, Way::TakenAway) {
+        rows.push(row(format!("- {}", effect.title()), found, true));
+    }
+    rows.extend(doubts.iter().map(|(name, found)| row(name.clone(), found, true)));
+    let mut header = vec!["effects".to_owned()];
+    header.extend(of_all.iter().flat_map(|(name, _)| [name.clone(), "worst band".to_owned()]));
+    header.extend(["set-up", "in the steps"].map(str::to_owned));
+    Some(aligned(&header, &rows))
+}
+
+/// Change of the A-weighted level \[dB\], and the largest of a band in words.
+fn change_of(found: &SoundLevels, reference: &SoundLevels) -> (f64, String) {
+    let changes = level_changes(&found.third_octaves, &reference.third_octaves)
+        .filter(|(band, change)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND && change.is_finite());
+    let worst = changes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let worst = worst.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()));
+    (found.overall_a - reference.overall_a, worst)
 }
 
 fn to_csv(comparison: &Comparison) -> String {
     let bands = comparison.base.levels.iter().map(|band| format!("level_db_re_1n_{}hz", band.band.nominal_frequency()));
     let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"].into_iter();
-    let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).collect();
+    let receivers: Vec<String> = comparison.all.heard().into_iter().map(|(name, _)| name).collect();
+    let sounds = receivers.iter().map(|name| format!("level_db_a_{name}"));
+    let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).chain(sounds).collect();
     let mut named = vec![("none".to_owned(), &comparison.base), ("all".to_owned(), &comparison.all)];
     for way in Way::ALL {
         let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
         named.extend(runs(comparison, way).into_iter().map(|(effect, found, _)| (name(effect), found)));
     }
-    named.extend(comparison.doubts.iter().map(|(name, found)| (format!("{name} the local compliance"), found)));
+    named.extend(comparison.doubts.iter().map(|(name, found)| (name.clone(), found)));
     let rows = named.into_iter().map(|(name, found)| -> Vec<String> {
         let valid = found.levels.iter().rfind(|band| band.valid);
         let valid = valid.map_or(0.0, |band| band.band.nominal_frequency());
@@ -217,7 +268,13 @@ fn to_csv(comparison: &Comparison) -> String {
         let levels = found.levels.iter().map(|band| band.level.to_string());
         let numbers = numbers.map(|number| number.to_string()).into_iter();
         let resistance = RollingResistance::cells(found.results.rolling_resistance);
-        [name].into_iter().chain(numbers).chain(resistance).chain(levels).collect()
+        let heard = found.heard();
+        // Empty where nobody listens.
+        let sounds = receivers.iter().map(|receiver| {
+            let levels = heard.iter().find(|(name, _)| name == receiver);
+            levels.map_or(String::new(), |(_, levels)| levels.overall_a.to_string())
+        });
+        [name].into_iter().chain(numbers).chain(resistance).chain(levels).chain(sounds).collect()
     });
     csv([header].into_iter().chain(rows))
 }

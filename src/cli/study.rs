@@ -2,10 +2,14 @@
 
 use clap::Args;
 use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
-use tyrewave::results::table::{Report, Table, aligned, words};
+use tyrewave::results::sound::BodySummary;
+use tyrewave::results::table::{self, Report, Table, aligned, words};
 use tyrewave::scene::{Contact, Numerics, Scene};
 use tyrewave::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
-use tyrewave::study::accuracy::{Cost, Joint, Kind, Knob, Point, Richardson, Study, StudyOptions, Sweep, study};
+use tyrewave::study::accuracy::{
+    Cost, Joint, Kind, Knob, Point, Richardson, SoundDifference, SoundPoint, SoundStudy, Study, StudyOptions, Sweep,
+    study,
+};
 use tyrewave::study::trial::{Difference, LOWEST_BAND};
 
 use super::context::Context;
@@ -19,9 +23,11 @@ poles, cells across, curves; what only the direct history has, where the scene h
 third-octave levels of the contact force from 100 Hz to fmax, of the force itself, and of its mean, the patch's length \
 and the rolling resistance. The reference is halved and doubled in turn: errors below the doubt that is left are \
 marked. Laws of tread and slices are listed apart: they are models. Then combinations are chosen by what the single \
-knobs let expect, rolled, and the expectation is corrected. The front is by exact work; times stand beside it.
+knobs let expect, rolled, and the expectation is corrected. The front is by exact work; times stand beside it. Where \
+the scene has receivers, the forces of one run are heard by ways that are solved more and less finely: errors in dB(A) \
+and of third octaves against nodes per wavelength, frequencies and lateral waves.
 
-Results: study.txt, study.csv, study.json, study.svg.
+Results: study.txt, study.csv, study.json, study.svg; study_sound.csv where there are receivers.
 
 Examples:
   tyrewave study scenes/default.toml
@@ -82,6 +88,9 @@ impl StudyArguments {
         side.file("study.txt", report.to_string());
         side.file("study.csv", csv(&found));
         side.file("study.json", json(&found));
+        if let Some(sound) = &found.sound {
+            side.file("study_sound.csv", sound_csv(sound));
+        }
         side.picture("study.svg", picture)?;
         report.text("\n");
         side.finish(context, &report)?;
@@ -217,7 +226,45 @@ fn report(study: &Study, scene: &Scene) -> Report {
         report.table(aligned(&HEADER, &rows));
         points.iter().for_each(|point| report.text(format!("{}: {}\n", point.label, point.settings.label(scene))));
     }
+    if let Some(sound) = &study.sound {
+        report.text(format!("\nSound, the same forces, against {}:\n", sound.reference.label));
+        report.table(sound_table(sound));
+    }
     report
+}
+
+/// Errors of the sound, the worst receiver's.
+fn sound_table(sound: &SoundStudy) -> Table {
+    let row = |point: &SoundPoint| -> [String; 8] {
+        let worst = point.worst();
+        let BodySummary { frequencies, solved, unknowns, .. } = &point.body;
+        let all_kept = *solved == 0;
+        [
+            point.label.clone(),
+            worst.map_or("reference".to_owned(), |worst| format!("{:.2}", worst.worst)),
+            worst.map_or(String::new(), |worst| worst.worst_band.to_string()),
+            worst.map_or(String::new(), |worst| worst.receiver.clone()),
+            if point.differences.is_empty() { String::new() } else { format!("{:.2}", point.level_a()) },
+            frequencies.to_string(),
+            if all_kept { "kept".to_owned() } else { unknowns.to_string() },
+            if all_kept { "kept".to_owned() } else { format!("{:.1}", point.seconds) },
+        ]
+    };
+    let rows: Vec<[String; 8]> = std::iter::once(&sound.reference).chain(&sound.points).map(row).collect();
+    aligned(&["", "worst [dB]", "at [Hz]", "receiver", "[dB(A)]", "frequencies", "unknowns", "set-up [s]"], &rows)
+}
+
+/// Errors of the sound by receiver.
+fn sound_csv(sound: &SoundStudy) -> String {
+    let header = ["way", "receiver", "worst_db", "worst_band_hz", "level_db_a", "frequencies", "solved", "set_up_s"];
+    let rows = sound.points.iter().flat_map(|SoundPoint { label, differences, body, seconds }| {
+        differences.iter().map(move |SoundDifference { receiver, worst, worst_band, level_a }| {
+            let numbers = [*worst, *worst_band, *level_a, body.frequencies as f64, body.solved as f64, *seconds];
+            let names = [label.clone(), receiver.clone()].into_iter();
+            names.chain(numbers.map(|number| number.to_string())).collect()
+        })
+    });
+    table::csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
 }
 
 /// What the presets state and what was found.

@@ -4,9 +4,10 @@
 
 use serde::Serialize;
 
+use crate::radiation::draft;
 use crate::scene::{
-    AirMotion, Axle, Effects, History, Layer, Radiation, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre,
-    Vibration,
+    AirMotion, Axle, Effects, History, Layer, Radiation, RadiationQuality, Road, Scene, SliceCoupling, Slices, Switch,
+    Tread, Tyre, Vibration,
 };
 
 /// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes by
@@ -277,7 +278,15 @@ fn radiation(scene: &Scene) -> (Decision, Option<Radiation>) {
         AirMotion::Axle => "air at rest beside the axle",
         AirMotion::WithTread => "air that turns with the tread",
     };
-    let form = format!("boundary elements to {} Hz, {air}", radiation.fmax);
+    let way = match radiation.quality {
+        RadiationQuality::Full => "boundary elements".to_owned(),
+        RadiationQuality::Draft => format!(
+            "draft: monopoles with a fitted horn, within {} dB a third octave, {} dB(A) of boundary elements,",
+            draft::BAND_ERROR,
+            draft::LEVEL_ERROR
+        ),
+    };
+    let form = format!("{way} to {} Hz, {air}", radiation.fmax);
     let reason = given.unwrap_or_else(|| match scene.receivers.len() {
         1 => "auto: there is a [[receiver]]".to_owned(),
         several => format!("auto: there are {several} [[receiver]]"),

@@ -12,7 +12,7 @@
 //! From the surface to the transfer: [`body`], its pieces as [`chart`]s, cut into [`elements`] by the [`mesh`]; the
 //! [`kernel`] in lanes, [`near`] integrals, both put together by [`assembly`] for four blocks of [`parity`];
 //! [`interior`] points against irregular frequencies; LU ([`factor`]); the boundary problem ([`solve`]) with its
-//! [`cost`]; the [`transfer`] from a tread, its [`frequencies`].
+//! [`cost`]; the [`transfer`] from a tread, its [`frequencies`]. Beside all that, in a second: [`draft`].
 //!
 //! How accurate (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes
 //! per wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
@@ -22,6 +22,7 @@ pub mod body;
 pub mod cases;
 pub mod chart;
 pub mod cost;
+pub mod draft;
 pub mod elements;
 pub mod error;
 pub mod factor;

@@ -3,8 +3,10 @@
 use serde::Serialize;
 
 use super::table::csv;
+use crate::radiation::Body;
 use crate::response::PowerSpectrum;
-use crate::sound::SoundLevels;
+use crate::scene::RadiationQuality;
+use crate::sound::{Air, SoundLevels};
 
 /// Third octaves at the receivers.
 pub const SOUND_FILE: &str = "sound.csv";
@@ -21,16 +23,17 @@ pub struct ReceiverSpectrum {
 }
 
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
-/// where the run vouches for it and 0 beyond.
-pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
-    let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid"];
+/// where the run vouches for it and 0 beyond, and how far off the level may be there \[dB\].
+pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, error: &SoundError) -> String {
+    let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid", "error_db"];
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
         let bands = levels.third_octaves.into_iter().zip(levels.a_weighted);
         bands.map(|(plain, weighted)| {
             let band = plain.band;
             let valid = f64::from(u8::from(plain.valid));
-            let numbers = [band.nominal_frequency(), band.mid_frequency(), plain.level, weighted.level, valid];
+            let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
+            let numbers = [nominal, middle, plain.level, weighted.level, valid, error.band];
             std::iter::once(name.clone()).chain(numbers.map(|number| number.to_string())).collect()
         })
     });
@@ -56,13 +59,32 @@ pub struct SoundSummary {
     pub highest: f64,
     /// The body that radiates.
     pub body: BodySummary,
+    /// How far off levels may be.
+    pub error: SoundError,
     /// By receiver.
     pub receivers: Vec<ReceiverSummary>,
+}
+
+/// How far off levels may be for how finely everything is solved; not what the model itself leaves out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SoundError {
+    /// Third octaves of the forces, as `preset` or `accuracy` states \[dB\]; absent where neither is given: then the
+    /// others are of the way from the forces to the receivers alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub forces: Option<f64>,
+    /// Third octaves of that way: elements, frequencies and lateral waves, or a draft \[dB\].
+    pub way: f64,
+    /// Both for a third octave \[dB\].
+    pub band: f64,
+    /// Both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
+    pub level_a: f64,
 }
 
 /// The body that radiates, and how its transfers were found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BodySummary {
+    /// Boundary elements, or a draft without any.
+    pub quality: RadiationQuality,
     /// Length of its contact patch \[m\].
     pub patch_length: f64,
     /// Sound speed \[m/s\] and density \[kg/m^3\] of the air.
@@ -82,6 +104,23 @@ pub struct BodySummary {
     pub reciprocal_condition: Option<f64>,
 }
 
+impl BodySummary {
+    /// Of a body in some air, nothing solved.
+    pub fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
+        Self {
+            quality,
+            patch_length: 2.0 * body.half_patch(),
+            sound_speed: air.sound_speed,
+            density: air.density,
+            frequencies: 0,
+            solved: 0,
+            unknowns: 0,
+            interpolation_error: 0.0,
+            reciprocal_condition: None,
+        }
+    }
+}
+
 /// Levels at a receiver, or their energetic mean over its points.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReceiverSummary {
@@ -93,6 +132,8 @@ pub struct ReceiverSummary {
     pub level: f64,
     /// The same, A-weighted \[dB(A)\].
     pub level_a: f64,
+    /// How far off that may be \[dB(A)\]: [`SoundError::level_a`].
+    pub level_a_error: f64,
     /// Sound power level \[dB(A) re 1 pW\], of a hemisphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_level_a: Option<f64>,
@@ -110,12 +151,14 @@ pub struct ReceiverSummary {
 impl ReceiverSummary {
     /// Its levels in a line.
     pub fn text(&self) -> String {
+        let error = self.level_a_error;
         let mut text = match self.pass_by {
             Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{maximum:.1} dB(A) at most as the tyre passes, F (mean of {passages}), {:.1} dB(A) along the line",
+                "{maximum:.1} +- {error:.1} dB(A) at most as the tyre passes, F (mean of {passages}), {:.1} dB(A) \
+                 along the line",
                 self.level_a
             ),
-            None => format!("{:.1} dB(A), {:.1} dB", self.level_a, self.level),
+            None => format!("{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),
         };
         if let Some(why) = &self.no_pass_by {
             text.push_str(&format!(", {why}"));

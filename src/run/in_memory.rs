@@ -13,8 +13,10 @@ use crate::response::PowerSpectrum;
 use crate::results::summary::RollingResistance;
 use crate::run::error::RunError;
 use crate::run::prepare::{Prepared, prepare};
+use crate::run::progress::Unwatched;
 use crate::run::record::{Record, StepRecord};
 use crate::run::rolling_resistance::PowerRecorder;
+use crate::run::sound::{HeardSound, SoundRecorder};
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::LoadedScene;
 
@@ -48,6 +50,8 @@ pub struct Results {
     pub rolling_resistance: Option<RollingResistance>,
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
+    /// Sound at the receivers, where it was listened to and the run was long enough.
+    pub sound: Option<HeardSound>,
     /// What the user should know.
     pub warnings: Vec<String>,
     /// What it cost.
@@ -78,6 +82,17 @@ impl Run {
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();
+        Ok(run)
+    }
+
+    /// As [`Self::begin_watched`], and its receivers hear it.
+    ///
+    /// # Errors
+    /// As [`Self::begin`], and of [`SoundRecorder::prepare`].
+    pub fn begin_heard(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, watch: Watch) -> Result<Self, RunError> {
+        let mut run = Self::begin_watched(loaded, plan, stop, watch)?;
+        let Self { prepared, meter, record, .. } = &mut run;
+        record.sound = SoundRecorder::prepare(loaded, plan, prepared, stop, &mut Unwatched, meter)?;
         Ok(run)
     }
 
@@ -114,6 +129,7 @@ impl Run {
     pub fn finish(mut self) -> Results {
         self.settle();
         let Self { prepared, record, meter, .. } = self;
+        let sound = record.sound.as_ref().and_then(|sound| sound.heard().ok());
         Results {
             steps: prepared.march.next_step(),
             mean_force: record.mean_force(),
@@ -121,6 +137,7 @@ impl Run {
             mean_contact_length: record.mean_contact_length(),
             rolling_resistance: record.rolling_resistance(),
             spectrum: record.spectrum(),
+            sound,
             warnings: prepared.warnings,
             meter,
         }

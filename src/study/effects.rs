@@ -3,7 +3,7 @@
 //! 1. the base without any effect that can be taken away, and the scene with all of them;
 //! 2. each effect alone added to the base, and alone taken away from all;
 //! 3. what that changes: third-octave levels, mean force, length of the patch, rolling resistance, time of the
-//!    steps, planned memory.
+//!    steps, planned memory; where there are receivers the levels there.
 //!
 //! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason.
 
@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
-use crate::scene::{Axle, LoadedScene, Scene, SliceCoupling, Switch, Tread, Vibration};
+use crate::scene::{AirMotion, Axle, LoadedScene, Radiation, Scene, SliceCoupling, Switch, Tread, Vibration};
 use crate::study::trial::{Trial, Trials};
 
 /// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
@@ -38,11 +38,13 @@ pub enum Effect {
     TreadCoupling,
     /// Belt tension raised by m'' V^2.
     CentrifugalTension,
+    /// Sound at the receivers: changes nothing of the contact.
+    Radiation,
 }
 
 impl Effect {
     /// All of them, in the order of the data's way.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::CentrifugalTension,
         Self::Texture,
         Self::SliceCoupling,
@@ -51,6 +53,7 @@ impl Effect {
         Self::TreadVibration,
         Self::BeltVibration,
         Self::TangentialMotion,
+        Self::Radiation,
     ];
 
     /// The effect in words.
@@ -64,6 +67,7 @@ impl Effect {
             Self::BeltVibration => "belt vibration",
             Self::TangentialMotion => "tangential motion",
             Self::CentrifugalTension => "centrifugal tension",
+            Self::Radiation => "radiation",
         }
     }
 
@@ -78,6 +82,7 @@ impl Effect {
             Self::BeltVibration => "belt",
             Self::TangentialMotion => "tangential",
             Self::CentrifugalTension => "tension",
+            Self::Radiation => "radiation",
         }
     }
 
@@ -131,6 +136,12 @@ impl Effect {
                 want(scene, on, |vibration| &mut vibration.tangential);
             }
             Self::CentrifugalTension => scene.effects.centrifugal_tension = switch,
+            Self::Radiation => {
+                scene.effects.radiation = switch;
+                if !on {
+                    (scene.receivers, scene.radiation) = (Vec::new(), Radiation::default());
+                }
+            }
         }
     }
 }
@@ -163,8 +174,9 @@ pub struct Comparison {
     pub all: Trial,
     /// Each of them.
     pub effects: Vec<Worth>,
-    /// All, with half and twice the compliance of the local law: how far the model itself is to be trusted.
-    pub doubts: Vec<(&'static str, Trial)>,
+    /// All, with half and twice the compliance of the local law, and with air that the tread drags along where there
+    /// are receivers: how far the model itself is to be trusted.
+    pub doubts: Vec<(String, Trial)>,
 }
 
 /// Compares. `duration` \[s\] takes the place of the scene's.
@@ -202,9 +214,9 @@ pub fn compare(
         SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
         SliceCoupling::Explicit | SliceCoupling::Implicit => None,
     };
-    let doubted = kappa.map_or(0.0, |_| DOUBTS.len() as f64);
-    let time = (2.0 + 2.0 * count + doubted) * (scene.rolling.warm_up + duration);
-    let mut trials = Trials::new(time, stop, progress);
+    let doubted = kappa.map_or(0, |_| DOUBTS.len()) + usize::from(!complete.receivers.is_empty());
+    let time = (2.0 + 2.0 * count + doubted as f64) * (scene.rolling.warm_up + duration);
+    let mut trials = Trials::new(time, stop, progress).heard();
     let base = trials.roll(&with(&|_| false))?;
     let all = trials.roll(&complete)?;
     let mut effects = Vec::new();
@@ -222,7 +234,16 @@ pub fn compare(
         let Some(kappa) = kappa else { break };
         let mut scene = complete.clone();
         scene.contact.local_compliance = Some(factor * kappa);
-        doubts.push((name, trials.roll(&scene)?));
+        doubts.push((format!("{name} the local compliance"), trials.roll(&scene)?));
+    }
+    if !complete.receivers.is_empty() {
+        let mut scene = complete.clone();
+        let (air, name) = match complete.radiation.air {
+            AirMotion::Axle => (AirMotion::WithTread, "air with the tread"),
+            AirMotion::WithTread => (AirMotion::Axle, "air with the axle"),
+        };
+        scene.radiation.air = air;
+        doubts.push((name.to_owned(), trials.roll(&scene)?));
     }
     trials.finish();
     Ok(Comparison { base, all, effects, doubts })

@@ -16,10 +16,12 @@ use crate::counters::Watch;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
+use crate::results::sound::ReceiverSpectrum;
 use crate::run::error::RunError;
 use crate::run::in_memory::{Results, Run};
 use crate::run::progress::Progress;
-use crate::scene::{Axle, LoadedScene, Scene, Switch, TimeRule};
+use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
+use crate::sound::SoundLevels;
 
 /// Steps between two looks at the flag and the progress bar.
 const LOOK_EVERY: u64 = 256;
@@ -75,6 +77,14 @@ impl Trial {
         self.results.rolling_resistance.map_or(0.0, |resistance| resistance.force)
     }
 
+    /// Levels at the receivers, by name; the overall ones are those of the bands that the run vouches for.
+    pub fn heard(&self) -> Vec<(String, SoundLevels)> {
+        let receivers = self.results.sound.iter().flat_map(|sound| &sound.receivers);
+        let levels =
+            |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched();
+        receivers.map(|heard| (heard.name.clone(), levels(heard))).collect()
+    }
+
     /// Planned memory on the present threads, without the process itself \[bytes\].
     pub fn memory(&self) -> f64 {
         self.plan.amounts().memory_on(rayon::current_num_threads())
@@ -83,6 +93,8 @@ impl Trial {
 
 /// Rolls one variant after the other.
 pub struct Trials<'a> {
+    /// Whether receivers hear the runs.
+    heard: bool,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
     /// Time rolled \[s\].
@@ -93,12 +105,26 @@ impl<'a> Trials<'a> {
     /// Of about `time` \[s\] to be rolled in all.
     pub fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
-        Self { stop, progress, done: 0.0 }
+        Self { heard: false, stop, progress, done: 0.0 }
+    }
+
+    /// The same, and the receivers of a scene hear its runs.
+    #[must_use]
+    pub fn heard(self) -> Self {
+        Self { heard: true, ..self }
     }
 
     /// What a run looks at for its end.
     pub fn stop(&self) -> &'a AtomicBool {
         self.stop
+    }
+
+    /// Ends the work once it is to stop.
+    ///
+    /// # Errors
+    /// [`RunError::Interrupted`].
+    pub(crate) fn look(&self) -> Result<(), RunError> {
+        if self.stop.load(Ordering::Relaxed) { Err(RunError::Interrupted { kept: None }) } else { Ok(()) }
     }
 
     /// Rolls a variant to its end. The road is made on another thread where there is one: the march is on its own all
@@ -110,7 +136,8 @@ impl<'a> Trials<'a> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
-        let mut run = Run::begin_watched(&loaded, &plan, self.stop, Watch::EVERY)?;
+        let begin = if self.heard { Run::begin_heard } else { Run::begin_watched };
+        let mut run = begin(&loaded, &plan, self.stop, Watch::EVERY)?;
         let begin = Instant::now();
         let mut force = Vec::with_capacity(plan.steps as usize);
         rayon::in_place_scope(|scope| {
@@ -120,12 +147,10 @@ impl<'a> Trials<'a> {
                 if run.next_step().is_multiple_of(LOOK_EVERY) {
                     let rolled = self.done + run.next_step() as f64 * plan.time_step;
                     self.progress.step((rolled / UNIT) as u64);
-                    if self.stop.load(Ordering::Relaxed) {
-                        return Err(RunError::Interrupted { kept: None });
-                    }
+                    self.look()?;
                 }
             }
-            Ok(())
+            Ok::<(), RunError>(())
         })?;
         let seconds = begin.elapsed().as_secs_f64();
         self.done += plan.steps as f64 * plan.time_step;
@@ -146,8 +171,14 @@ impl<'a> Trials<'a> {
         let mut held = scene.clone();
         held.numerics.forget_wishes();
         held.outputs.vibration = None;
+        (held.receivers, held.radiation) = (Vec::new(), Radiation::default());
         let Scene { effects, rolling, .. } = &mut held;
-        for switch in [&mut effects.tread_vibration, &mut effects.belt_vibration, &mut effects.tangential_motion] {
+        for switch in [
+            &mut effects.tread_vibration,
+            &mut effects.belt_vibration,
+            &mut effects.tangential_motion,
+            &mut effects.radiation,
+        ] {
             *switch = Switch::Auto;
         }
         rolling.warm_up = rolling.warm_up.max(SETTLING);
@@ -207,6 +238,11 @@ pub struct Difference {
 /// The band that holds a frequency.
 fn band(frequency: f64) -> ThirdOctaveBand {
     ThirdOctaveBand::containing(frequency).unwrap_or(ThirdOctaveBand(0))
+}
+
+/// Upper edge of the band that holds a frequency \[Hz\].
+pub(crate) fn upper_edge(highest: f64) -> f64 {
+    band(highest).upper_edge()
 }
 
 /// Lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].

@@ -97,6 +97,35 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     assert!((told["maximum"].as_f64().unwrap() - highest).abs() < 1.0, "{told} {highest}");
 }
 
+#[test]
+fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
+    let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
+    let numerics = format!("{MODAL}\ntime_rule = \"bdf2\"");
+    let receiver = "[[receiver]]\nstandard = \"cpx\"\n";
+    let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), &numerics, receiver);
+    let folder = tempfile::tempdir().unwrap();
+    for (name, way) in [("draft", way), ("full", LOW)] {
+        fs::write(folder.path().join(format!("{name}.toml")), format!("{text}\n{way}\n")).unwrap();
+        program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
+    }
+    let [draft, full] = ["draft", "full"].map(|run| read_summary(&folder.path().join(run))["sound"].clone());
+    assert_eq!((&draft["body"]["quality"], draft["body"]["solved"].as_u64()), (&"draft".into(), Some(0)));
+    let number = |sound: &Value, pointer: &str| sound.pointer(pointer).unwrap().as_f64().unwrap();
+    let [rough, fine] = [&draft, &full].map(|sound| number(sound, "/error/way"));
+    assert!(rough > 1.0 && fine < rough && draft["error"]["forces"].is_null(), "{rough} {fine}");
+    let apart = number(&draft, "/receivers/0/level") - number(&full, "/receivers/0/level");
+    assert!(apart.abs() < 3.0 && apart.abs() > 1e-6, "{apart} dB between the qualities");
+    let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
+    assert!(table.lines().next().unwrap().ends_with("valid,error_db"), "{table}");
+    let told = program(folder.path(), &["effects", "draft.toml", "--out", "worth", "--duration", "0.9"]);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    for row in ["+ radiation", "- radiation", "silent", "air with the tread"] {
+        assert!(told.contains(row), "{row} is missing\n{told}");
+    }
+    let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();
+    assert!(worth.lines().next().unwrap().ends_with("level_db_a_cpx"), "{worth}");
+}
+
 /// The frequency near `expected` at which a stretch of 48 kHz has most power.
 fn peak_frequency(signal: &[f64], expected: f64) -> f64 {
     let power = |frequency: f64| {

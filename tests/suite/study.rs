@@ -4,7 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, study};
+use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, sound, study};
+use tyrewave::study::trial::Trials;
 use tyrewave::test_models::{scene, scene_text};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
@@ -94,4 +95,26 @@ fn a_study_that_would_take_too_long_is_refused() {
     let refused =
         study(&loaded, &StudyOptions::of(&loaded.scene), &AtomicBool::new(false), &mut Unwatched).err().unwrap();
     assert!(refused.to_string().contains("time_limit"), "{refused}");
+}
+
+#[test]
+fn finer_ways_of_the_sound_are_closer_to_the_finest_with_the_same_forces() {
+    let rolling = ROLLING.replace("duration = 0.3", "duration = 0.9");
+    let way = "[radiation]\nfmax = 300.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"";
+    let receivers = format!("[[receiver]]\nstandard = \"cpx\"\n{way}");
+    let loaded = scene(&scene_text(64, MADE, &rolling, "history = \"modal\"", &receivers));
+    let (stop, mut watch) = (AtomicBool::new(false), Unwatched);
+    let mut trials = Trials::new(1.0, &stop, &mut watch);
+    let held = trials.held(&loaded.scene, 0.9).unwrap();
+    assert!(held.receivers.is_empty(), "runs that are compared by their forces are heard by nobody");
+    let found = sound::study(&loaded.scene, &held, 300.0, &trials).unwrap().unwrap();
+    assert_eq!(sound::study(&held, &held, 300.0, &trials).unwrap(), None);
+    let of = |knob: &str| found.points.iter().filter(|point| point.label.starts_with(knob)).collect::<Vec<_>>();
+    let worst: Vec<f64> = of("lateral_waves").iter().map(|point| point.worst().unwrap().worst).collect();
+    assert!(worst.len() == 3 && worst[0] > worst[2] && worst[2] < 0.5, "{worst:?}");
+    let frequencies: Vec<usize> = of("frequency_tolerance").iter().map(|point| point.body.frequencies).collect();
+    assert!(frequencies.is_sorted(), "{frequencies:?}");
+    let own = of("the scene")[0];
+    assert!(own.level_a() <= own.worst().unwrap().worst && own.level_a() < 0.5, "{own:?}");
+    assert_eq!(own.differences[0].receiver, "cpx");
 }

@@ -18,6 +18,7 @@ use crate::plan::{Plan, SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{SpectrumAccumulator, SpectrumState};
+use crate::results::sound::{BodySummary, ReceiverSpectrum};
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
@@ -38,6 +39,15 @@ pub struct SoundRecorder {
     signals: Vec<Vec<f32>>,
     warm_up: u64,
     valid_to: f64,
+}
+
+/// Sound of a run that keeps its results in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeardSound {
+    /// Spectra by receiver.
+    pub receivers: Vec<ReceiverSpectrum>,
+    /// The body that radiates.
+    pub body: BodySummary,
 }
 
 /// What evolves of a [`SoundRecorder`].
@@ -101,11 +111,16 @@ impl SoundRecorder {
 
     /// Takes in the step that a march has just done.
     pub fn push(&mut self, step: u64, march: &March, meter: &mut Meter) {
+        self.take(step, march.instant_forces(), meter);
+    }
+
+    /// Takes in the forces of a step \[N\], stage by stage, column by column: [`March::instant_forces`].
+    pub fn take(&mut self, step: u64, forces: &[f64], meter: &mut Meter) {
         if step < self.warm_up {
             return;
         }
         let completes = self.stream.completes_next();
-        let work = || self.stream.push(march.instant_forces());
+        let work = || self.stream.push(forces);
         // A block's end is long and rare: no step stands for it, and it stands for no other.
         let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
         if complete {
@@ -124,6 +139,14 @@ impl SoundRecorder {
             let room = most.saturating_sub(signal.len()).min(pressures.len());
             signal.extend(pressures[..room].iter().map(|&pressure| pressure as f32));
         }
+    }
+
+    /// What it has heard so far.
+    ///
+    /// # Errors
+    /// Too short for a spectrum.
+    pub fn heard(&self) -> Result<HeardSound, RunError> {
+        Ok(HeardSound { receivers: self.receiver_spectra(&self.point_spectra()?), body: self.way.body.clone() })
     }
 
     /// Takes the state down.

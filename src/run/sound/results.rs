@@ -1,7 +1,7 @@
 //! What a run's sound is written as: tables, pictures, files to listen to, the summary.
 
 use crate::plan::Heard;
-use crate::response::PowerSpectrum;
+use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{
@@ -32,19 +32,10 @@ impl SoundRecorder {
     /// # Errors
     /// Of the files and pictures.
     pub fn write(&self, loaded: &LoadedScene, folder: &ResultsFolder) -> Result<SoundSummary, RunError> {
-        let points: Vec<PowerSpectrum> = self
-            .spectra
-            .iter()
-            .map(|spectrum| spectrum.clone().finish().map(|spectrum| spectrum.valid_to(self.valid_to)))
-            .collect::<Result<_, _>>()?;
-        let spectra: Vec<ReceiverSpectrum> = self
-            .sound
-            .heard
-            .iter()
-            .filter_map(|heard| Some((heard, mean(&points[heard.points.clone()])?)))
-            .map(|(heard, spectrum)| ReceiverSpectrum { name: heard.name.clone(), spectrum })
-            .collect();
-        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY))?;
+        let points = self.point_spectra()?;
+        let spectra = self.receiver_spectra(&points);
+        let error = self.sound.error();
+        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, &error))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         let mut receivers = Vec::new();
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
@@ -58,8 +49,22 @@ impl SoundRecorder {
             reference: REFERENCE_PRESSURE,
             highest: self.sound.radiation.fmax,
             body: self.way.body.clone(),
+            error,
             receivers,
         })
+    }
+
+    /// Spectra at all points.
+    pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
+        let finished = |spectrum: &SpectrumAccumulator| spectrum.clone().finish();
+        let all: Result<Vec<_>, _> = self.spectra.iter().map(finished).collect();
+        Ok(all?.into_iter().map(|spectrum| spectrum.valid_to(self.valid_to)).collect())
+    }
+
+    /// By receiver the mean over its points.
+    pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
+        let receivers = self.sound.heard.iter().filter_map(|heard| Some((heard, mean(&points[heard.points.clone()])?)));
+        receivers.map(|(heard, spectrum)| ReceiverSpectrum { name: heard.name.clone(), spectrum }).collect()
     }
 
     fn receiver(
@@ -76,6 +81,7 @@ impl SoundRecorder {
             points: heard.points.len(),
             level: levels.overall,
             level_a: levels.overall_a,
+            level_a_error: self.sound.error().level_a,
             power_level_a: None,
             pass_by: None,
             no_pass_by: None,

@@ -11,14 +11,14 @@ use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::elements::distance;
 use crate::radiation::transfer::{across_points, half_tread};
-use crate::radiation::{Body, RadiationError, TransferSet, Watch, transfers};
+use crate::radiation::{Body, RadiationError, TransferSet, Watch, draft, transfers};
 use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::results::sound::BodySummary;
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
-use crate::scene::{LoadedScene, SceneError};
+use crate::scene::{LoadedScene, RadiationQuality, SceneError};
 use crate::sound::Air;
 use crate::tyre::influence::SurfaceWaves;
 
@@ -114,6 +114,15 @@ impl Seeking<'_> {
         })?;
         let problem = sound.problem(&body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
+        if sound.radiation.quality == RadiationQuality::Draft {
+            let set = draft::transfers(&problem, &range)
+                .map_err(|error| self.refused("radiation.quality", error.to_string(), "\"full\""))?;
+            let summary = BodySummary {
+                frequencies: set.frequencies().len(),
+                ..BodySummary::of(RadiationQuality::Draft, &body, air)
+            };
+            return Ok((surface_greens(&set, &body, sound), summary));
+        }
         let mut kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
         let known = kept.load(&mut prepared.warnings);
         let mut troubles = Vec::new();
@@ -141,14 +150,12 @@ impl Seeking<'_> {
         let multiply_adds = (0.5 * report.solve.factor_operations) as u64;
         meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
         let summary = BodySummary {
-            patch_length: 2.0 * body.half_patch(),
-            sound_speed: air.sound_speed,
-            density: air.density,
             frequencies: report.count,
             solved: report.solved,
             unknowns: report.solve.unknowns,
             interpolation_error: report.largest_passed.max(report.largest_left),
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
+            ..BodySummary::of(RadiationQuality::Full, &body, air)
         };
         Ok((surface_greens(&set, &body, sound), summary))
     }

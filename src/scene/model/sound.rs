@@ -65,6 +65,8 @@ impl StandardReceiver {
 /// How sound gets from the tread to the receivers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Radiation {
+    /// Boundary elements, or a draft.
+    pub quality: RadiationQuality,
     /// Highest frequency \[Hz\]; above it nothing is radiated.
     pub fmax: f64,
     /// Nodes of the boundary elements a wavelength.
@@ -93,6 +95,7 @@ pub struct Radiation {
 impl Default for Radiation {
     fn default() -> Self {
         Self {
+            quality: RadiationQuality::Full,
             fmax: 2500.0,
             nodes_per_wavelength: 9.0,
             frequency_tolerance: 0.2,
@@ -105,6 +108,17 @@ impl Default for Radiation {
             audio: true,
         }
     }
+}
+
+/// How the way from the tread to the receivers is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RadiationQuality {
+    /// By boundary elements.
+    #[default]
+    Full,
+    /// By monopoles on the road with a horn's gain fitted to the full method: in a second.
+    Draft,
 }
 
 /// What the air at the tread moves with.

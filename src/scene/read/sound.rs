@@ -4,7 +4,9 @@ use serde::Deserialize;
 
 use super::super::kind::{Bounds, Count, Decibels, Exactly, Flag, OneOf, Text};
 use super::super::table::{Each, Nested, Table};
-use super::super::{AirMotion, Problem, Radiation, Receiver, ReceiverPlace, Scene, StandardReceiver, Switch};
+use super::super::{
+    AirMotion, Problem, Radiation, RadiationQuality, Receiver, ReceiverPlace, Scene, StandardReceiver, Switch,
+};
 
 pub(super) const RECEIVERS: Each<Receiver> =
     Each(Nested { title: "[[receiver]]", wanted: "tables [[receiver]], one for each place", read: receiver });
@@ -82,6 +84,7 @@ fn standard(table: &mut Table<'_>) -> Option<StandardReceiver> {
 
 fn radiation(table: &mut Table<'_>) -> Option<Radiation> {
     let default = Radiation::default();
+    let quality = table.or("quality", &OneOf::<RadiationQuality>::new(), default.quality);
     let fmax = table.or("fmax", &Bounds::between(50.0, 2e4, "Hz"), default.fmax);
     let nodes = table.or("nodes_per_wavelength", &Bounds::between(3.0, 40.0, ""), default.nodes_per_wavelength);
     let tolerance =
@@ -94,6 +97,7 @@ fn radiation(table: &mut Table<'_>) -> Option<Radiation> {
     let temperature = table.or("temperature", &Bounds::between(-50.0, 60.0, "degrees Celsius"), default.temperature);
     let audio = table.or("audio", &Flag, default.audio);
     Some(Radiation {
+        quality: quality?,
         fmax: fmax?,
         nodes_per_wavelength: nodes?,
         frequency_tolerance: tolerance?,
@@ -105,6 +109,27 @@ fn radiation(table: &mut Table<'_>) -> Option<Radiation> {
         temperature: temperature?,
         audio: audio?,
     })
+}
+
+/// Complains about what a draft does not have, where it is not what it is by default.
+fn draft(radiation: &Radiation, table: &Table<'_>) -> Option<()> {
+    let default = Radiation::default();
+    let differs = |value: f64, default: f64| (value - default).abs() > 0.0;
+    let solved = "a draft solves no equations: there are no elements and no frequencies to choose";
+    let sealed = "a draft's horn is fitted to a sealed patch";
+    let contradictions = [
+        ("nodes_per_wavelength", differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength), solved),
+        ("frequency_tolerance", differs(radiation.frequency_tolerance, default.frequency_tolerance), solved),
+        ("acoustic_gap", differs(radiation.acoustic_gap, default.acoustic_gap), sealed),
+    ];
+    let mut sound = Some(());
+    for (key, differs, wrong) in contradictions {
+        if differs && radiation.quality == RadiationQuality::Draft {
+            let right = "leave this out, or quality = \"full\"";
+            sound = table.complain(&format!("radiation.{key}"), Problem::new(wrong, right));
+        }
+    }
+    sound
 }
 
 /// Complains about sound that nobody hears, that an effect forbids, or that cannot be; `None` then.
@@ -137,7 +162,7 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
         let limit = Problem::exceeds(scene.radiation.shoulder, 0.5 * radius, "half of the tyre's radius");
         return table.complain("radiation.shoulder", limit);
     }
-    let mut sound = Some(());
+    let mut sound = draft(&scene.radiation, table);
     for (index, receiver) in scene.receivers.iter().enumerate() {
         let ReceiverPlace::Position { position: [x, y, z] } = receiver.place else { continue };
         let key = format!("receiver[{index}].position");

@@ -5,7 +5,8 @@
 //!    differences is the doubt of all that follows.
 //! 2. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
 //! 3. Combinations ([`joint`]) are chosen, rolled, and their expectation corrected, one after the other.
-//! 4. The Pareto front ([`front()`]) of all of them, by exact work.
+//! 4. Where there are receivers, how finely the sound's way is solved ([`sound`]), with the same forces.
+//! 5. The Pareto front ([`front()`]) of all of them, by exact work.
 //!
 //! Runs follow one another, so that none disturbs the time of another.
 
@@ -16,6 +17,7 @@ pub mod lab;
 pub mod presets;
 pub mod richardson;
 pub mod settings;
+pub mod sound;
 pub mod verdict;
 
 use std::sync::atomic::AtomicBool;
@@ -28,11 +30,12 @@ pub use knobs::{Kind, Knob};
 pub use lab::{Cost, Point};
 pub use richardson::Richardson;
 pub use settings::Settings;
+pub use sound::{SoundDifference, SoundPoint, SoundStudy};
 
 use crate::plan::{Plan, UnitCosts, unit_record};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
-use crate::scene::{LoadedScene, Road, Scene, SceneError};
+use crate::scene::{LoadedScene, Radiation, Road, Scene, SceneError, Switch};
 use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
 use lab::Lab;
 
@@ -127,6 +130,9 @@ pub struct Study {
     pub joint: Vec<Joint>,
     /// The front by exact work, cheapest first: settings that nothing with less work is closer to the reference than.
     pub front: Vec<Point>,
+    /// How finely the sound's way is solved, where there are receivers and knobs are swept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sound: Option<SoundStudy>,
     /// Threads.
     pub threads: usize,
 }
@@ -171,6 +177,9 @@ pub fn study(
     let reference = knobs::reference(scene, options.highest, elements, options.substeps);
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
+    // Nobody hears the runs that are compared by their forces.
+    (shorter.receivers, shorter.radiation) = (Vec::new(), Radiation::default());
+    shorter.effects.radiation = Switch::Auto;
     let knobs = match options.sweep {
         Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
         Sweep::Neighbours => presets::neighbours(&named),
@@ -193,8 +202,11 @@ pub fn study(
     let time = runs as f64 * (SETTLING + options.duration) + scene.rolling.warm_up;
     let mut trials = Trials::new(time, stop, progress);
     let held = trials.held(scene, options.duration)?;
-    let mut lab = Lab::new(held, options.highest, &mut trials);
-    let found = carry_out(&mut lab, options, reference, &refinements, knobs, &named)?;
+    let mut lab = Lab::new(held.clone(), options.highest, &mut trials);
+    let mut found = carry_out(&mut lab, options, reference, &refinements, knobs, &named)?;
+    if options.sweep == Sweep::Knobs {
+        found.sound = sound::study(scene, &held, options.highest, &trials)?;
+    }
     trials.finish();
     Ok(found)
 }
@@ -251,6 +263,7 @@ fn carry_out(
         named: of_named,
         joint,
         front: Vec::new(),
+        sound: None,
         threads: rayon::current_num_threads(),
     };
     let coordinates: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();

@@ -49,6 +49,10 @@ fn ways() {
     way_refused("frequency_tolerance = 0.1", "frequency_tolerance", "cannot stand here", "in quotes");
     way_refused("shoulder = 0.2", "shoulder", "0.2", "half of the tyre's radius");
     way_refused("patch_length = 0.5", "patch_length", "0.5", "the tyre's radius");
+    way_refused("quality = \"drafty\"", "quality", "\"drafty\" is not known", "did you mean \"draft\"?");
+    way_refused("acoustic_gap = 0.001\nquality = \"draft\"", "acoustic_gap", "sealed patch", "quality = \"full\"");
+    let nodes = "nodes_per_wavelength = 7.0\nquality = \"draft\"";
+    way_refused(nodes, "nodes_per_wavelength", "no equations", "quality = \"full\"");
     way_refused("receivers = 1", "receivers", "not a key of [radiation]", "fmax");
     let silent = "there is no [[receiver]]";
     sound_refused("[radiation]\nfmax = 1000", 26, "radiation", silent, "add a [[receiver]]");

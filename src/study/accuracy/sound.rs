@@ -1,0 +1,207 @@
+//! How finely the sound's way is solved against what is heard: the same forces by several ways.
+//!
+//! 1. The scene with its own elements and steps is rolled once, its axle held; its forces are kept.
+//! 2. They are heard by a reference whose boundary elements, frequencies and lateral waves are finer than the scene's.
+//! 3. Each of these knobs is swept with the others at the reference; then all at the scene's settings.
+//!
+//! Differences are of the A-weighted level and of third octaves, receiver by receiver.
+
+use serde::Serialize;
+
+use crate::counters::{Meter, Stage};
+use crate::plan::Plan;
+use crate::results::sound::{BodySummary, ReceiverSpectrum};
+use crate::run::error::RunError;
+use crate::run::in_memory::Run;
+use crate::run::progress::Unwatched;
+use crate::run::sound::SoundRecorder;
+use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
+use crate::sound::SoundLevels;
+use crate::study::trial::{LOWEST_BAND, Trials, level_changes, upper_edge};
+
+/// The reference's nodes over the scene's.
+const FINER_ELEMENTS: f64 = 4.0 / 3.0;
+/// The reference's tolerance over the scene's, and its lateral waves.
+const FINER_FREQUENCIES: f64 = 0.5;
+const FINER_WAVES: usize = 2;
+/// Settings that are swept, relative to the scene's; the last are the scene's own.
+const ELEMENTS: [f64; 3] = [0.6, 0.8, 1.0];
+const FREQUENCIES: [f64; 3] = [10.0, 3.0, 1.0];
+const WAVES: [f64; 3] = [0.25, 0.5, 1.0];
+
+/// How far what a receiver hears is from the reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SoundDifference {
+    /// The receiver's name.
+    pub receiver: String,
+    /// Largest difference of a third octave \[dB\].
+    pub worst: f64,
+    /// Nominal mid-frequency of its band \[Hz\].
+    pub worst_band: f64,
+    /// Difference of the A-weighted level \[dB(A)\].
+    pub level_a: f64,
+}
+
+/// A way of the sound, and how far it is from the reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SoundPoint {
+    /// The knob and its setting.
+    pub label: String,
+    /// By receiver; empty for the reference itself.
+    pub differences: Vec<SoundDifference>,
+    /// How its transfers were found.
+    pub body: BodySummary,
+    /// Time of its set-up \[s\]: transfers that were kept on disk take none.
+    pub seconds: f64,
+}
+
+impl SoundPoint {
+    /// Largest difference of a third octave at any receiver \[dB\].
+    pub fn worst(&self) -> Option<&SoundDifference> {
+        self.differences.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
+    }
+
+    /// Largest difference of an A-weighted level at any receiver \[dB(A)\].
+    pub fn level_a(&self) -> f64 {
+        self.differences.iter().map(|of| of.level_a.abs()).fold(0.0, f64::max)
+    }
+}
+
+/// All ways.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SoundStudy {
+    /// What the others are compared with.
+    pub reference: SoundPoint,
+    /// Every knob's settings, then the scene's.
+    pub points: Vec<SoundPoint>,
+}
+
+/// A way by its name.
+type Way = (String, Radiation);
+
+/// The reference, and what is compared with it.
+fn ways(own: &Radiation) -> (Way, Vec<Way>) {
+    let finest = Radiation {
+        // What a draft is worth is told by the full method, too.
+        quality: RadiationQuality::Full,
+        nodes_per_wavelength: FINER_ELEMENTS * own.nodes_per_wavelength,
+        frequency_tolerance: FINER_FREQUENCIES * own.frequency_tolerance,
+        lateral_waves: FINER_WAVES * own.lateral_waves,
+        ..own.clone()
+    };
+    let with = |label: String, turn: &dyn Fn(&mut Radiation)| {
+        let mut radiation = finest.clone();
+        turn(&mut radiation);
+        (label, radiation)
+    };
+    let mut ways = Vec::new();
+    for share in ELEMENTS {
+        let nodes = share * own.nodes_per_wavelength;
+        ways.push(with(format!("nodes_per_wavelength {nodes:.1}"), &|way| way.nodes_per_wavelength = nodes));
+    }
+    for share in FREQUENCIES {
+        let tolerance = share * own.frequency_tolerance;
+        ways.push(with(format!("frequency_tolerance {tolerance:.2} dB"), &|way| way.frequency_tolerance = tolerance));
+    }
+    for share in WAVES {
+        let waves = ((share * own.lateral_waves as f64) as usize).max(1);
+        ways.push(with(format!("lateral_waves {waves}"), &|way| way.lateral_waves = waves));
+    }
+    ways.push(("the scene".to_owned(), own.clone()));
+    let reference = format!(
+        "nodes_per_wavelength {:.1}, frequency_tolerance {:.2} dB, lateral_waves {}",
+        finest.nodes_per_wavelength, finest.frequency_tolerance, finest.lateral_waves
+    );
+    ((reference, finest), ways)
+}
+
+/// Forces of a run, and the run to hear them by.
+struct Rolled<'a, 'b> {
+    scene: Scene,
+    run: Run,
+    first: u64,
+    width: usize,
+    forces: Vec<f64>,
+    trials: &'a Trials<'b>,
+}
+
+/// Studies the sound of a scene up to `highest` \[Hz\]; `held`: the same with its axle held and nobody listening.
+/// `None` where nobody listens, or for a run that is too short.
+///
+/// # Errors
+/// Of a run; [`RunError::Interrupted`].
+pub fn study(scene: &Scene, held: &Scene, highest: f64, trials: &Trials<'_>) -> Result<Option<SoundStudy>, RunError> {
+    if scene.receivers.is_empty() {
+        return Ok(None);
+    }
+    let mut heard = Scene { receivers: scene.receivers.clone(), ..held.clone() };
+    heard.effects.radiation = Switch::Auto;
+    // Transfers fall to zero over the last twentieth.
+    let fmax = scene.radiation.fmax.min(1.06 * upper_edge(highest));
+    heard.radiation = Radiation { fmax, audio: false, ..scene.radiation.clone() };
+    let mut rolled = Rolled::new(heard, trials)?;
+    let ((label, finest), ways) = ways(&rolled.scene.radiation);
+    let Some((reference, of_reference)) = rolled.point(label, &finest, None)? else { return Ok(None) };
+    let mut points = Vec::new();
+    for (label, radiation) in ways {
+        points.extend(rolled.point(label, &radiation, Some(&of_reference))?.map(|(point, _)| point));
+    }
+    Ok(Some(SoundStudy { reference, points }))
+}
+
+impl<'a, 'b> Rolled<'a, 'b> {
+    fn new(scene: Scene, trials: &'a Trials<'b>) -> Result<Self, RunError> {
+        let loaded = LoadedScene::from_scene(&scene, "sound")?;
+        let plan = Plan::of(&loaded)?.with_kept_model();
+        plan.check(&loaded)?;
+        let mut run = Run::begin(&loaded, &plan, trials.stop())?;
+        let (mut forces, mut width) = (Vec::new(), 0);
+        while run.step()?.is_some() {
+            if run.next_step() > plan.warm_up_steps {
+                let instant = run.prepared.march.instant_forces();
+                width = instant.len();
+                forces.extend_from_slice(instant);
+            }
+            trials.look()?;
+        }
+        Ok(Self { scene, run, first: plan.warm_up_steps, width, forces, trials })
+    }
+
+    /// What a way lets hear, and how far it is from a reference.
+    fn point(
+        &mut self,
+        label: String,
+        radiation: &Radiation,
+        reference: Option<&[ReceiverSpectrum]>,
+    ) -> Result<Option<(SoundPoint, Vec<ReceiverSpectrum>)>, RunError> {
+        let scene = Scene { radiation: radiation.clone(), ..self.scene.clone() };
+        let loaded = LoadedScene::from_scene(&scene, "sound")?;
+        let plan = Plan::of(&loaded)?.with_kept_model();
+        let mut meter = Meter::default();
+        let (prepared, stop) = (&mut self.run.prepared, self.trials.stop());
+        let recorder = SoundRecorder::prepare(&loaded, &plan, prepared, stop, &mut Unwatched, &mut meter)?;
+        let Some(mut recorder) = recorder else { return Ok(None) };
+        for (step, forces) in (self.first..).zip(self.forces.chunks_exact(self.width)) {
+            recorder.take(step, forces, &mut meter);
+        }
+        let heard = recorder.heard()?;
+        let differences = reference.map_or(Vec::new(), |reference| differences(&heard.receivers, reference));
+        let seconds = meter.whole(Stage::Radiation).seconds();
+        Ok(Some((SoundPoint { label, differences, body: heard.body, seconds }, heard.receivers)))
+    }
+}
+
+fn differences(found: &[ReceiverSpectrum], reference: &[ReceiverSpectrum]) -> Vec<SoundDifference> {
+    let levels = |of: &ReceiverSpectrum| SoundLevels::of(&of.spectrum, LOWEST_BAND / 1.2..f64::INFINITY).vouched();
+    let one = |(found, reference): (&ReceiverSpectrum, &ReceiverSpectrum)| {
+        let (here, there) = (levels(found), levels(reference));
+        let changes = level_changes(&here.third_octaves, &there.third_octaves);
+        let worst = changes
+            .filter(|(band, change)| band.valid && change.is_finite())
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let (worst, worst_band) = worst.map_or((0.0, 0.0), |(band, by)| (by.abs(), band.band.nominal_frequency()));
+        let level_a = here.overall_a - there.overall_a;
+        SoundDifference { receiver: reference.name.clone(), worst, worst_band, level_a }
+    };
+    found.iter().zip(reference).map(one).collect()
+}

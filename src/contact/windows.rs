@@ -65,9 +65,9 @@ fn add_kept<S: Simd, const KEPT: usize>(
     done
 }
 
-/// out_i += sum over c of factor_c row_(first - c + i): as [`add_windows`], for factors side by side, whose windows begin
-/// at `first`, one before it, and so on. `out` is whole vectors of any processor; what lies behind the row's last window
-/// is part of the row.
+/// out_i += sum over c of factor_c row_(first - c + i): as [`add_windows`], for factors side by side, whose windows
+/// begin at `first`, one before it, and so on. `out` is whole vectors of any processor; what lies behind the row's last
+/// window is part of the row.
 #[inline(always)]
 pub fn add_neighbours<S: Simd>(simd: S, out: &mut [f64], row: &[f64], first: usize, factors: &[f64]) {
     // From the last window's beginning on.

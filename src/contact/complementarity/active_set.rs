@@ -23,8 +23,8 @@ use crate::counters::Meter;
 use crate::numeric::largest_or_zero;
 use crate::storage::StateError;
 
-/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of the
-/// patch.
+/// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of
+/// the patch.
 const SWEEPS: usize = 2;
 
 /// What a search for the forces is expected to take, for each time at which they are sought.
@@ -113,7 +113,7 @@ impl ActiveSet {
     /// For so many points in contact. Guess, solution and displacement take so many windows of multiply-adds for each
     /// of them, factorisations on rough roads included (counted on roads of all kinds).
     pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
-        let (windows, solves, factorisations) = if smooth { (3.4, 1.0, 0.0) } else { (6.9, 1.1, 0.15) };
+        let (windows, solves, factorisations) = if smooth { (2.0, 1.0, 0.0) } else { (6.0, 1.1, 0.15) };
         ExpectedSearch { points, multiply_adds: windows * points * columns, solves, factorisations }
     }
 

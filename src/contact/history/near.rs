@@ -6,9 +6,9 @@
 //! the tyre's of N elements; where that is not longer it is taken itself. Influence is an even function of distance,
 //! and its spectrum real.
 //!
-//! Cost of an instant: two real transforms of length M, and 2 M fused multiply-adds for each pair of earlier instants.
-//! At N = 1024 that is a tenth of what the sum over points and columns takes, which it replaces; rounding is relative to
-//! the largest displacement of the ring.
+//! Cost of an instant: two real transforms of length M, and M fused multiply-adds for each earlier instant.
+//! At N = 1024 that is a tenth of what the sum over points and columns takes, which it replaces; rounding is relative
+//! to the largest displacement of the ring.
 
 use std::sync::Arc;
 

@@ -149,7 +149,7 @@ fn modal(criterion: &mut Criterion) {
         group.sample_size(20).throughput(Throughput::Elements(ROUND as u64));
         // All lengths where a round is cheapest; else the plain recursion and the length that runs take.
         let lengths: &[usize] =
-            if elements <= 128 || wanted.is_some() { &[1, 2, INSTANTS, 8, 16, 40] } else { &[1, INSTANTS] };
+            if elements <= 128 || wanted.is_some() { &[1, 2, 4, INSTANTS, 16, 40] } else { &[1, INSTANTS] };
         for &instants in lengths {
             let (mut blocks, mut old) = (history(instants), vec![0.0; columns]);
             roll(&mut blocks, &mut old, 0, ROUND);

@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::factors::FactorCounts;
-use crate::contact::windows::add_neighbours;
+use crate::contact::windows::{add_windows, add_windows_in};
 use crate::counters::Work;
 use crate::storage::state::{StateError, fill};
 
@@ -104,7 +104,8 @@ impl Surface {
         let multiply_adds = (forces.len() * displacement.len()) as u64;
         counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
         let first = (row.len() - BLOCK) / 2 - from.unwrap_or(0);
-        arch.dispatch(Displace { displacement, row, first, forces });
+        displacement.fill(0.0);
+        add_windows(*arch, displacement, row, first, forces);
     }
 
     /// u = G0 F of the estimate, after sweeps that a solution has not ended.
@@ -153,27 +154,6 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
     let by = by.min(columns);
     values.copy_within(by.., 0);
     values[columns - by..].fill(T::default());
-}
-
-/// u = G0 F.
-struct Displace<'a> {
-    displacement: &'a mut [f64],
-    row: &'a [f64],
-    first: usize,
-    forces: &'a [f64],
-}
-
-impl WithSimd for Displace<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { displacement, row, first, forces } = self;
-        displacement.fill(0.0);
-        if !forces.is_empty() {
-            add_neighbours(simd, displacement, row, first, forces);
-        }
-    }
 }
 
 /// The law of a point by itself.
@@ -232,7 +212,7 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
                 }
                 if changed {
                     blocks += 1;
-                    add_neighbours(simd, left, row, middle - begin, &changes[..estimate.len()]);
+                    add_windows_in(simd, left, row, middle - begin, &changes[..estimate.len()]);
                 }
             }
         }

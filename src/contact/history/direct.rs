@@ -125,8 +125,7 @@ impl PastForces for DirectHistory {
             let shift = (first_element - then) as usize - p / substeps;
             let points = from as usize..to as usize;
             let forces = &forces[row * columns..(row + 1) * columns];
-            let windows = points.clone().map(|point| (shift + columns - 1 - point, forces[point]));
-            add_windows(arch, sum, kernel.lag(p), windows);
+            add_windows(arch, sum, kernel.lag(p), shift + columns - 1 - points.start, &forces[points.clone()]);
             (points.len() * columns) as u64
         };
         let multiply_adds: u64 = self.partial[..used * width]

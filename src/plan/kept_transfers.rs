@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::numeric::{double, single};
 use crate::plan::{Plan, Sound};
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
+use crate::scene::RadiationQuality;
 use crate::sound::Air;
 use crate::storage::{Cache, CacheError, Cached, Format, Kind};
 
@@ -34,13 +35,14 @@ impl Cached for KeptReceiver {
 const PATCH_DOUBT: f64 = 0.2;
 
 impl Plan {
-    /// The frequencies that are kept for the sound of a run whose patch at rest is expected to be so long \[m\]; none
-    /// where nobody listens. The static contact is not known yet: what is kept for a patch about as long is taken for
-    /// the run's.
-    pub(crate) fn frequencies_on_disk(&self, at_rest: f64) -> Vec<f64> {
-        let Some(sound) = self.sound() else { return Vec::new() };
+    /// The frequencies that are kept for the sound of the run; none where nobody listens, or nothing is solved. The
+    /// static contact is not known yet: what is kept for a patch about as long as expected is taken for the run's.
+    pub(crate) fn frequencies_on_disk(&self) -> Vec<f64> {
+        let solved = |sound: &Sound| sound.radiation.quality == RadiationQuality::Full;
+        let Some(sound) = self.sound().filter(solved) else { return Vec::new() };
         let Some(air) = Air::at(sound.radiation.temperature) else { return Vec::new() };
         let range = sound.range(&air);
+        let at_rest = self.amounts().expected.length;
         let step = self.patch_step();
         let doubt = (PATCH_DOUBT * at_rest / step) as i64;
         // The nearest first; a patch that the scene gives is the same whatever is tried.

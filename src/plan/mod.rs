@@ -150,7 +150,7 @@ impl Plan {
     #[must_use]
     pub fn with_kept_model(mut self) -> Self {
         self.kept_poles = kept_poles(&self);
-        self.kept_frequencies = self.frequencies_on_disk(self.amounts().expected.length);
+        self.kept_frequencies = self.frequencies_on_disk();
         self
     }
 

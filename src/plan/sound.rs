@@ -26,13 +26,13 @@ const LISTENED: f64 = 30.0;
 const PASSED: f64 = 16.0;
 /// Distance of the points of a passage \[m\].
 const SPACING: f64 = 0.25;
-/// Worst third octave \[dB\]. At the default nodes per wavelength, the worst of single waves (9 against 14 nodes; 7
-/// nodes are 0.5 dB wrong, so it falls with the sixth power): waves of unit forces at coast-by and cpx are 0.001 dB
-/// wrong to 1 kHz.
-/// Relative to the frequencies' tolerance, which intervals of twice the length keep. At the default lateral waves, from
-/// where it falls with the square of their number: an allowance. `tyrewave study SCENE` measures all three.
+/// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
+/// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
 const ELEMENTS_ERROR: f64 = 0.1;
+/// Error of a third octave by interpolation, as a part of the frequencies' tolerance: an allowance, for the
+/// tolerance is met by intervals of twice the length.
 const FREQUENCIES_ERROR: f64 = 0.25;
+/// Error of a third octave at the default lateral waves \[dB\]: an allowance, taken to fall with their number's square.
 const WAVES_ERROR: f64 = 0.1;
 /// Kernels of boundary elements that a draft's four monopoles take the time of.
 const DRAFT_KERNELS: f64 = 30.0;

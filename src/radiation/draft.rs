@@ -69,10 +69,10 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
     let edge = (body.half_patch() / radius).asin();
     let width = std::f64::consts::TAU / grid.around as f64;
     let rows = across_points(half_tread(body), grid.across);
+    let cells: Vec<(f64, f64)> = (0..grid.around).map(|cell| cell_of(cell, grid.around, edge)).collect();
     let one = |&receiver: &Vector| {
         let [ahead, beside, _] = receiver;
         let bearing = ahead / ahead.hypot(beside).max(f64::MIN_POSITIVE);
-        let cells: Vec<(f64, f64)> = (0..grid.around).map(|cell| cell_of(cell, grid.around, edge)).collect();
         let gains: Vec<f64> = cells
             .iter()
             .zip(0..grid.around)

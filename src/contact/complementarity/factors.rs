@@ -17,9 +17,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ldlt::{Aligned, LINE, Ldlt, Singular, finite, room};
+use super::ldlt::{Ldlt, Singular, finite};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet, NeighbourState};
 use super::pattern_index::PatternIndex;
+use super::tiles::{Aligned, LINE, room};
 use crate::counters::{Meter, Stage, Work};
 use crate::storage::state::{StateError, fill};
 

@@ -1,15 +1,13 @@
-//! L D L^T of symmetric matrices of some hundred rows at most, in memory that is taken once.
+//! L D L^T of symmetric matrices of some hundred rows at most, in the place of their `tiles`.
 //!
-//! A matrix lies in *tiles*: [`LINE`] rows of a column side by side, all columns of such a block of rows one after the
-//! other, so that what is taken off a block of rows goes through memory in one stretch. Four columns are done together:
-//! what all columns before them take off them is summed up in registers. Without exchanges: for matrices that are
-//! positive definite, or made of a positive and a negative definite block. Against faer's blocks: bench
-//! `linear_solvers`.
+//! Four columns are done together: what all columns before them take off them is summed up in registers. Without
+//! exchanges: for matrices that are positive definite, or made of a positive and a negative definite block. Against
+//! faer's blocks: bench `linear_solvers`.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Numbers to a cache line: rows of a tile.
-pub const LINE: usize = 8;
+use super::tiles::{Aligned, Assembly, LINE, room};
+
 /// Columns that are done together; a tile's rows are a multiple.
 const PANEL: usize = 4;
 
@@ -17,116 +15,9 @@ const PANEL: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
 
-/// Zeros that begin on a cache line; pages that are never written to take no memory.
-pub struct Aligned {
-    memory: Vec<f64>,
-    begin: usize,
-}
-
-impl Aligned {
-    /// So many.
-    pub fn new(length: usize) -> Self {
-        let memory = vec![0.0; length + LINE - 1];
-        let begin = memory.as_ptr().align_offset(8 * LINE).min(LINE - 1);
-        Self { memory, begin }
-    }
-
-    /// Some of them.
-    pub fn part(&mut self, first: usize, length: usize) -> &mut [f64] {
-        &mut self.memory[self.begin + first..self.begin + first + length]
-    }
-}
-
 /// An error unless all values are finite.
 pub fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> Result<(), Singular> {
     if values.all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
-}
-
-/// Numbers that a matrix of so many rows takes.
-pub const fn room(rows: usize) -> usize {
-    rows.next_multiple_of(LINE) * rows
-}
-
-/// G0 of some points; neighbours are copied together.
-struct Assembly<'a> {
-    points: &'a [usize],
-    influence: &'a [f64],
-    matrix: &'a mut [f64],
-}
-
-impl WithSimd for Assembly<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { points, influence, matrix } = self;
-        // Influence from distance -7 to 7.
-        let mut both_ways = [0.0; 2 * LINE];
-        for (index, value) in both_ways.iter_mut().enumerate() {
-            *value = influence.get((index + 1).abs_diff(LINE)).copied().unwrap_or(0.0);
-        }
-        let (tiles, _) = matrix.as_chunks_mut::<LINE>();
-        let blocks = tiles.chunks_exact_mut(points.len().max(1)).zip(points.chunks(LINE));
-        for (number, (tiles, lines)) in blocks.enumerate() {
-            let (before, own) = tiles.split_at_mut(LINE * number);
-            let (first, last) = (lines[0], lines[lines.len() - 1]);
-            if last - first + 1 == lines.len() {
-                for (tile, &point) in before.iter_mut().zip(points) {
-                    match influence[first - point..].first_chunk() {
-                        Some(values) => *tile = *values,
-                        None => gather(tile, lines, point, influence),
-                    }
-                }
-                for (c, tile) in own.iter_mut().enumerate().take(LINE) {
-                    if let Some(values) = both_ways[LINE - 1 - c..].first_chunk() {
-                        *tile = *values;
-                    }
-                }
-            } else {
-                for (tile, &point) in before.iter_mut().zip(points) {
-                    gather(tile, lines, point, influence);
-                }
-                for (tile, &point) in own.iter_mut().zip(lines) {
-                    gather(tile, lines, point, influence);
-                }
-            }
-        }
-    }
-}
-
-/// A tile: influence of a point on some others; what stands below them is of no matter.
-#[inline(always)]
-fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f64]) {
-    if let Ok(lines) = <&[usize; LINE]>::try_from(lines) {
-        for (entry, &line) in tile.iter_mut().zip(lines) {
-            *entry = influence[line.abs_diff(point)];
-        }
-    } else {
-        for (entry, &line) in tile.iter_mut().zip(lines) {
-            *entry = influence[line.abs_diff(point)];
-        }
-        tile[lines.len()..].fill(0.0);
-    }
-}
-
-/// A matrix given by its lower triangle, as entry(row, column).
-pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix: &mut [f64]) {
-    for (number, tiles) in matrix[..room(rows)].chunks_exact_mut(LINE * rows.max(1)).enumerate() {
-        for (column, tile) in tiles.chunks_exact_mut(LINE).enumerate() {
-            for (lane, value) in tile.iter_mut().enumerate() {
-                let row = LINE * number + lane;
-                *value = if row < rows && column <= row { entry(row, column) } else { 0.0 };
-            }
-        }
-    }
-}
-
-/// Adds to the diagonal of a matrix.
-pub(crate) fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
-    let rows = values.len();
-    for (row, value) in values.iter().enumerate() {
-        matrix[LINE * (row / LINE * rows + row) + row % LINE] += value;
-    }
 }
 
 /// Factorises and solves.
@@ -476,6 +367,7 @@ impl WithSimd for Substitutions<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::complementarity::tiles::{add_to_diagonal, assemble_entries};
 
     /// A positive definite matrix with springs on its diagonal.
     fn entry(i: usize, j: usize) -> f64 {

@@ -6,7 +6,7 @@
 //! - `search`: which of them;
 //! - `sweeps`: what both begin with;
 //! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
-//! - `ldlt`: how they are made.
+//! - `ldlt`: how they are made, in `tiles`.
 
 mod active_set;
 mod factors;
@@ -17,11 +17,13 @@ mod pattern_index;
 mod pieces;
 mod search;
 mod sweeps;
+mod tiles;
 
 pub use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;
 pub use factors::{FactorCache, FactorCounts};
-pub use ldlt::{LINE, Ldlt, Singular, room};
+pub use ldlt::{Ldlt, Singular};
 pub use local_set::{LocalSet, SlicesUnder};
 pub use search::{Search, SearchState, SliceLaw};
 pub use sweeps::SearchCounts;
+pub use tiles::{LINE, room};

@@ -19,7 +19,7 @@ use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
-use super::ldlt::assemble_entries;
+use super::tiles::assemble_entries;
 use crate::storage::StateError;
 
 /// Most points by which a set may differ.

@@ -18,6 +18,7 @@ use crate::response::vibration::SegmentLayout;
 
 /// Most bins whose components are in memory together.
 const TOGETHER: usize = 32;
+
 /// Pressures for unit force, bin by bin, place by place, receiver by receiver \[Pa/N\].
 #[derive(Clone, Debug)]
 pub struct PlaceTransfers {

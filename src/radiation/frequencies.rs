@@ -14,11 +14,14 @@
 //! Transfers are rounded to single precision, in which they are kept: one that was kept is the same bits as one that
 //! was just solved for.
 //!
-//! Frequencies of one round are spread over threads, as many at once as the memory limit holds; each is sequential in
-//! itself, and what is chosen depends on values alone: same bits for any number of threads.
+//! Frequencies of one round are spread over threads, as many at once as the memory limit holds, the costly ones first,
+//! so that no thread is left with one when the others have nothing more to do; each is sequential in itself, and what
+//! is chosen depends on values alone: same bits for any number of threads.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
 
 use num_complex::Complex64;
-use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::body::{Body, Vector};
@@ -175,9 +178,9 @@ pub struct FrequencyReport {
 
 /// Who is told, and who may stop the work.
 pub struct Watch<'a> {
-    /// Gets each finished frequency, in rising order within a batch; its error ends the work.
+    /// Gets each frequency as it is finished, in any order; its error ends the work.
     pub sink: &'a mut dyn FnMut(&FrequencyTransfers) -> Result<(), RadiationError>,
-    /// Told after each batch.
+    /// Told after each frequency.
     pub progress: &'a mut dyn FnMut(Progress),
     /// Asked before each frequency.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
@@ -237,8 +240,7 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 /// Finds the transfers of a range. `known`: frequencies finished before, for instance by a set-up that was stopped;
-/// where they are what the choice calls for they are not solved again. `pool`:
-/// the threads over which frequencies are spread; none: those of rayon's current pool.
+/// where they are what the choice calls for they are not solved again. At most so many threads are at work.
 ///
 /// # Errors
 /// As [`TransferProblem::solve`] and [`FrequencyRange::check`]; [`RadiationError::Interrupted`]; the sink's. More
@@ -247,7 +249,7 @@ pub fn transfers(
     problem: &TransferProblem<'_>,
     range: &FrequencyRange,
     known: Vec<FrequencyTransfers>,
-    pool: Option<&ThreadPool>,
+    threads: usize,
     watch: &mut Watch<'_>,
 ) -> Result<(TransferSet, FrequencyReport), RadiationError> {
     range.check()?;
@@ -259,8 +261,7 @@ pub fn transfers(
     let mut search = Search {
         problem,
         range,
-        pool,
-        at_once: at_once.min(pool.map_or_else(rayon::current_num_threads, ThreadPool::current_num_threads)),
+        at_once: at_once.min(threads.max(1)),
         known,
         report: FrequencyReport { reciprocal_condition: f64::INFINITY, ..FrequencyReport::default() },
         round: 0,
@@ -309,7 +310,6 @@ fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
 struct Search<'a> {
     problem: &'a TransferProblem<'a>,
     range: &'a FrequencyRange,
-    pool: Option<&'a ThreadPool>,
     at_once: usize,
     known: Vec<FrequencyTransfers>,
     report: FrequencyReport,
@@ -322,32 +322,46 @@ impl Search<'_> {
     fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
         let mut found: Vec<_> = wanted.iter().map(|&frequency| self.lookup(frequency)).collect();
         self.finished += found.iter().flatten().count();
-        let missing: Vec<usize> = (0..wanted.len()).filter(|&index| found[index].is_none()).collect();
-        let interrupted = watch.interrupted;
-        let mut left = missing.len();
-        (watch.progress)(Progress { finished: self.finished, open: left, round: self.round });
-        for batch in missing.chunks(self.at_once) {
-            let (problem, range) = (self.problem, self.range);
-            let one = |&index: &usize| {
-                if interrupted() {
-                    return Err(RadiationError::Interrupted);
-                }
-                problem.solve(range.wavenumber(wanted[index]))
-            };
-            let all = || batch.par_iter().with_max_len(1).map(one).collect::<Vec<_>>();
-            let solved = self.pool.map_or_else(all, |pool| pool.install(all));
-            for (&index, solved) in batch.iter().zip(solved) {
+        let mut missing: Vec<usize> = (0..wanted.len()).filter(|&index| found[index].is_none()).collect();
+        missing.sort_by(|&a, &b| wanted[b].total_cmp(&wanted[a]));
+        let mut reports = vec![SolveReport::default(); wanted.len()];
+        let (problem, range, interrupted) = (self.problem, self.range, watch.interrupted);
+        let mut open = missing.len();
+        (watch.progress)(Progress { finished: self.finished, open, round: self.round });
+        let next = AtomicUsize::new(0);
+        let (give, take) = mpsc::channel();
+        std::thread::scope(|scope| {
+            for _ in 0..self.at_once.min(open) {
+                let (give, next, missing) = (give.clone(), &next, &missing);
+                scope.spawn(move || {
+                    while let Some(&index) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let solved = if interrupted() {
+                            Err(RadiationError::Interrupted)
+                        } else {
+                            problem.solve(range.wavenumber(wanted[index]))
+                        };
+                        // Nobody takes it once something has failed.
+                        if give.send((index, solved)).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(give);
+            for (index, solved) in take {
                 let (mut transfers, report) = solved?;
                 transfers.iter_mut().for_each(Transfer::round);
                 let entry = FrequencyTransfers { frequency: wanted[index], transfers };
                 (watch.sink)(&entry)?;
-                self.add(&report);
-                found[index] = Some(entry);
+                (reports[index], found[index]) = (report, Some(entry));
+                self.finished += 1;
+                open -= 1;
+                (watch.progress)(Progress { finished: self.finished, open, round: self.round });
             }
-            left -= batch.len();
-            self.finished += batch.len();
-            (watch.progress)(Progress { finished: self.finished, open: left, round: self.round });
-        }
+            Ok(())
+        })?;
+        missing.sort_unstable();
+        missing.iter().for_each(|&index| self.add(&reports[index]));
         Ok(found.into_iter().flatten().collect())
     }
 

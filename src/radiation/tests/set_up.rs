@@ -46,8 +46,7 @@ fn set_up(
         progress: &mut |_| (),
         interrupted: &|| begun.fetch_add(1, Ordering::Relaxed) >= most,
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let result = transfers(&problem(&body), &range(), known, Some(&pool), &mut watch);
+    let result = transfers(&problem(&body), &range(), known, threads, &mut watch);
     (result, kept)
 }
 
@@ -102,8 +101,7 @@ fn time_of_a_whole_set_up() {
     let begin = Instant::now();
     let mut watch = Watch { sink: &mut |_| Ok(()), progress: &mut |_| (), interrupted: &|| false };
     let threads = number("THREADS", 2.0) as usize;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let (set, report) = transfers(&problem, &range, Vec::new(), Some(&pool), &mut watch).unwrap();
+    let (set, report) = transfers(&problem, &range, Vec::new(), threads, &mut watch).unwrap();
     let frequencies: Vec<f64> = set.frequencies().iter().map(|entry| entry.frequency).collect();
     println!("{frequencies:.1?}\n{report:#?}");
     let rate = 1e-9 * report.solve.factor_operations / report.solve.factor_seconds;

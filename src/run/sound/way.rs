@@ -134,7 +134,7 @@ impl Seeking<'_> {
             progress: &mut |so_far| progress.pieces(so_far.finished, so_far.open),
             interrupted: &|| self.stop.load(Ordering::Relaxed),
         };
-        let found = transfers(&problem, &range, known, None, &mut watch);
+        let found = transfers(&problem, &range, known, rayon::current_num_threads(), &mut watch);
         prepared.warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => RunError::Interrupted { kept: None },

@@ -10,6 +10,7 @@ use std::f64::consts::{PI, TAU};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::counters::MachinePeak;
+use tyrewave::numeric::double;
 use tyrewave::radiation::{
     Block, Body, Drive, Problem, Resolution, Shape, Transfer, TransferGrid, TransferProblem, Vector, draft,
 };
@@ -86,8 +87,8 @@ fn spheres(criterion: &mut Criterion) {
 
 /// Strength of the tread within 60 mm of the patch, both ends.
 fn strength(transfer: &Transfer) -> f64 {
-    let at = |across: usize, cell: usize| transfer.values[transfer.index(0, across, cell)].norm_sqr();
-    let cell = |cell: usize| (0..4).map(|across| at(across, cell)).sum::<f64>();
+    let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
+    let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();
     (15..30).map(|index| cell(index) + cell(511 - index)).sum()
 }
 

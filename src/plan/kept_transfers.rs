@@ -5,7 +5,6 @@ use num_complex::Complex32;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::numeric::{double, single};
 use crate::plan::{Plan, Sound};
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
 use crate::scene::RadiationQuality;
@@ -129,7 +128,7 @@ impl<'a> KeptTransfers<'a> {
         for receiver in 0..self.sound.heard.len() {
             let Some(key) = self.key(receiver, frequency) else { return Ok(Ok(None)) };
             match cache.load::<KeptReceiver>(&key)? {
-                Some(Ok(kept)) => transfers.extend(self.restored(receiver, &kept)),
+                Some(Ok(kept)) => transfers.extend(self.restored(receiver, kept)),
                 Some(Err(reason)) => {
                     let path = cache.path::<KeptReceiver>(&key);
                     return Ok(Err(format!("cache entry {} is made anew: {reason}", path.display())));
@@ -141,18 +140,19 @@ impl<'a> KeptTransfers<'a> {
         Ok(Ok(whole.then_some(FrequencyTransfers { frequency, transfers })))
     }
 
-    fn restored(&self, receiver: usize, kept: &KeptReceiver) -> Vec<Transfer> {
+    fn restored(&self, receiver: usize, kept: KeptReceiver) -> Vec<Transfer> {
         let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
         let grid = self.problem.grid;
-        let transfer = |(values, position): (&Vec<Complex32>, &[f64; 3])| Transfer {
+        let wavenumber = self.range.wavenumber(kept.frequency);
+        let transfer = |(values, position): (Vec<Complex32>, &[f64; 3])| Transfer {
             receiver: *position,
-            wavenumber: self.range.wavenumber(kept.frequency),
+            wavenumber,
             grid,
             sides: 1,
-            values: values.iter().copied().map(double).collect(),
+            values,
         };
-        let whole = |(values, _): &(&Vec<Complex32>, &[f64; 3])| values.len() == grid.around * grid.across;
-        kept.values.iter().zip(points).filter(whole).map(transfer).collect()
+        let whole = |(values, _): &(Vec<Complex32>, &[f64; 3])| values.len() == grid.around * grid.across;
+        kept.values.into_iter().zip(points).filter(whole).map(transfer).collect()
     }
 
     /// Stores a finished frequency, receiver by receiver; trouble only gives a warning, the first time.
@@ -160,7 +160,7 @@ impl<'a> KeptTransfers<'a> {
         for (receiver, heard) in self.sound.heard.iter().enumerate() {
             let Some((cache, key)) = self.cache.as_ref().zip(self.key(receiver, found.frequency)) else { return };
             let transfers = found.transfers[heard.points.clone()].iter();
-            let values = transfers.map(|transfer| transfer.values.iter().copied().map(single).collect()).collect();
+            let values = transfers.map(|transfer| transfer.values.clone()).collect();
             if let Err(error) = cache.store(&key, &KeptReceiver { frequency: found.frequency, values }) {
                 warnings.push(format!("cache not written: {error}"));
                 self.cache = None;

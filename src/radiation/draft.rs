@@ -25,6 +25,7 @@ use super::elements::distance;
 use super::error::RadiationError;
 use super::frequencies::{FrequencyRange, FrequencyTransfers, TransferSet};
 use super::transfer::{Transfer, TransferProblem, across_points, half_tread};
+use crate::numeric::single;
 
 /// Error of the A-weighted level against the full method \[dB(A)\], at coast-by and cpx on the default tyre.
 pub const LEVEL_ERROR: f64 = 1.0;
@@ -87,7 +88,7 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
                 let theta = width * (cell as f64 + 0.5);
                 let at = |y: f64| [radius * theta.sin(), y, body.middle() - radius * theta.cos()];
                 let even = monopole(at(y), receiver, wavenumber) + monopole(at(-y), receiver, wavenumber);
-                values.push(even * (0.5 * gain));
+                values.push(single(even * (0.5 * gain)));
             }
         }
         Transfer { receiver, wavenumber, grid, sides: 1, values }
@@ -113,8 +114,7 @@ pub fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -> Resul
     problem.check()?;
     check(problem.body)?;
     let at = |frequency: f64| {
-        let mut transfers = transfers_at(problem, range.wavenumber(frequency));
-        transfers.iter_mut().for_each(Transfer::round);
+        let transfers = transfers_at(problem, range.wavenumber(frequency));
         FrequencyTransfers { frequency, transfers }
     };
     Ok(TransferSet::new(frequencies(range).into_par_iter().map(at).collect()))
@@ -145,6 +145,7 @@ fn check(body: &Body) -> Result<(), RadiationError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::double;
     use crate::radiation::{Block, Resolution, TransferGrid};
 
     fn problem<'a>(body: &'a Body, receivers: &'a [Vector]) -> TransferProblem<'a> {
@@ -180,9 +181,9 @@ mod tests {
         let y = across_points(half_tread(&body), 4)[1][0];
         let at = |y: f64| [0.31 * theta.sin(), y, body.middle() - 0.31 * theta.cos()];
         let exact = 0.5 * (monopole(at(y), receivers[0], k) + monopole(at(-y), receivers[0], k));
-        let value = found[0].values[found[0].index(0, 1, cell)];
+        let value = double(found[0].values[found[0].index(0, 1, cell)]);
         assert!((value - exact).norm() < 2e-3 * exact.norm(), "{value} {exact}");
-        assert_eq!(found[0].values[found[0].index(0, 0, 0)], Complex64::ZERO, "within the patch nothing moves");
+        assert_eq!(double(found[0].values[found[0].index(0, 0, 0)]), Complex64::ZERO, "within the patch nothing moves");
     }
 
     #[test]
@@ -198,8 +199,8 @@ mod tests {
             for (full, draft) in full.iter().zip(&draft) {
                 // From what vibrates most: the tread within 60 mm of the patch, both ends.
                 let strength = |transfer: &Transfer| {
-                    let at = |across: usize, cell: usize| transfer.values[transfer.index(0, across, cell)].norm_sqr();
-                    let cell = |cell: usize| (0..4).map(|across| at(across, cell)).sum::<f64>();
+                    let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
+                    let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();
                     (15..30).map(|index| cell(index) + cell(511 - index)).sum::<f64>()
                 };
                 let error = 10.0 * (strength(draft) / strength(full)).log10();

@@ -11,8 +11,8 @@
 //! The computed middle stays, so the error that is left is that of intervals half as long as those that passed: for
 //! degree 3 some sixteenth of the tolerance where the function is smooth.
 //!
-//! Transfers are rounded to single precision, in which they are kept: one that was kept is the same bits as one that
-//! was just solved for.
+//! Transfers are in single precision, in which they are kept: one that was kept is the same bits as one that was just
+//! solved for.
 //!
 //! Frequencies of one round are spread over threads, as many at once as the memory limit holds, the costly ones first,
 //! so that no thread is left with one when the others have nothing more to do; each is sequential in itself, and what
@@ -31,7 +31,7 @@ use super::error::{RadiationError, positive};
 use super::parity::Block;
 use super::solve::SolveReport;
 use super::transfer::{Transfer, TransferProblem};
-use crate::numeric::lagrange;
+use crate::numeric::{double, lagrange, single};
 
 /// Which frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,26 +206,31 @@ impl TransferSet {
         &self.found
     }
 
+    /// The same, to be taken apart.
+    pub fn into_frequencies(self) -> Vec<FrequencyTransfers> {
+        self.found
+    }
+
     /// The grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from
     /// the nearest. None where nothing is known.
     pub fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
         let known: Vec<f64> = self.found.iter().map(|entry| entry.frequency).collect();
         let near = lagrange::cubic_neighbours(&known, frequency);
         let first = self.found.get(near.start)?;
-        let mut result = first.transfers.get(receiver)?.clone();
-        let wavenumber = result.wavenumber * (frequency / first.frequency);
-        result.wavenumber = wavenumber;
-        result.values.fill(Complex64::ZERO);
+        let nearest = first.transfers.get(receiver)?;
+        let wavenumber = nearest.wavenumber * (frequency / first.frequency);
+        let mut sums = vec![Complex64::ZERO; nearest.values.len()];
         let weights = lagrange::weights(&known[near.clone()], frequency);
         for (entry, weight) in self.found[near].iter().zip(weights) {
             let known = &entry.transfers[receiver];
             let turn = (known.wavenumber - wavenumber) * contact_distance(body, known.receiver);
             let factor = Complex64::from_polar(weight, turn);
-            for (sum, value) in result.values.iter_mut().zip(&known.values) {
-                *sum += value * factor;
+            for (sum, value) in sums.iter_mut().zip(&known.values) {
+                *sum += double(*value) * factor;
             }
         }
-        Some(result)
+        let values = sums.into_iter().map(single).collect();
+        Some(Transfer { wavenumber, values, ..*nearest })
     }
 }
 
@@ -298,9 +303,9 @@ pub fn transfers(
 fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
     let one = |(receiver, exact): (usize, &Transfer)| {
         let guess = set.at(body, receiver, middle.frequency)?;
-        let difference: f64 =
-            guess.values.iter().zip(&exact.values).map(|(guess, exact)| (guess - exact).norm_sqr()).sum();
-        let size: f64 = exact.values.iter().map(|exact| exact.norm_sqr()).sum();
+        let pairs = guess.values.iter().zip(&exact.values);
+        let difference: f64 = pairs.map(|(guess, exact)| double(guess - exact).norm_sqr()).sum();
+        let size: f64 = exact.values.iter().map(|exact| double(*exact).norm_sqr()).sum();
         Some(20.0 * (1.0 + (difference / size).sqrt()).log10())
     };
     let errors = middle.transfers.par_iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY));
@@ -349,8 +354,7 @@ impl Search<'_> {
             }
             drop(give);
             for (index, solved) in take {
-                let (mut transfers, report) = solved?;
-                transfers.iter_mut().for_each(Transfer::round);
+                let (transfers, report) = solved?;
                 let entry = FrequencyTransfers { frequency: wanted[index], transfers };
                 (watch.sink)(&entry)?;
                 (reports[index], found[index]) = (report, Some(entry));

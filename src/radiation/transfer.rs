@@ -12,7 +12,7 @@
 //! Across the tread Gauss points of (0, w), w half the straight tread's width, weights summing to w: one side where
 //! only blocks even across are solved, its values then stand for both sides; else that of y > 0, then that of y < 0.
 
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 
 use super::body::{Body, Shape, Vector};
 use super::chart::Chart;
@@ -43,8 +43,8 @@ pub struct Transfer {
     pub grid: TransferGrid,
     /// 1: even part, for both sides; 2: y > 0, then y < 0.
     pub sides: usize,
-    /// Means of G_N over the cells \[1/m\], `[side][across][around]`.
-    pub values: Vec<Complex64>,
+    /// Means of G_N over the cells \[1/m\], `[side][across][around]`; in single precision, in which they are kept.
+    pub values: Vec<Complex32>,
 }
 
 /// Points of (0, w) and weights that sum to w, of half a tread of width w \[m\].
@@ -68,13 +68,6 @@ impl Transfer {
         (side * self.grid.across + across) * self.grid.around + around
     }
 
-    /// Brings the values to single precision.
-    pub(super) fn round(&mut self) {
-        for value in &mut self.values {
-            *value = double(single(*value));
-        }
-    }
-
     /// Horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without the tyre, at
     /// the cell's middle; minus infinity within the patch.
     pub fn horn(&self, body: &Body, side: usize, across: usize, around: usize) -> f64 {
@@ -92,7 +85,7 @@ impl Transfer {
             if body.on_road() { one(z) + one(-z) } else { one(z) }
         };
         let free = if self.sides == 1 { (free(y) + free(-y)) * 0.5 } else { free(y) };
-        20.0 * (self.values[self.index(side, across, around)].norm() / free.norm()).log10()
+        20.0 * (double(self.values[self.index(side, across, around)]).norm() / free.norm()).log10()
     }
 
     /// p(r)/(i w rho) of a velocity given by its cell means, in the order of the values: the sum over the grid.
@@ -101,8 +94,8 @@ impl Transfer {
         let both = if self.sides == 1 { 2.0 } else { 1.0 };
         let points = across_points(half_tread(body), self.grid.across);
         let rows = self.values.chunks_exact(self.grid.around).zip(velocity.chunks_exact(self.grid.around));
-        let row = |(row, (values, velocity)): (usize, (&[Complex64], &[Complex64]))| {
-            let sum: Complex64 = values.iter().zip(velocity).map(|(value, velocity)| value * velocity).sum();
+        let row = |(row, (values, velocity)): (usize, (&[Complex32], &[Complex64]))| {
+            let sum: Complex64 = values.iter().zip(velocity).map(|(value, velocity)| double(*value) * velocity).sum();
             sum * (points[row % self.grid.across][1] * cell * both)
         };
         rows.enumerate().map(row).sum()
@@ -178,7 +171,7 @@ impl TransferProblem<'_> {
                                 .sum();
                             sum * weight
                         });
-                        values.push(value.sum());
+                        values.push(single(value.sum()));
                     }
                 }
             }

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use crate::numeric::double;
 use crate::plan::{Plan, Sound};
 use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferGrid, TransferProblem};
 use crate::scene::Scene;
@@ -121,7 +122,7 @@ impl Radiator {
         problem.check()?;
         let edge = (self.body.half_patch() / self.body.radius()).asin() + AHEAD / self.body.radius();
         let cell = (edge / TAU * grid.around as f64) as usize;
-        let strength = |transfer: &Transfer| transfer.values[transfer.index(0, 0, cell)].norm();
+        let strength = |transfer: &Transfer| double(transfer.values[transfer.index(0, 0, cell)]).norm();
         let one = |&frequency: &f64| {
             if stop.load(Ordering::Relaxed) {
                 return Err(RadiationError::Interrupted);

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use crate::numeric::double;
 use crate::radiation::{
     Block, Body, FrequencyRange, FrequencyReport, FrequencyTransfers, RadiationError, Resolution, TransferGrid,
     TransferProblem, TransferSet, Vector, Watch, transfers,
@@ -66,8 +67,8 @@ fn the_frequencies_chosen_keep_the_tolerance_and_the_same_bits_for_any_number_of
         let guess = set.at(&body, 0, frequency).unwrap();
         let norm = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>().sqrt();
         let pairs = || guess.values.iter().zip(&exact.values);
-        let difference = norm(&mut pairs().map(|(a, b)| (a - b).norm_sqr()));
-        let size = norm(&mut exact.values.iter().map(|value| value.norm_sqr()));
+        let difference = norm(&mut pairs().map(|(a, b)| double(a - b).norm_sqr()));
+        let size = norm(&mut exact.values.iter().map(|value| double(*value).norm_sqr()));
         assert!(difference < 0.01 * size, "{frequency} Hz: {}", difference / size);
     }
 }

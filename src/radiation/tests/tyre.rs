@@ -97,10 +97,10 @@ fn the_grid_is_zero_in_the_patch_and_mirrors_with_the_receiver() {
     for cell in 0..cells {
         let [here, there] = [found[0].index(0, 1, cell), found[1].index(0, 1, cells - 1 - cell)];
         let (a, b) = (found[0].values[here], found[1].values[there]);
-        assert!((a - b).norm() <= 1e-12 * a.norm(), "cell {cell}: {a} {b}");
+        assert!((a - b).norm() <= f32::EPSILON * a.norm(), "cell {cell}: {a} {b}");
         let theta = TAU * (cell as f64 + 0.5) / cells as f64;
         let inside = theta.sin().abs() * 0.31 < 0.046 && theta.cos() > 0.0;
-        assert_eq!(a.norm() < f64::MIN_POSITIVE, inside, "cell {cell}");
+        assert_eq!(a.norm() < f32::MIN_POSITIVE, inside, "cell {cell}");
     }
 }
 
@@ -121,7 +121,7 @@ fn all_four_blocks_agree_with_the_two_even_ones() {
     assert_eq!(all.values.len(), 2 * half);
     for (index, value) in even.values.iter().enumerate() {
         let mean = 0.5 * (all.values[index] + all.values[index + half]);
-        assert!((mean - value).norm() <= 1e-10 * value.norm(), "{index}: {mean} {value}");
+        assert!((mean - value).norm() <= f32::EPSILON * value.norm(), "{index}: {mean} {value}");
     }
     // The receiver stands at y > 0.
     let [here, there] = [0, 1].map(|side| all.values[all.index(side, 1, 60)].norm());

@@ -25,16 +25,20 @@ pub(super) struct Components {
     held: Vec<Option<usize>>,
     /// By n from -most, slot, m, and of them the real parts by receiver, then the imaginary ones.
     parts: Vec<f32>,
+    /// Room for G's integrals at a frequency, receiver by receiver.
+    known: Vec<Complex32>,
+    /// Room for what is found at some bins.
+    found: Vec<f32>,
 }
 
 /// Pressures for unit amplitude at some bins.
-pub(super) struct Found {
+pub(super) struct Found<'a> {
     most: usize,
     /// Of all receivers at a bin.
     width: usize,
     bins: usize,
     /// By n from -most, bin, and of them the real parts by receiver, then the imaginary ones.
-    values: Vec<f32>,
+    values: &'a [f32],
 }
 
 impl Components {
@@ -45,7 +49,8 @@ impl Components {
         let strip = model.strip();
         let held = vec![None; green.frequencies.len().min(4)];
         let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * strip.len() * receivers];
-        Self { integrals, strip, most, receivers, held, parts }
+        let known = vec![Complex32::ZERO; integrals.count() * receivers];
+        Self { integrals, strip, most, receivers, held, parts, known, found: Vec::new() }
     }
 
     /// Largest |n|.
@@ -60,16 +65,17 @@ impl Components {
         greens: &[SurfaceGreen],
         begin: usize,
         bins: &[(Range<usize>, Vec<f64>)],
-    ) -> Found {
+    ) -> Found<'_> {
         for frequency in bins.iter().take(1).flat_map(|(near, _)| near.clone()) {
             self.hold(greens, frequency);
         }
-        let Self { strip, most, receivers, held, .. } = self;
+        let Self { strip, most, receivers, held, parts, found, .. } = self;
         let (lateral, slots, width) = (strip.len(), held.len(), 2 * *receivers);
         let terms = 2 * lateral * slots;
-        let mut values = vec![0.0; (2 * *most + 1) * bins.len() * width];
-        let parts = self.parts.par_chunks(terms * *receivers);
-        values.par_chunks_mut(bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
+        // Every value is written; memory that is taken anew would be cleared again and again.
+        found.resize((2 * *most + 1) * bins.len() * width, 0.0);
+        let parts = parts.par_chunks(terms * *receivers);
+        found.par_chunks_mut(bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
             let n = row as i64 - *most as i64;
             let mut factors = vec![Complex64::ZERO; lateral];
             let mut columns = vec![0.0_f32; 2 * bins.len() * terms];
@@ -91,33 +97,39 @@ impl Components {
             let columns = MatRef::from_column_major_slice(&columns, terms, 2 * bins.len());
             matmul(out, Accum::Replace, parts, columns, 1.0_f32, Par::Seq);
         });
-        Found { most: *most, width, bins: bins.len(), values }
+        Found { most: *most, width, bins: bins.len(), values: found }
     }
 
     /// Makes the integrals at a frequency of G unless they are there.
     fn hold(&mut self, greens: &[SurfaceGreen], frequency: usize) {
-        let Self { integrals, strip, most, receivers, held, parts } = self;
+        let Self { integrals, strip, most, receivers, held, parts, known, .. } = self;
         let (slot, slots) = (frequency % held.len(), held.len());
         if held[slot] == Some(frequency) {
             return;
         }
         held[slot] = Some(frequency);
-        let known: Vec<Vec<Complex32>> = greens.par_iter().map(|green| integrals.of(green, frequency)).collect();
+        let count = integrals.count();
+        let each = known.par_chunks_mut(count).zip(greens);
+        each.for_each_init(
+            || integrals.room(),
+            |room, (integrals_of_one, green)| integrals.of(green, frequency, room, integrals_of_one),
+        );
         let (lateral, width) = (strip.len(), 2 * *receivers);
         let skipped = integrals.most_around() - *most;
         parts.par_chunks_mut(slots * lateral * width).enumerate().for_each(|(row, parts)| {
             let parts = parts[slot * lateral * width..][..lateral * width].chunks_exact_mut(width);
             for (m, part) in parts.enumerate() {
                 let (real, imaginary) = part.split_at_mut(*receivers);
-                for ((real, imaginary), known) in real.iter_mut().zip(imaginary).zip(&known) {
-                    Complex32 { re: *real, im: *imaginary } = known[(skipped + row) * lateral + m];
+                let known = known.iter().skip((skipped + row) * lateral + m).step_by(count);
+                for ((real, imaginary), known) in real.iter_mut().zip(imaginary).zip(known) {
+                    Complex32 { re: *real, im: *imaginary } = *known;
                 }
             }
         });
     }
 }
 
-impl Found {
+impl Found<'_> {
     /// The component n at the bin of an index: the real parts by receiver, then the imaginary ones.
     pub(super) fn of(&self, index: usize, n: i64) -> &[f32] {
         let row = (n + self.most as i64) as usize;

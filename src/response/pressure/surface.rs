@@ -24,8 +24,8 @@ pub struct SurfaceGreen {
     pub across: Vec<f64>,
     /// Half of the tread's width \[m\].
     pub half_width: f64,
-    /// G exp(i k r0), frequency by frequency, point by point, cell by cell \[1/m\].
-    pub values: Vec<Complex32>,
+    /// G exp(i k r0) by frequency, point by point, cell by cell \[1/m\].
+    pub values: Vec<Vec<Complex32>>,
 }
 
 /// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m \[m\].
@@ -63,14 +63,28 @@ impl WaveIntegrals {
         self.most_around
     }
 
+    /// Numbers that those of a receiver are.
+    pub(super) fn count(&self) -> usize {
+        self.means.len() * self.shapes.len()
+    }
+
+    /// Room for the work on a receiver: cells and what their transform needs.
+    pub(super) fn room(&self) -> [Vec<Complex64>; 2] {
+        [self.transform.len(), self.transform.get_inplace_scratch_len()].map(|length| vec![Complex64::ZERO; length])
+    }
+
     /// Those of a receiver at the G's frequency of an index.
-    pub(super) fn of(&self, green: &SurfaceGreen, frequency: usize) -> Vec<Complex32> {
+    pub(super) fn of(
+        &self,
+        green: &SurfaceGreen,
+        frequency: usize,
+        [cells, scratch]: &mut [Vec<Complex64>; 2],
+        integrals: &mut [Complex32],
+    ) {
         let SurfaceGreen { around, across, values, .. } = green;
-        let values = values.chunks_exact(around * across.len()).nth(frequency).unwrap_or_default();
+        let values = &values[frequency];
+        debug_assert_eq!(values.len(), around * across.len());
         let lateral = self.shapes.len();
-        let mut integrals = vec![Complex32::ZERO; self.means.len() * lateral];
-        let mut cells = vec![Complex64::ZERO; *around];
-        let mut scratch = vec![Complex64::ZERO; self.transform.get_inplace_scratch_len()];
         for (index, shape) in self.shapes.iter().enumerate() {
             cells.fill(Complex64::ZERO);
             for (points, weight) in values.chunks_exact(*around).zip(shape) {
@@ -79,14 +93,13 @@ impl WaveIntegrals {
                     cell.im += weight * f64::from(value.im);
                 }
             }
-            self.transform.process_with_scratch(&mut cells, &mut scratch);
+            self.transform.process_with_scratch(cells, scratch);
             // From n = -most_around: the transform has negative numbers behind the others.
             let turned = cells[around - self.most_around..].iter().chain(&cells[..=self.most_around]);
             for ((out, mean), cell) in integrals.iter_mut().skip(index).step_by(lateral).zip(&self.means).zip(turned) {
                 *out = single(mean * cell);
             }
         }
-        integrals
     }
 }
 
@@ -132,9 +145,16 @@ mod tests {
             (0..around).map(move |cell| wave(cell) * (ky * y).cos())
         });
         let values = values.map(|value| Complex32::new(value.re as f32, value.im as f32)).collect();
-        let green = SurfaceGreen { frequencies: vec![100.0], around, across: across.clone(), half_width: 0.1, values };
+        let green = SurfaceGreen {
+            frequencies: vec![100.0],
+            around,
+            across: across.clone(),
+            half_width: 0.1,
+            values: vec![values],
+        };
         let integrals = WaveIntegrals::new(&green, waves, &[0, 2]);
-        let out = integrals.of(&green, 0);
+        let mut out = vec![Complex32::ZERO; integrals.count()];
+        integrals.of(&green, 0, &mut integrals.room(), &mut out);
         for (row, n) in (-(integrals.most_around() as i64)..).zip(out.chunks_exact(2)).map(|(n, row)| (row, n)) {
             let expected = if n == 5 { mean * mean * 0.5 * 2.0 * 0.2 } else { 0.0 };
             assert!((row[1] - expected as f32).norm() < 1e-6, "n = {n}: {}", row[1]);

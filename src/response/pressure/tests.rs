@@ -53,7 +53,7 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
     SurfaceGreen {
         frequencies: vec![50.0, 1000.0],
         around: AROUND,
-        values: values.collect(),
+        values: vec![values.collect(); 2],
         across: points,
         half_width,
     }
@@ -166,7 +166,7 @@ fn what_radiates_is_the_velocity_of_the_vibration() {
     let green = SurfaceGreen {
         frequencies: vec![50.0],
         around: ELEMENTS,
-        values: values.map(|value| Complex32::new(value, 0.0)).collect(),
+        values: vec![values.map(|value| Complex32::new(value, 0.0)).collect()],
         across,
         half_width,
     };

@@ -61,9 +61,11 @@ impl PlaceTransfers {
             for group in alike.flat_map(|group| group.chunks(TOGETHER)) {
                 let found = components.at(model, greens, begin, group);
                 let (here, behind) = rest.split_at_mut(group.len() * places * receivers);
-                here.par_chunks_mut(places * receivers).enumerate().for_each(|(index, out)| {
-                    window.transfers(model, begin + index, |n| found.of(index, n), out);
-                });
+                let each = here.par_chunks_mut(places * receivers).enumerate();
+                each.for_each_init(
+                    || window.room(receivers),
+                    |room, (index, out)| window.transfers(model, begin + index, |n| found.of(index, n), room, out),
+                );
                 rest = behind;
                 begin += group.len();
             }

@@ -17,6 +17,15 @@ use super::model::PressureModel;
 use crate::numeric::single;
 use crate::response::vibration::SegmentLayout;
 
+/// Room for the work on a bin.
+pub(super) struct Folded {
+    late: Vec<Complex32>,
+    /// Sums and differences of opposite components.
+    sides: [Vec<f32>; 2],
+    /// Their products with the shapes.
+    products: [Vec<f32>; 2],
+}
+
 /// The columns of a window and the components that it is made of.
 pub(super) struct Window {
     /// Largest |n|.
@@ -52,6 +61,16 @@ impl Window {
         }
     }
 
+    /// Room for a bin of so many receivers.
+    pub(super) fn room(&self, receivers: usize) -> Folded {
+        let width = 2 * receivers;
+        Folded {
+            late: Vec::with_capacity(receivers),
+            sides: [(); 2].map(|()| vec![0.0; (self.most + 1) * width]),
+            products: [(); 2].map(|()| vec![0.0; self.half * width]),
+        }
+    }
+
     /// Pressures at a bin for unit force, place by place, receiver by receiver, from the components n: the real parts
     /// by receiver, then the imaginary ones.
     pub(super) fn transfers<'a>(
@@ -59,13 +78,14 @@ impl Window {
         model: &PressureModel<'_>,
         bin: usize,
         component: impl Fn(i64) -> &'a [f32],
+        room: &mut Folded,
         out: &mut [Complex32],
     ) {
         let Self { most, columns, half, .. } = *self;
         let receivers = model.delays.len();
-        let late: Vec<Complex32> = model.late(bin).map(single).collect();
-        let mut sides = [(); 2].map(|()| vec![0.0_f32; (most + 1) * 2 * receivers]);
-        let mut products = [(); 2].map(|()| vec![0.0_f32; half * 2 * receivers]);
+        let Folded { late, sides, products } = room;
+        late.clear();
+        late.extend(model.late(bin).map(single));
         for (stage, substep) in (0..self.actions.len()).flat_map(|a| (0..model.layout.substeps).map(move |b| (a, b))) {
             for n in 0..=most {
                 let [sums, differences] = sides.each_mut().map(|side| &mut side[n * 2 * receivers..][..2 * receivers]);
@@ -75,18 +95,18 @@ impl Window {
                 let behind = self.act(model, bin, -signed, stage, substep) * f32::from(n > 0);
                 fold(ahead, (behind, component(-signed)), sums, differences);
             }
-            for ((side, shape), product) in sides.iter().zip(&self.shapes).zip(&mut products) {
+            for ((side, shape), product) in sides.iter().zip(&self.shapes).zip(&mut *products) {
                 let product = MatMut::from_column_major_slice_mut(product, 2 * receivers, half);
                 let side = MatRef::from_column_major_slice(side, 2 * receivers, most + 1);
                 let shape = MatRef::from_column_major_slice(shape, most + 1, half);
                 matmul(product, Accum::Replace, side, shape, 1.0_f32, Par::Seq);
             }
-            let [even, odd] = &products;
+            let [even, odd] = &*products;
             let halves = even.chunks_exact(2 * receivers).zip(odd.chunks_exact(2 * receivers));
             for (index, (even, odd)) in halves.enumerate() {
                 for (column, sign) in [(columns / 2 + index, 1.0), ((columns - 1) / 2 - index, -1.0)] {
                     let place = (stage * columns + column) * model.layout.substeps + substep;
-                    let values = out[place * receivers..][..receivers].iter_mut().zip(&late);
+                    let values = out[place * receivers..][..receivers].iter_mut().zip(&*late);
                     for (receiver, (value, late)) in values.enumerate() {
                         let re = even[receiver] + sign * odd[receivers + receiver];
                         let im = even[receivers + receiver] - sign * odd[receiver];

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::numeric::single;
+use crate::numeric::{double, single};
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::elements::distance;
@@ -121,7 +121,7 @@ impl Seeking<'_> {
                 frequencies: set.frequencies().len(),
                 ..BodySummary::of(RadiationQuality::Draft, &body, air)
             };
-            return Ok((surface_greens(&set, &body, sound), summary));
+            return Ok((surface_greens(set, &body, sound), summary));
         }
         let mut kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
         let known = kept.load(&mut prepared.warnings);
@@ -157,7 +157,7 @@ impl Seeking<'_> {
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
             ..BodySummary::of(RadiationQuality::Full, &body, air)
         };
-        Ok((surface_greens(&set, &body, sound), summary))
+        Ok((surface_greens(set, &body, sound), summary))
     }
 }
 
@@ -167,22 +167,25 @@ fn reach(position: [f64; 3]) -> f64 {
 }
 
 /// What a set of transfers is to the tread's waves.
-fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
+fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
     let (half_width, grid) = (half_tread(body), Sound::GRID);
-    let green = |receiver: usize| {
-        let reach = reach(sound.positions[receiver]);
-        let values = set.frequencies().iter().flat_map(|found| {
-            let transfer = &found.transfers[receiver];
-            let turn = Complex64::from_polar(1.0, transfer.wavenumber * reach);
-            transfer.values.iter().map(move |value| single(turn * value))
-        });
+    let mut greens = vec![
         SurfaceGreen {
             frequencies: set.frequencies().iter().map(|found| found.frequency).collect(),
             around: grid.around,
             across: across_points(half_width, grid.across).into_iter().map(|[y, _]| y).collect(),
             half_width,
-            values: values.collect(),
-        }
-    };
-    (0..sound.points()).into_par_iter().map(green).collect()
+            values: Vec::new(),
+        };
+        sound.points()
+    ];
+    for found in set.into_frequencies() {
+        greens.par_iter_mut().zip(found.transfers).zip(&sound.positions).for_each(|((green, transfer), &position)| {
+            let turn = Complex64::from_polar(1.0, transfer.wavenumber * reach(position));
+            let mut values = transfer.values;
+            values.iter_mut().for_each(|value| *value = single(turn * double(*value)));
+            green.values.push(values);
+        });
+    }
+    greens
 }

@@ -207,7 +207,7 @@ fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
 
 /// Long version: `cargo test --release --test suite convergence -- --ignored --nocapture`.
 #[test]
-#[ignore = "most of an hour: tables of successive differences on four roads at three speeds"]
+#[ignore = "half an hour: tables of successive differences on four roads at three speeds"]
 fn tables_of_convergence() {
     // High peaks are met before the ramp begins: the rough roads need longer to forget that.
     let made = || Setting { warm_up: 0.3, ..Setting::of_the_default_tyre() };

@@ -135,7 +135,7 @@ impl SetUpCost {
         }
         let sides = if problem.blocks.len() == Block::ALL.len() { 2 } else { 1 };
         let values = problem.receivers.len() * sides * problem.grid.across * problem.grid.around;
-        Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 16 * (values * kept) as u64 })
+        Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 8 * (values * kept) as u64 })
     }
 }
 

@@ -77,11 +77,12 @@ impl Components {
         let parts = parts.par_chunks(terms * *receivers);
         found.par_chunks_mut(bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
             let n = row as i64 - *most as i64;
+            let mean = model.mean_over_element(n);
             let mut factors = vec![Complex64::ZERO; lateral];
             let mut columns = vec![0.0_f32; 2 * bins.len() * terms];
             for (index, ((near, weights), columns)) in bins.iter().zip(columns.chunks_exact_mut(2 * terms)).enumerate()
             {
-                model.factors(begin + index, n, strip, &mut factors);
+                model.factors(begin + index, n, mean, strip, &mut factors);
                 let (real, imaginary) = columns.split_at_mut(terms);
                 for (frequency, weight) in near.clone().zip(weights) {
                     let first = frequency % slots * 2 * lateral;

@@ -45,11 +45,16 @@ impl PressureModel<'_> {
         self.waves.lateral.iter().map(part).collect()
     }
 
+    /// What of a wave of n periods a force has that is even over an element.
+    pub(super) fn mean_over_element(&self, n: i64) -> f64 {
+        let tyre = self.waves.waves;
+        sinc(0.5 * tyre.kx(n) * tyre.circumference / self.layout.elements as f64)
+    }
+
     /// What makes pressure at a bin of the integrals of G, m by m, for unit amplitude of the forces' component n at
-    /// each stage; `strip` is [`Self::strip`].
-    pub(super) fn factors(&self, bin: usize, n: i64, strip: &[f64], out: &mut [Complex64]) {
-        let Self { layout, waves, .. } = self;
-        let tyre = waves.waves;
+    /// each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
+    pub(super) fn factors(&self, bin: usize, n: i64, mean: f64, strip: &[f64], out: &mut [Complex64]) {
+        let layout = &self.layout;
         let frequency = bin as f64 * layout.resolution();
         let angular = std::f64::consts::TAU * frequency;
         // p = i w rho Int G v dS, v = -i w u: outwards.
@@ -61,8 +66,7 @@ impl PressureModel<'_> {
                 angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution()
             }
         };
-        let mean = sinc(0.5 * tyre.kx(n) * tyre.circumference / layout.elements as f64);
-        let factor = radiated * rate * mean / tyre.circumference;
+        let factor = radiated * rate * mean / layout.circumference;
         out.iter_mut().zip(strip).for_each(|(value, strip)| *value *= factor * strip);
     }
 
@@ -74,11 +78,13 @@ impl PressureModel<'_> {
 
     /// C_nm at a frequency of the material, as the run's rule sees it.
     fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
-        let rule = self.layout.rule;
-        let angular = std::f64::consts::TAU * frequency;
-        let symbol = TransferKind::Rule.symbol(rule, angular, self.layout.time_step);
+        let SegmentLayout { rule, time_step, .. } = self.layout;
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
-        let seen = if rule.is_multistep() { symbol.im / std::f64::consts::TAU } else { frequency };
+        let seen = if rule.is_multistep() {
+            TransferKind::Rule.symbol(rule, std::f64::consts::TAU * frequency, time_step).im / std::f64::consts::TAU
+        } else {
+            frequency
+        };
         self.waves.at(n, seen, out);
     }
 

@@ -81,10 +81,9 @@ fn text(scaling: &Scaling) -> Report {
             ladder.reason.to_owned(),
         ]
     };
-    let rows: Vec<[String; 8]> = scaling.ladders.iter().map(row).collect();
     let header = ["size", "cost", "from - to", "time", "exponent", "of the work", "expected", "why"];
     let mut text = Report::default();
-    text.table(aligned(&header, &rows));
+    text.table(aligned(header, scaling.ladders.iter().map(row)));
     let row = |ladder: &ThreadLadder| {
         let rung = |((threads, seconds), speedup): (&(usize, f64), f64)| {
             format!("{threads}: {} ({speedup:.2}, efficiency {:.2})", time(*seconds), speedup / *threads as f64)
@@ -97,10 +96,9 @@ fn text(scaling: &Scaling) -> Report {
             format!("{:.1}", ladder.limit(WORKSTATION)),
         ]
     };
-    let rows: Vec<[String; 4]> = scaling.threads.iter().map(row).collect();
     let header = ["elements", "threads: time of the steps (times faster)", "stays on one core", "at most, on 64 cores"];
     text.text("\n");
-    text.table(aligned(&header, &rows));
+    text.table(aligned(header, scaling.threads.iter().map(row)));
     text
 }
 

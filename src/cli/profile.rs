@@ -145,7 +145,8 @@ impl RecordArguments {
             }
             let found = &measured[0].found;
             if !found.is_right() {
-                return Err(CliError::WrongResult { workload: workload.name(), found: Box::new(found.clone()) });
+                let name = workload.name();
+                return Err(CliError::Failed(format!("workload {name} is wrong and was not recorded: {found}")));
             }
             let recorded = RecordedWorkload::new(&measured, None);
             native.insert(workload.name().to_owned(), recorded.clone());

@@ -12,7 +12,7 @@ use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultsFolder};
 use tyrewave::scene::{LoadedScene, Scene};
 
-use super::context::{Context, print};
+use super::context::{Context, print, print_report};
 use super::error::CliError;
 
 /// A scene, and where the results of a command that is not `run` go.
@@ -84,10 +84,11 @@ impl Side {
     /// for.
     pub fn answer(self, context: &Context, report: &Report, json: Option<String>) -> Result<(), CliError> {
         let place = self.write(context)?;
-        match json {
-            Some(json) => print(&json),
-            None => context.answer(report, &place),
+        if let Some(json) = json {
+            return print(&json);
         }
+        print_report(report)?;
+        if context.options.quiet { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
     }
 
     /// Writes the folder and answers with the report.

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -83,6 +84,14 @@ impl Found {
     /// Whether the workload found what it must.
     pub fn is_right(&self) -> bool {
         self.error() <= self.tolerance
+    }
+}
+
+/// For one that is wrong.
+impl fmt::Display for Found {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { what, value, expected, tolerance } = self;
+        write!(formatter, "{what} is {value}, not {expected} within {tolerance:e}")
     }
 }
 

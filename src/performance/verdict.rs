@@ -145,9 +145,8 @@ impl WorkloadVerdict {
     /// Complaints about the second one, in words; none for one that is as good.
     pub fn complaints(&self) -> Vec<String> {
         let mut complaints = Vec::new();
-        let Found { what, value, expected, tolerance } = &self.found;
         if !self.right {
-            complaints.push(format!("wrong result: {what} is {value}, not {expected} within {tolerance:e}"));
+            complaints.push(format!("wrong result: {}", self.found));
         }
         for Difference { counter, from, to, explained } in &self.differences {
             if explained.is_none() {

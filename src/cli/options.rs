@@ -26,7 +26,7 @@ pub(super) fn by_name<T: Copy, const COUNT: usize>(
 ) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
         let found = values.into_iter().find(|&value| name(value) == text.trim());
-        found.ok_or_else(|| format!("there are {}", values.map(name).join(", ")))
+        found.ok_or_else(|| format!("the names are: {}", values.map(name).join(", ")))
     }
 }
 

@@ -1,7 +1,6 @@
 //! What a command needs to know beside its own arguments, and how it answers.
 
 use std::io::Write;
-use std::path::Path;
 
 use indicatif::ProgressBar;
 use terminal_size::{Width, terminal_size_of};
@@ -36,12 +35,6 @@ impl Context {
     /// A bar over so many equal pieces of work.
     pub fn bar(&self, title: &str, count: u64) -> ProgressBar {
         pieces(self.options.quiet, title, count)
-    }
-
-    /// Prints what a command was asked for, and where its results are; quietly without the latter.
-    pub fn answer(&self, report: &Report, place: &Path) -> Result<(), CliError> {
-        print_report(report)?;
-        if self.options.quiet { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
     }
 }
 

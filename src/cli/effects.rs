@@ -6,7 +6,7 @@ use tyrewave::plan::bytes;
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::summary::RollingResistance;
-use tyrewave::results::table::{Report, Table, aligned, csv};
+use tyrewave::results::table::{Report, Table, aligned, csv, optional, row};
 use tyrewave::sound::SoundLevels;
 use tyrewave::study::effects::{self, Comparison, Effect, Worth};
 use tyrewave::study::trial::{LOWEST_BAND, Trial, level_changes};
@@ -123,6 +123,25 @@ fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (
     level_changes(&found.levels, &reference.levels)
 }
 
+/// The largest finite change of a band, in words.
+fn largest<'a>(changes: impl Iterator<Item = (&'a BandLevel, f64)>) -> String {
+    let largest = changes.filter(|(_, change)| change.is_finite()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    largest.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
+}
+
+/// Every run with its name and what it is compared with, in the order of the tables.
+fn rolled(comparison: &Comparison) -> Vec<(String, &Trial, Option<&Trial>)> {
+    let Comparison { base, all, doubts, .. } = comparison;
+    let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
+    for way in Way::ALL {
+        let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
+        let runs = runs(comparison, way).into_iter();
+        rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
+    }
+    rolled.extend(doubts.iter().map(|(name, found)| (name.clone(), found, Some(all))));
+    rolled
+}
+
 fn report(comparison: &Comparison) -> Report {
     let row = |name: &str, found: &Trial, reference: Option<&Trial>| {
         let change = |value: f64, of: fn(&Trial) -> f64, unit: &str| match reference {
@@ -135,12 +154,7 @@ fn report(comparison: &Comparison) -> Report {
             (Some(now), _) => format!("{now:.2} N"),
             (None, _) => "-".to_owned(),
         };
-        let worst = reference.map_or(String::new(), |reference| {
-            let changes = vouched(found, reference).filter(|(_, change)| change.is_finite());
-            changes
-                .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-                .map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
-        });
+        let worst = reference.map_or(String::new(), |reference| largest(vouched(found, reference)));
         [
             name.to_owned(),
             change(1.0, Trial::mean_force, "N"),
@@ -151,15 +165,7 @@ fn report(comparison: &Comparison) -> Report {
             bytes(found.memory()),
         ]
     };
-    let mut rows = vec![row("none", &comparison.base, None), row("all", &comparison.all, Some(&comparison.base))];
-    for way in Way::ALL {
-        for (effect, found, reference) in runs(comparison, way) {
-            rows.push(row(&format!("{} {}", way.sign(), effect.title()), found, Some(reference)));
-        }
-    }
-    for (name, found) in &comparison.doubts {
-        rows.push(row(name, found, Some(&comparison.all)));
-    }
+    let rows = rolled(comparison).into_iter().map(|(name, found, reference)| row(&name, found, reference));
     let header = [
         "effects",
         "mean force",
@@ -170,7 +176,7 @@ fn report(comparison: &Comparison) -> Report {
         "memory, planned",
     ];
     let mut report = Report::default();
-    report.table(aligned(&header, &rows));
+    report.table(aligned(header, rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
     report.text("levels in brackets: of bands that the scene's settings do not vouch for\n");
     if comparison.doubts.iter().any(|(name, _)| name.ends_with("local compliance")) {
@@ -196,9 +202,8 @@ fn report(comparison: &Comparison) -> Report {
             let first = [band.band.label(), marked(format!("{:.1}", band.level))];
             first.into_iter().chain(runs.iter().map(change)).collect()
         };
-        let bands: Vec<Vec<String>> = base.levels.iter().enumerate().map(row).collect();
         report.text("\n");
-        report.table(aligned(&header, &bands));
+        report.table(aligned(header, base.levels.iter().enumerate().map(row)));
     }
     if let Some(heard) = heard(comparison) {
         report.text("\nSound with all effects, with all but one, and by another model:\n");
@@ -237,16 +242,14 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     let mut header = vec!["effects".to_owned()];
     header.extend(of_all.iter().flat_map(|(name, _)| [name.clone(), "worst band".to_owned()]));
     header.extend(["set-up", "in the steps"].map(str::to_owned));
-    Some(aligned(&header, &rows))
+    Some(aligned(header, rows))
 }
 
 /// Change of the A-weighted level \[dB\], and the largest of a band in words.
 fn change_of(found: &SoundLevels, reference: &SoundLevels) -> (f64, String) {
     let changes = level_changes(&found.third_octaves, &reference.third_octaves)
-        .filter(|(band, change)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND && change.is_finite());
-    let worst = changes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    let worst = worst.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()));
-    (found.overall_a - reference.overall_a, worst)
+        .filter(|(band, _)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND);
+    (found.overall_a - reference.overall_a, largest(changes))
 }
 
 fn to_csv(comparison: &Comparison) -> String {
@@ -254,29 +257,23 @@ fn to_csv(comparison: &Comparison) -> String {
     let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"].into_iter();
     let receivers: Vec<String> = comparison.all.heard().into_iter().map(|(name, _)| name).collect();
     let sounds = receivers.iter().map(|name| format!("level_db_a_{name}"));
-    let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).chain(sounds).collect();
-    let mut named = vec![("none".to_owned(), &comparison.base), ("all".to_owned(), &comparison.all)];
-    for way in Way::ALL {
-        let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
-        named.extend(runs(comparison, way).into_iter().map(|(effect, found, _)| (name(effect), found)));
-    }
-    named.extend(comparison.doubts.iter().map(|(name, found)| (name.clone(), found)));
-    let rows = named.into_iter().map(|(name, found)| -> Vec<String> {
+    let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).chain(sounds);
+    let rows = rolled(comparison).into_iter().map(|(name, found, _)| {
         let valid = found.levels.iter().rfind(|band| band.valid);
         let valid = valid.map_or(0.0, |band| band.band.nominal_frequency());
-        let numbers = [found.mean_force(), found.contact_length(), found.seconds, found.memory(), valid];
-        let levels = found.levels.iter().map(|band| band.level.to_string());
-        let numbers = numbers.map(|number| number.to_string()).into_iter();
-        let resistance = RollingResistance::cells(found.results.rolling_resistance);
+        let [force, length, memory] = [found.mean_force(), found.contact_length(), found.memory()];
+        let mut cells = row([&name, &force, &length, &found.seconds, &memory, &valid]);
+        cells.extend(RollingResistance::cells(found.results.rolling_resistance));
+        cells.extend(found.levels.iter().map(|band| band.level.to_string()));
         let heard = found.heard();
         // Empty where nobody listens.
-        let sounds = receivers.iter().map(|receiver| {
+        cells.extend(receivers.iter().map(|receiver| {
             let levels = heard.iter().find(|(name, _)| name == receiver);
-            levels.map_or(String::new(), |(_, levels)| levels.overall_a.to_string())
-        });
-        [name].into_iter().chain(numbers).chain(resistance).chain(levels).chain(sounds).collect()
+            optional(levels.map(|(_, levels)| levels.overall_a))
+        }));
+        cells
     });
-    csv([header].into_iter().chain(rows))
+    csv(header, rows)
 }
 
 /// Changes beyond this are cut: next to a change of thirty decibels nobody sees one of three.

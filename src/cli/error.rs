@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use thiserror::Error;
 use tyrewave::half_space::HalfSpaceError;
 use tyrewave::performance::PerformanceError;
-use tyrewave::performance::measure::Found;
 use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
@@ -45,15 +44,6 @@ pub enum CliError {
     /// Everything was done, and something of it is not as it must be.
     #[error("{0}")]
     Failed(String),
-    /// A workload found something else than it must; boxed, since it is large.
-    #[error(
-        "workload {workload} is wrong and was not recorded: {} is {}, not {} within {:e}",
-        found.what,
-        found.value,
-        found.expected,
-        found.tolerance
-    )]
-    WrongResult { workload: &'static str, found: Box<Found> },
     /// A comparison of performance went against the second one.
     #[error("not as good as what it was held against")]
     Worse,
@@ -87,7 +77,7 @@ impl CliError {
             Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => FAILED,
             Self::HalfSpace(_) => USAGE,
             Self::Sweep(_) | Self::Read { .. } | Self::Usage(_) => USAGE,
-            Self::Cache(_) | Self::Failed(_) | Self::WrongResult { .. } | Self::Worse => FAILED,
+            Self::Cache(_) | Self::Failed(_) | Self::Worse => FAILED,
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
             Self::Print(_) => NOT_WRITABLE,
         }

@@ -7,15 +7,15 @@ use num_complex::Complex64;
 use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
-use tyrewave::results::table::{Report, aligned, csv};
+use tyrewave::results::table::{Report, aligned, csv, row};
 use tyrewave::scene::{LoadedScene, SceneError, Tyre};
 use tyrewave::study::fit_tyre::measured::{Point, read};
 use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
 
-use super::context::{Context, print};
+use super::context::Context;
 use super::error::CliError;
 use super::mobility::level;
-use super::options::positive;
+use super::options::{by_name, positive};
 use super::side::Place;
 use super::tyre_views::phase;
 
@@ -57,10 +57,10 @@ pub struct FitTyreArguments {
     #[command(flatten)]
     place: Place,
     /// Parameters to leave as they are.
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parameter)]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = by_name(Parameter::ALL, Parameter::name))]
     fix: Vec<Parameter>,
     /// Parameters to fit beside the usual ones.
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parameter)]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = by_name(Parameter::ALL, Parameter::name))]
     free: Vec<Parameter>,
     /// Standard deviation of the measured levels, in dB.
     #[arg(long, value_name = "DB", default_value = "0.5", value_parser = positive)]
@@ -71,12 +71,6 @@ pub struct FitTyreArguments {
     /// Print JSON instead of tables.
     #[arg(long)]
     json: bool,
-}
-
-fn parameter(text: &str) -> Result<Parameter, String> {
-    let wanted = text.trim();
-    let found = Parameter::ALL.into_iter().find(|parameter| parameter.name() == wanted);
-    found.ok_or_else(|| format!("the parameters are: {}", Parameter::ALL.map(Parameter::name).join(", ")))
 }
 
 impl FitTyreArguments {
@@ -103,7 +97,6 @@ impl FitTyreArguments {
         bar.finish_and_clear();
 
         let title = side.loaded.title();
-        let answer = format!("{:#}\n", record(&fitted, &points));
         let tables = tables(&fitted, &points);
         let heading = format!(
             "# Fitted by `tyrewave fit-tyre` to {} mobilities, from the tyre of: {}\n",
@@ -112,7 +105,7 @@ impl FitTyreArguments {
         );
         side.file("tyre.toml", heading + &written(&fitted.tyre)?);
         side.file("fit.txt", tables.to_string());
-        side.file("fit.json", answer.clone());
+        let answer = side.json("fit.json", &record(&fitted, &points));
         side.file("mobility.csv", to_csv(&fitted, &points));
         let names: Vec<String> =
             patches(&points).iter().map(|side| format!("{} mm", (side * 1e6).round() / 1e3)).collect();
@@ -128,11 +121,7 @@ impl FitTyreArguments {
             "level_error_db": level_error,
             "phase_error_deg": phase_error,
         });
-        if as_json {
-            side.write(context)?;
-            return print(&answer);
-        }
-        side.finish(context, &tables)
+        side.answer(context, &tables, as_json.then_some(answer))
     }
 }
 
@@ -215,35 +204,33 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
         fit.condition
     ));
     let number = |value: f64| if (1e-2..1e4).contains(&value) { format!("{value:.4}") } else { format!("{value:.3e}") };
-    let row = |parameter: Parameter| match fit.estimates.iter().find(|estimate| estimate.parameter == parameter) {
-        Some(Estimate { start, value, interval: [from, to], at_bound, .. }) => {
-            let note = if *at_bound { "at its bound" } else { "" };
-            if !is_told(*value, *to) {
-                let none = || "-".to_owned();
-                return [number(*start), number(*value), none(), none(), "not told".to_owned(), note.to_owned()];
-            }
-            let width = format!("{:.1}", 100.0 * (to / value - 1.0));
-            [number(*start), number(*value), number(*from), number(*to), width, note.to_owned()]
-        }
-        None => {
-            let [value, none] = [parameter.value(&fit.tyre).map_or("none".to_owned(), number), String::new()];
-            [value.clone(), value, none.clone(), none.clone(), none, "fixed".to_owned()]
-        }
-    };
     let named = |parameter: Parameter| match parameter.unit() {
         "" => parameter.name().to_owned(),
         unit => format!("{} [{unit}]", parameter.name()),
     };
-    let rows = Parameter::ALL.map(|parameter| [vec![named(parameter)], row(parameter).to_vec()].concat());
-    report.table(aligned(&["", "start", "fitted", "95 % from", "to", "+- %", ""], &rows));
+    let told = |parameter: Parameter| match fit.estimates.iter().find(|estimate| estimate.parameter == parameter) {
+        Some(Estimate { start, value, interval: [from, to], at_bound, .. }) => {
+            let note = if *at_bound { "at its bound" } else { "" };
+            let (start, fitted) = (number(*start), number(*value));
+            if !is_told(*value, *to) {
+                return row([&named(parameter), &start, &fitted, &"-", &"-", &"not told", &note]);
+            }
+            let width = format!("{:.1}", 100.0 * (to / value - 1.0));
+            row([&named(parameter), &start, &fitted, &number(*from), &number(*to), &width, &note])
+        }
+        None => {
+            let value = parameter.value(&fit.tyre).map_or("none".to_owned(), number);
+            row([&named(parameter), &value, &value, &"", &"", &"", &"fixed"])
+        }
+    };
+    report.table(aligned(["", "start", "fitted", "95 % from", "to", "+- %", ""], Parameter::ALL.map(told)));
     report.text("\nCorrelations:\n");
-    let header: Vec<String> =
-        [String::new()].into_iter().chain((1..=fit.estimates.len()).map(|number| number.to_string())).collect();
+    let header = [String::new()].into_iter().chain((1..=fit.estimates.len()).map(|number| number.to_string()));
     let rows = fit.estimates.iter().zip(&fit.correlations).zip(1..).map(|((estimate, row), number)| {
         let name = format!("{number} {}", estimate.parameter.name());
-        [name].into_iter().chain(row.iter().map(|value| format!("{value:.2}"))).collect()
+        [name].into_iter().chain(row.iter().map(|value| format!("{value:.2}")))
     });
-    report.table(aligned(&header, &rows.collect::<Vec<Vec<String>>>()));
+    report.table(aligned(header, rows));
     report.text("\n");
     let lost = |estimate: &&Estimate| estimate.at_bound || !is_told(estimate.value, estimate.interval[1]);
     let lost: Vec<&str> = fit.estimates.iter().filter(lost).map(|estimate| estimate.parameter.name()).collect();
@@ -269,32 +256,14 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
 
 /// One line for each measured value, in the file's order; it can be fitted again.
 fn to_csv(fit: &Fit, points: &[Point]) -> String {
-    let header = [
-        "frequency_hz",
-        "patch_m",
-        "level_db",
-        "phase_deg",
-        "fitted_level_db",
-        "fitted_phase_deg",
-        "level_residual",
-        "phase_residual",
-    ];
-    let rows =
-        points.iter().zip(&fit.mobilities).zip(fit.residuals.chunks_exact(2)).map(|((point, fitted), residual)| {
-            let Point { frequency, patch, mobility } = *point;
-            let numbers = [
-                frequency,
-                patch,
-                level(mobility),
-                phase(mobility),
-                level(*fitted),
-                phase(*fitted),
-                residual[0],
-                residual[1],
-            ];
-            numbers.map(|number| number.to_string())
-        });
-    csv([header.map(str::to_owned)].into_iter().chain(rows))
+    let header =
+        "frequency_hz,patch_m,level_db,phase_deg,fitted_level_db,fitted_phase_deg,level_residual,phase_residual";
+    let mobilities = points.iter().zip(&fit.mobilities);
+    let rows = mobilities.zip(fit.residuals.chunks_exact(2)).map(|((point, &fitted), residual)| {
+        let [measured, fitted] = [point.mobility, fitted].map(|mobility| [level(mobility), phase(mobility)]);
+        [&[point.frequency, point.patch], &measured[..], &fitted, residual].concat()
+    });
+    csv(header.split(','), rows)
 }
 
 /// Measured and fitted levels and phases; what is left of them, in uncertainties.

@@ -23,23 +23,20 @@ pub struct Heights {
 impl Heights {
     /// Reads one row of heights with cells of so many metres.
     pub fn read_row(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
-        Self::read(path, "a one-dimensional array", |shape| match *shape {
-            [columns] => Some((1, columns)),
-            _ => None,
-        })?
-        .checked(path, cell)
+        Self::read(path, "a one-dimensional array", |shape| (shape.len() == 1).then(|| (1, shape[0])), cell)
     }
 
     /// Reads a grid of heights with cells of so many metres.
     pub fn read_grid(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
-        Self::read(path, "a two-dimensional array", |shape| match *shape {
-            [rows, columns] => Some((rows, columns)),
-            _ => None,
-        })?
-        .checked(path, cell)
+        Self::read(path, "a two-dimensional array", |shape| (shape.len() == 2).then(|| (shape[0], shape[1])), cell)
     }
 
-    fn read(path: &Path, wanted: &str, sizes: fn(&[u64]) -> Option<(u64, u64)>) -> Result<Self, CliError> {
+    fn read(
+        path: &Path,
+        wanted: &str,
+        sizes: fn(&[u64]) -> Option<(u64, u64)>,
+        cell: [f64; 2],
+    ) -> Result<Self, CliError> {
         let file = File::open(path).map_err(|source| CliError::Read { path: path.to_owned(), source })?;
         let name = path.display();
         let fault = |error| CliError::Usage(format!("{name} is not a complete .npy array: {error}"));
@@ -63,7 +60,7 @@ impl Heights {
             Order::C => stored,
             Order::Fortran => (0..rows * columns).map(|index| stored[place(index)]).collect(),
         };
-        Ok(Self { values, rows, columns })
+        Self { values, rows, columns }.checked(path, cell)
     }
 
     /// Refuses heights that are plausible in millimetres or micrometres only: the median slope between neighbouring

@@ -122,7 +122,7 @@ impl InfluenceArguments {
             report.text("\n");
             report.append(costs.report());
         }
-        side.file("influence.json", format!("{answer:#}\n"));
+        side.json("influence.json", &answer);
         drop(progress);
         side.finish(context, &report)
     }
@@ -277,5 +277,5 @@ fn causality_table(checks: &Value) -> Table {
     ];
     let residuals = checks["kramers_kronig"].as_array().into_iter().flatten();
     rows.extend(residuals.map(|found| row(format!("Kramers-Kronig residual, n = {}", found["n"]), found)));
-    aligned(&["causality", "own laws", "hysteretic"], &rows)
+    aligned(["causality", "own laws", "hysteretic"], rows)
 }

@@ -100,7 +100,7 @@ impl CostReport {
             let exponent = |(_, y): (&str, Measure)| format!("{:.2}", line(costs, x, y));
             let [time, evaluations, poles] = QUANTITIES.map(exponent);
             rows.push(["exponent".to_owned(), evaluations, poles, time, String::new()]);
-            report.table(aligned(&[title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], &rows));
+            report.table(aligned([title, "evaluations", "poles", "time [s]", "time per evaluation [ns]"], rows));
             report.text("\n");
         }
         let (alone, threads, together) = self.threads;

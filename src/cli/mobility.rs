@@ -50,12 +50,12 @@ pub(super) fn level(value: num_complex::Complex64) -> f64 {
 /// One row per frequency; real part, imaginary part and level for each patch.
 pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
     let columns = |patch: &f64| [format!("re_{patch}mm"), format!("im_{patch}mm"), format!("level_db_{patch}mm")];
-    let header: Vec<String> = ["frequency_hz".to_owned()].into_iter().chain(patches.iter().flat_map(columns)).collect();
+    let header = ["frequency_hz".to_owned()].into_iter().chain(patches.iter().flat_map(columns));
     let rows = mobility.frequencies.iter().zip(&mobility.values).map(|(&frequency, row)| {
         let numbers = row.iter().flat_map(|&value| [value.re, value.im, level(value)]);
-        [frequency].into_iter().chain(numbers).map(|number| number.to_string()).collect()
+        [frequency].into_iter().chain(numbers)
     });
-    csv([header].into_iter().chain(rows))
+    csv(header, rows)
 }
 
 /// What a picture shows of a mobility.

@@ -152,7 +152,7 @@ impl Command {
 /// program's allocator has counted, if it counts.
 pub fn start(allocations: Option<AllocationProbe>) -> ExitCode {
     let line = CommandLine::parse();
-    let colour = line.options.color.allows_colour();
+    let colour = options::allows_colour(line.options.color);
     match carry_out(line, colour, allocations, Command::execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -169,7 +169,7 @@ fn carry_out(
     execute: Execute,
 ) -> Result<(), CliError> {
     let CommandLine { options, command } = line;
-    let wanted = options.threads.unwrap_or(0);
+    let wanted = options.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(wanted)
         .build()

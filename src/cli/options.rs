@@ -3,29 +3,30 @@
 use std::io::IsTerminal;
 
 use clap::builder::styling::{AnsiColor, Style};
-use clap::{Args, ValueEnum};
+use clap::{Args, ColorChoice};
 
 /// Options that every command takes, before or after its name.
 #[derive(Clone, Debug, Args)]
 pub struct GlobalOptions {
     /// Number of threads; default: one per processor. The results do not depend on it, not even in the last bit.
-    #[arg(long, global = true, value_name = "N", value_parser = threads)]
-    pub threads: Option<usize>,
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
     /// Say nothing but errors and what was asked for.
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// When to colour messages.
-    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value_t = When::Auto)]
-    pub color: When,
+    /// When to colour messages; auto: on a terminal, unless the environment variable NO_COLOR is set.
+    #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
+    pub color: ColorChoice,
 }
 
-/// Most threads that can be asked for; a slip of the finger must not start a million.
-const MOST_THREADS: usize = 1024;
-
-fn threads(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ 1..=MOST_THREADS) => Ok(count),
-        _ => Err(format!("a number from 1 to {MOST_THREADS} is needed")),
+/// One of some values, by its name.
+pub(super) fn by_name<T: Copy, const COUNT: usize>(
+    values: [T; COUNT],
+    name: fn(T) -> &'static str,
+) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| {
+        let found = values.into_iter().find(|&value| name(value) == text.trim());
+        found.ok_or_else(|| format!("the names are: {}", values.map(name).join(", ")))
     }
 }
 
@@ -50,28 +51,14 @@ pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
     if lies { Ok(ratio) } else { Err("Poisson's ratio lies above -1 and at most at 0.5".to_owned()) }
 }
 
-/// When to colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum When {
-    /// On a terminal, unless the environment variable NO_COLOR is set.
-    #[default]
-    Auto,
-    /// Always.
-    Always,
-    /// Never.
-    Never,
-}
-
-impl When {
-    /// Whether standard error gets colours.
-    pub fn allows_colour(self) -> bool {
-        match self {
-            Self::Always => true,
-            Self::Never => false,
-            Self::Auto => {
-                let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-                !unwanted && std::io::stderr().is_terminal()
-            }
+/// Whether standard error gets colours.
+pub(super) fn allows_colour(choice: ColorChoice) -> bool {
+    match choice {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto => {
+            let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+            !unwanted && std::io::stderr().is_terminal()
         }
     }
 }
@@ -89,11 +76,22 @@ pub(super) fn error_line(message: &str, colour: bool) -> String {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: GlobalOptions,
+    }
 
     #[test]
     fn a_thread_count_is_a_small_positive_number() {
-        assert_eq!(threads("2"), Ok(2));
+        let threads = |text: &str| {
+            Line::try_parse_from(["tyrewave", &format!("--threads={text}")]).map(|line| line.options.threads)
+        };
+        assert_eq!(threads("2").unwrap(), Some(2));
         for text in ["0", "-1", "two", "1000000", ""] {
             assert!(threads(text).is_err(), "{text}");
         }
@@ -104,6 +102,6 @@ mod tests {
         assert_eq!(error_line("it broke", false), "error: it broke");
         assert_eq!(error_line("error: unknown key", false), "error: unknown key");
         assert!(error_line("it broke", true).starts_with("\u{1b}[1m\u{1b}[31merror:\u{1b}[0m "));
-        assert!(When::Always.allows_colour() && !When::Never.allows_colour());
+        assert!(allows_colour(ColorChoice::Always) && !allows_colour(ColorChoice::Never));
     }
 }

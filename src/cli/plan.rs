@@ -6,8 +6,7 @@ use clap::Args;
 use serde_json::json;
 use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
-use tyrewave::results::profile_table::counter_title;
-use tyrewave::results::table::{Report, aligned, grouped, words};
+use tyrewave::results::table::{Report, aligned, grouped, row, words};
 use tyrewave::run::prepare::open_road;
 use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::study::calibration::{calibrate, calibrated};
@@ -106,60 +105,35 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
         1e6 * plan.time_step,
         amounts.expected.points
     ));
-    let effects: Vec<[String; 4]> = plan
-        .decisions
-        .rows
-        .iter()
-        .map(|row| {
-            let state = if row.on { "on" } else { "off" };
-            [row.effect.to_owned(), state.to_owned(), row.form.clone(), row.reason.clone()]
-        })
-        .collect();
-    text.table(words(&["effect", "", "how", "why"], &effects));
+    let effects = plan.decisions.rows.iter().map(|decision| {
+        let state = if decision.on { "on" } else { "off" };
+        row([&decision.effect, &state, &decision.form, &decision.reason])
+    });
+    text.table(words(["effect", "", "how", "why"], effects));
     if !plan.choices.is_empty() {
-        let rows: Vec<[String; 3]> = plan
-            .choices
-            .iter()
-            .map(|choice| [choice.key.to_owned(), choice.value.clone(), choice.reason.clone()])
-            .collect();
+        let choices = plan.choices.iter().map(|choice| row([&choice.key, &choice.value, &choice.reason]));
         text.text("\n");
-        text.table(words(&["chosen", "", "why"], &rows));
+        text.table(words(["chosen", "", "why"], choices));
     }
-    let stages: Vec<[String; 3]> = forecast
+    let timed = |what: &str, seconds: f64, place: &str| row([&what, &format!("{seconds:.3} s"), &place]);
+    let stages = forecast
         .stages
         .iter()
-        .map(|stage| {
-            let place = if stage.background { "beside the steps" } else { "" };
-            [stage.stage.title().to_owned(), format!("{:.3} s", stage.seconds), place.to_owned()]
-        })
-        .chain([
-            ["everything else".to_owned(), format!("{:.3} s", forecast.rest_seconds), String::new()],
-            ["all cores".to_owned(), format!("{:.3} s", forecast.core_seconds()), String::new()],
-        ])
-        .collect();
+        .map(|stage| timed(stage.stage.title(), stage.seconds, if stage.background { "beside the steps" } else { "" }));
+    let all = [("everything else", forecast.rest_seconds), ("all cores", forecast.core_seconds())];
     text.text("\n");
-    text.table(aligned(&["stage", "time", ""], &stages));
-    let counters: Vec<[String; 2]> = amounts
-        .counters
-        .iter()
-        .map(|&(counter, amount)| [counter_title(counter).to_owned(), grouped(amount as u64)])
-        .collect();
+    text.table(aligned(["stage", "time", ""], stages.chain(all.map(|(what, seconds)| timed(what, seconds, "")))));
+    let counters = amounts.counters.iter().map(|&(counter, amount)| row([&counter.title(), &grouped(amount as u64)]));
     text.text("\n");
-    text.table(aligned(&["work", "about"], &counters));
-    let memory: Vec<[String; 2]> = amounts
-        .memory
-        .iter()
-        .map(|&(what, size)| [what.to_owned(), bytes(size)])
-        .chain(
-            [
-                (format!("work on {} threads", forecast.threads), amounts.memory_per_thread),
-                ("the fit, before the steps".to_owned(), amounts.fit_memory_per_thread),
-            ]
-            .map(|(what, each)| [what, bytes(each * forecast.threads as f64)]),
-        )
-        .collect();
+    text.table(aligned(["work", "about"], counters));
+    let held = amounts.memory.iter().map(|&(what, size)| row([&what, &bytes(size)]));
+    let of_threads = [
+        (format!("work on {} threads", forecast.threads), amounts.memory_per_thread),
+        ("the fit, before the steps".to_owned(), amounts.fit_memory_per_thread),
+    ];
+    let of_threads = of_threads.map(|(what, each)| row([&what, &bytes(each * forecast.threads as f64)]));
     text.text("\n");
-    text.table(aligned(&["memory", "about"], &memory));
+    text.table(aligned(["memory", "about"], held.chain(of_threads)));
     for note in &plan.decisions.notes {
         text.text(format!("\nnote: {note}\n"));
     }

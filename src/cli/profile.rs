@@ -7,13 +7,14 @@ use std::sync::atomic::Ordering;
 use clap::{Args, Subcommand};
 use tyrewave::counters::machine::instruction_set;
 use tyrewave::performance::changes::AcceptedChanges;
+use tyrewave::performance::judge::{Effort, Side, judge};
 use tyrewave::performance::program::Program;
 use tyrewave::performance::record::RecordedWorkload;
-use tyrewave::performance::verdict::{Effort, Side, judge};
 use tyrewave::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 
 use super::context::{Context, print};
 use super::error::CliError;
+use super::options::by_name;
 use super::scaling::ScalingArguments;
 
 /// Where records are committed.
@@ -54,7 +55,11 @@ pub enum ProfileAction {
     /// Measure how costs grow with sizes, and what threads give.
     Scaling(ScalingArguments),
     /// Do one workload and print what it took as JSON: what `compare` asks of each program.
-    Measure(MeasureArguments),
+    Measure {
+        /// The workload.
+        #[arg(value_parser = by_name(Workload::ALL, Workload::name))]
+        workload: Workload,
+    },
 }
 
 /// Arguments of `tyrewave profile record`.
@@ -83,7 +88,7 @@ pub struct CompareArguments {
     #[arg(long)]
     pub no_instructions: bool,
     /// Only these workloads.
-    #[arg(long = "workload", value_name = "NAME", value_parser = workload)]
+    #[arg(long = "workload", value_name = "NAME", value_parser = by_name(Workload::ALL, Workload::name))]
     pub workloads: Vec<Workload>,
     /// File of the changes of counters that are wanted.
     #[arg(long, value_name = "FILE", default_value = ACCEPTED)]
@@ -96,19 +101,6 @@ pub struct CompareArguments {
     pub json: Option<PathBuf>,
 }
 
-/// Arguments of `tyrewave profile measure`.
-#[derive(Clone, Debug, Args)]
-pub struct MeasureArguments {
-    /// The workload.
-    #[arg(value_parser = workload)]
-    pub workload: Workload,
-}
-
-fn workload(name: &str) -> Result<Workload, String> {
-    let names = || Workload::ALL.map(Workload::name).join(", ");
-    Workload::named(name).ok_or_else(|| format!("no such workload; there are {}", names()))
-}
-
 impl ProfileArguments {
     /// Records, compares or measures.
     ///
@@ -119,7 +111,7 @@ impl ProfileArguments {
             ProfileAction::Record(arguments) => arguments.execute(context),
             ProfileAction::Compare(arguments) => arguments.execute(context),
             ProfileAction::Scaling(arguments) => arguments.execute(context),
-            ProfileAction::Measure(MeasureArguments { workload }) => {
+            ProfileAction::Measure { workload } => {
                 let measurement = measure(workload, context.interrupt.flag())?;
                 print(&format!("{}\n", serde_json::to_string(&measurement).unwrap_or_default()))
             }
@@ -153,7 +145,8 @@ impl RecordArguments {
             }
             let found = &measured[0].found;
             if !found.is_right() {
-                return Err(CliError::WrongResult { workload: workload.name(), found: Box::new(found.clone()) });
+                let name = workload.name();
+                return Err(CliError::Failed(format!("workload {name} is wrong and was not recorded: {found}")));
             }
             let recorded = RecordedWorkload::new(&measured, None);
             native.insert(workload.name().to_owned(), recorded.clone());
@@ -213,13 +206,7 @@ impl CompareArguments {
         let stop = context.interrupt.flag();
         let verdict = judge(&first, &second, &workloads, &accepted, effort, stop, &mut watch)?;
         progress.finish_and_clear();
-        let write = |path: &Path, text: String| {
-            std::fs::write(path, text).map_err(|source| PerformanceError::File {
-                what: "write",
-                path: path.to_owned(),
-                source,
-            })
-        };
+        let write = |path: &Path, text: String| std::fs::write(path, text).map_err(PerformanceError::writing(path));
         if let Some(path) = &self.markdown {
             write(path, verdict.markdown())?;
         }

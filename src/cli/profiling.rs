@@ -73,8 +73,7 @@ impl PendingProfile {
                 file.complete(text).map_err(ResultsError::writing(&path))
             };
             if let Some(file) = self.trace {
-                let text = chrome_trace(trace, &report.summary.title, file.path())?;
-                complete(file, text)?;
+                complete(file, chrome_trace(trace, &report.summary.title))?;
             }
             if let Some(file) = self.folded {
                 complete(file, folded_stacks(trace))?;

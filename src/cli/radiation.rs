@@ -18,7 +18,6 @@ use super::context::{Context, print};
 use super::error::CliError;
 use super::mobility::frequencies;
 use super::options::positive;
-use super::progress::pieces;
 use super::side::Place;
 
 const EXAMPLES: &str = "\
@@ -87,7 +86,7 @@ impl RadiationArguments {
         let mut asked = frequencies(LOWEST, highest, points);
         asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
         asked.sort_by(f64::total_cmp);
-        let bar = pieces(context.options.quiet, "boundary elements", asked.len() as u64);
+        let bar = context.bar("boundary elements", asked.len() as u64);
         let open = side.meter.open();
         let found = radiator.at(&asked, context.interrupt.flag(), &|| bar.inc(1)).map_err(failed)?;
         side.meter.close(open, Stage::Radiation);
@@ -117,18 +116,13 @@ impl RadiationArguments {
                 "reciprocal_condition": at.reciprocal_condition,
             })).collect::<Vec<_>>(),
         });
-        let answer = format!("{answer:#}\n");
-        side.file("radiation.json", answer.clone());
+        let answer = side.json("radiation.json", &answer);
         side.settings = json!({ "scene": side.settings, "highest": highest, "points": points });
-        if json {
-            side.write(context)?;
-            return print(&answer);
-        }
         let mut report = Report::default();
         report.text(format!("{title}\nPatch {:.1} mm long\n\n", 1e3 * radiator.patch_length()));
         report.append(views.table());
         report.text("\n");
-        side.finish(context, &report)
+        side.answer(context, &report, json.then_some(answer))
     }
 }
 
@@ -165,7 +159,7 @@ impl Views<'_> {
                 .collect()
         };
         let mut report = Report::default();
-        report.table(aligned(&header, &self.found.iter().map(row).collect::<Vec<_>>()));
+        report.table(aligned(header, self.found.iter().map(row)));
         report
     }
 
@@ -174,11 +168,11 @@ impl Views<'_> {
         let header = std::iter::once("frequency_hz".to_owned())
             .chain(names.iter().map(|name| format!("transfer_{name}_1_m")))
             .chain(names.iter().map(|name| format!("horn_{name}_db")));
-        let rows = self.found.iter().map(|at| {
-            let numbers = [at.frequency].into_iter().chain(at.transfers.iter().copied()).chain(at.horn.iter().copied());
-            numbers.map(|number| number.to_string()).collect()
-        });
-        csv(std::iter::once(header.collect::<Vec<_>>()).chain(rows))
+        let rows = self
+            .found
+            .iter()
+            .map(|at| [at.frequency].into_iter().chain(at.transfers.iter().copied()).chain(at.horn.iter().copied()));
+        csv(header, rows)
     }
 
     fn over_frequency(&self, quantity: &str, value: impl Fn(&AtFrequency, usize) -> f64) -> Result<String, PlotError> {

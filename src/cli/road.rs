@@ -7,7 +7,7 @@ use ndarray::ArrayView2;
 use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::Plan;
-use tyrewave::results::plots::RoadMap;
+use tyrewave::results::plots::road_map;
 use tyrewave::results::table::{Report, aligned, words};
 use tyrewave::road::{RoadDescription, describe};
 use tyrewave::run::prepare::{in_scene, road_limits};
@@ -48,11 +48,10 @@ impl RoadArguments {
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
         let sample = &road.sample;
         if let Ok(heights) = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights) {
-            let title = &side.loaded.title();
-            let map = RoadMap { title, heights, start: sample.start, dx: sample.dx, dy: sample.dy };
-            side.picture("road.svg", map.to_svg())?;
+            let map = road_map(&side.loaded.title(), heights, sample.start, [sample.dx, sample.dy]);
+            side.picture("road.svg", map)?;
         }
-        side.file("road.json", format!("{:#}\n", json!(road)));
+        side.json("road.json", &json!(road));
         side.finish(context, &report(&road))
     }
 }
@@ -107,11 +106,11 @@ fn report(road: &RoadDescription) -> Report {
         ),
     );
     let mut report = Report::default();
-    report.table(words(&[""; 0], &rows));
+    report.table(words([""; 0], rows));
     if !road.levels.is_empty() {
         let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), format!("{:.1}", at.level)]);
         report.text("\n");
-        report.table(aligned(&["wavelength [mm]", "level [dB re 1e-6 m]"], &level.collect::<Vec<_>>()));
+        report.table(aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], level));
     }
     report.text("\n");
     road.report.notes.iter().for_each(|note| report.text(format!("note: {note}\n")));

@@ -139,7 +139,7 @@ fn rules_report(reports: &[RuleReport], time_step: f64) -> Report {
     };
     let mut report = Report::default();
     report.text(format!("dt = {time_step:.3e} s\n"));
-    report.table(words(&header, &reports.iter().map(row).collect::<Vec<_>>()));
+    report.table(words(header, reports.iter().map(row)));
     report
 }
 
@@ -192,7 +192,7 @@ fn work_report(work: &WorkPrecision, highest: f64) -> Report {
          the two fine references differ by {:.1e}\n",
         work.doubt
     ));
-    report.table(aligned(&header, &work.points.iter().map(row).collect::<Vec<_>>()));
+    report.table(aligned(header, work.points.iter().map(row)));
     report
 }
 

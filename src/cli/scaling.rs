@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use tyrewave::counters::Meter;
+use serde_json::json;
 use tyrewave::performance::scaling::{Ladder, PIECES, Scaling, ThreadLadder};
-use tyrewave::results::folder::ResultsFolder;
+use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::{Report, aligned};
+use tyrewave::scene::{PLATE, Scene};
 
 use super::context::Context;
 use super::error::CliError;
+use super::side::Side;
 
 /// Cores that the limit is stated for.
 const WORKSTATION: usize = 64;
@@ -30,8 +31,9 @@ impl ScalingArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let begin = std::time::Instant::now();
-        drop(ResultsFolder::create(&self.out)?);
+        let mut loaded = Scene::from_str(PLATE, "scaling")?;
+        loaded.scene.title = "Scaling".to_owned();
+        let mut side = Side::new(loaded, self.out)?;
         let bar = context.bar("scaling", PIECES);
         let scratch = std::env::temp_dir().join(format!("tyrewave-scaling-{}", std::process::id()));
         let measured = Scaling::measure(&scratch, context.interrupt.flag(), &mut |piece| {
@@ -42,14 +44,11 @@ impl ScalingArguments {
         bar.finish_and_clear();
         let scaling = measured?;
         let mut text = text(&scaling);
-        let folder = ResultsFolder::create(&self.out)?;
-        folder.write_text("scaling.txt", &text.to_string())?;
-        folder.write_text("scaling.json", &(serde_json::to_string_pretty(&scaling).unwrap_or_default() + "\n"))?;
-        folder.write_text("scaling.svg", &plot(&scaling)?)?;
-        let cost = Cost::new(&Meter::default(), begin.elapsed().as_secs_f64(), context.threads);
-        let place = folder.finish(Summary::begun("Scaling", serde_json::Value::Null, cost))?;
+        side.file("scaling.txt", text.to_string());
+        side.json("scaling.json", &json!(scaling));
+        side.picture("scaling.svg", plot(&scaling))?;
         text.text("\n");
-        context.answer(&text, &place)
+        side.finish(context, &text)
     }
 }
 
@@ -81,10 +80,9 @@ fn text(scaling: &Scaling) -> Report {
             ladder.reason.to_owned(),
         ]
     };
-    let rows: Vec<[String; 8]> = scaling.ladders.iter().map(row).collect();
     let header = ["size", "cost", "from - to", "time", "exponent", "of the work", "expected", "why"];
     let mut text = Report::default();
-    text.table(aligned(&header, &rows));
+    text.table(aligned(header, scaling.ladders.iter().map(row)));
     let row = |ladder: &ThreadLadder| {
         let rung = |((threads, seconds), speedup): (&(usize, f64), f64)| {
             format!("{threads}: {} ({speedup:.2}, efficiency {:.2})", time(*seconds), speedup / *threads as f64)
@@ -97,15 +95,14 @@ fn text(scaling: &Scaling) -> Report {
             format!("{:.1}", ladder.limit(WORKSTATION)),
         ]
     };
-    let rows: Vec<[String; 4]> = scaling.threads.iter().map(row).collect();
     let header = ["elements", "threads: time of the steps (times faster)", "stays on one core", "at most, on 64 cores"];
     text.text("\n");
-    text.table(aligned(&header, &rows));
+    text.table(aligned(header, scaling.threads.iter().map(row)));
     text
 }
 
 /// Times over sizes, both relative to the first, so that slopes are seen side by side.
-fn plot(scaling: &Scaling) -> Result<String, CliError> {
+fn plot(scaling: &Scaling) -> Result<String, PlotError> {
     let names: Vec<String> = scaling.ladders.iter().map(|ladder| format!("{}: {}", ladder.axis, ladder.cost)).collect();
     let series: Vec<Series<'_>> = scaling
         .ladders
@@ -127,5 +124,5 @@ fn plot(scaling: &Scaling) -> Result<String, CliError> {
         y: Axis::logarithmic("Time, relative to that of the smallest [1]", 0.8 * lowest..1.2 * highest),
         series,
     };
-    Ok(plot.to_svg()?)
+    plot.to_svg()
 }

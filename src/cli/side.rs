@@ -12,7 +12,7 @@ use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultsFolder};
 use tyrewave::scene::{LoadedScene, Scene};
 
-use super::context::Context;
+use super::context::{Context, print, print_report};
 use super::error::CliError;
 
 /// A scene, and where the results of a command that is not `run` go.
@@ -73,14 +73,31 @@ impl Side {
         Ok(())
     }
 
-    /// Writes the folder and answers.
-    pub fn finish(self, context: &Context, report: &Report) -> Result<(), CliError> {
+    /// Keeps a JSON file for the folder; returns its text.
+    pub fn json(&mut self, name: &'static str, answer: &serde_json::Value) -> String {
+        let text = format!("{answer:#}\n");
+        self.file(name, text.clone());
+        text
+    }
+
+    /// Writes the folder and answers: with the report and the folder's place, or with the JSON alone that was asked
+    /// for.
+    pub fn answer(self, context: &Context, report: &Report, json: Option<String>) -> Result<(), CliError> {
         let place = self.write(context)?;
-        context.answer(report, &place)
+        if let Some(json) = json {
+            return print(&json);
+        }
+        print_report(report)?;
+        if context.options.quiet { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
+    }
+
+    /// Writes the folder and answers with the report.
+    pub fn finish(self, context: &Context, report: &Report) -> Result<(), CliError> {
+        self.answer(context, report, None)
     }
 
     /// Writes the folder and says where it is.
-    pub fn write(self, context: &Context) -> Result<PathBuf, CliError> {
+    fn write(self, context: &Context) -> Result<PathBuf, CliError> {
         let folder = ResultsFolder::create(&self.target)?;
         for (name, text) in &self.files {
             folder.write_text(name, text)?;

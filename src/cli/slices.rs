@@ -9,7 +9,7 @@ use tyrewave::contact::local_compliance::{self, Calibration, CalibrationError};
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::Plan;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::table::{Report, aligned, numbers};
+use tyrewave::results::table::{Report, aligned, numbers, row};
 use tyrewave::road::slices::statistics::{LevelStatistics, statistics};
 use tyrewave::road::slices::{CELL_LENGTH, SliceScratch, StiffnessCurve};
 use tyrewave::road::{Lattice, RoadSurface};
@@ -126,7 +126,7 @@ impl SlicesArguments {
             }
         }
         draw(&mut side, &sample, [&curves[0][0], &curves[1][0]])?;
-        side.file("slices.json", format!("{answer:#}\n"));
+        side.json("slices.json", &answer);
         side.finish(context, &report)
     }
 }
@@ -205,7 +205,7 @@ fn spread_report(spread: &[Spread], slices: usize, errors: [f64; 2]) -> Report {
         [y, law(0), law(1), percent(row.difference), percent(row.contact_fraction)]
     };
     let header = ["y [mm]", LAWS[0].1, LAWS[1].1, "rms difference", "area in contact"];
-    report.table(numbers(&header, &spread.iter().map(row).collect::<Vec<_>>()));
+    report.table(numbers(header, spread.iter().map(row)));
     let [winkler, half_space] = errors.map(|error| 1e6 * error);
     report.text(format!("largest error of a curve by leaving breakpoints out: {winkler:.2} um, {half_space:.2} um\n"));
     report
@@ -297,50 +297,43 @@ fn calibration_report(found: &Calibration) -> Report {
         found.elements
     ));
     let header = ["", "kappa [m/Pa]", "kappa E*", "patch by patch", "rms difference", "of the formula"];
-    let row = |name: &str, fit: &Fit, difference: &dyn Fn(f64) -> String| {
+    let fitted = |name: &str, fit: &Fit, difference: &dyn Fn(f64) -> String| {
         let (low, high) =
             fit.by_patch.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &kappa| (low.min(kappa), high.max(kappa)));
-        [
-            name.to_owned(),
-            format!("{:.3e}", fit.compliance),
-            millimetres(fit.compliance),
-            format!("{} to {}", millimetres(low), millimetres(high)),
-            difference(fit.rms_difference),
-            difference(fit.rms_difference_of_formula),
-        ]
+        row([
+            &name,
+            &format!("{:.3e}", fit.compliance),
+            &millimetres(fit.compliance),
+            &format!("{} to {}", millimetres(low), millimetres(high)),
+            &difference(fit.rms_difference),
+            &difference(fit.rms_difference_of_formula),
+        ])
     };
-    let mut formula = [const { String::new() }; 6];
-    (formula[0], formula[1]) = ("by formula".to_owned(), format!("{:.3e}", found.formula));
-    formula[2] = millimetres(found.formula);
     let rows = [
-        formula,
-        row("by approach", &found.by_approach, &|difference| format!("{:.3} mm", 1e3 * difference)),
-        row("by line pressure", &found.by_line_pressure, &|difference| format!("{:.1} %", 100.0 * difference)),
+        row([&"by formula", &format!("{:.3e}", found.formula), &millimetres(found.formula), &"", &"", &""]),
+        fitted("by approach", &found.by_approach, &|difference| format!("{:.3} mm", 1e3 * difference)),
+        fitted("by line pressure", &found.by_line_pressure, &|difference| format!("{:.1} %", 100.0 * difference)),
     ];
-    report.table(aligned(&header, &rows));
+    report.table(aligned(header, rows));
     report.text("\n");
     let header = ["pressure", "contact", "approach", "of the law", "by formula", "line pressures", "by formula"];
-    let rows: Vec<[String; 7]> = found
-        .levels
-        .iter()
-        .map(|level| {
-            let length = |value: f64| format!("{:.3} mm", 1e3 * value);
-            let pair = |which: usize| {
-                let correlation = level.correlation[which].map_or("-".to_owned(), |value| format!("{value:.3}"));
-                format!("{correlation}, {:.0} %", 100.0 * level.rms_difference[which])
-            };
-            [
-                format!("{:.2} MPa", 1e-6 * level.pressure),
-                format!("{:.0} %", 100.0 * level.contact_fraction),
-                length(level.approach),
-                length(level.approach_of_law[0]),
-                length(level.approach_of_law[1]),
-                pair(0),
-                pair(1),
-            ]
-        })
-        .collect();
-    report.table(aligned(&header, &rows));
+    let rows = found.levels.iter().map(|level| {
+        let length = |value: f64| format!("{:.3} mm", 1e3 * value);
+        let pair = |which: usize| {
+            let correlation = level.correlation[which].map_or("-".to_owned(), |value| format!("{value:.3}"));
+            format!("{correlation}, {:.0} %", 100.0 * level.rms_difference[which])
+        };
+        [
+            format!("{:.2} MPa", 1e-6 * level.pressure),
+            format!("{:.0} %", 100.0 * level.contact_fraction),
+            length(level.approach),
+            length(level.approach_of_law[0]),
+            length(level.approach_of_law[1]),
+            pair(0),
+            pair(1),
+        ]
+    });
+    report.table(aligned(header, rows));
     report.text("line pressures: correlation and rms difference, local law against three dimensions\n\n");
     // The approach is what the law must give in the mean, and patches agree best on it; the pressures hardly tell
     // compliances apart.

@@ -1,9 +1,9 @@
 //! `tyrewave study`: accuracy against time of every knob of a scene.
 
 use clap::Args;
-use tyrewave::results::plots::{Axis, Mark, WorkPrecisionPanel, WorkPrecisionPlot};
+use tyrewave::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
 use tyrewave::results::sound::BodySummary;
-use tyrewave::results::table::{self, Report, Table, aligned, words};
+use tyrewave::results::table::{self, Report, Table, aligned, optional, row, words};
 use tyrewave::scene::{Contact, Numerics, Scene};
 use tyrewave::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
 use tyrewave::study::accuracy::{
@@ -123,7 +123,7 @@ fn told(value: f64, doubt: f64, text: String) -> String {
     if value.abs() < doubt && value != 0.0 { format!("~{text}") } else { text }
 }
 
-fn row(label: String, point: &Point, doubt: &Difference) -> [String; 11] {
+fn cells(label: String, point: &Point, doubt: &Difference) -> [String; 11] {
     let Point { difference: found, cost, .. } = point;
     let fixed = |value: f64, doubt: f64, digits: usize| told(value, doubt, format!("{value:.digits$}"));
     let small = |value: f64, doubt: f64| told(value, doubt, format!("{value:.1e}"));
@@ -176,7 +176,7 @@ fn report(study: &Study, scene: &Scene) -> Report {
             [knob.to_owned(), currency.to_owned(), coarse, fine, order, error]
         }));
     }
-    report.table(words(&["", "difference of", "halved", "doubled", "order", "left"], &refined));
+    report.table(words(["", "difference of", "halved", "doubled", "order", "left"], refined));
     report.text(format!(
         "doubt: {:.2} dB worst, {:.2} dB rms, force {:.2e}, mean force {:.1e}, patch {:.1e}, \
          rolling resistance {:.1e}; smaller errors are marked ~\n",
@@ -192,9 +192,9 @@ fn report(study: &Study, scene: &Scene) -> Report {
             continue;
         }
         let points = knobs.iter().flat_map(|knob| knob.points.iter().map(move |point| (&knob.name, point)));
-        let rows = points.map(|(name, point)| row(format!("{name} {}", point.label), point, doubt));
+        let rows = points.map(|(name, point)| cells(format!("{name} {}", point.label), point, doubt));
         report.text(format!("\n{title}:\n"));
-        report.table(aligned(&HEADER, &rows.collect::<Vec<_>>()));
+        report.table(aligned(HEADER, rows));
         for Knob { name, missing, anchor, .. } in knobs {
             if let Some(reason) = missing {
                 report.text(format!("{name}: {reason}\n"));
@@ -218,12 +218,11 @@ fn report(study: &Study, scene: &Scene) -> Report {
         };
         let header = ["", "expected [dB]", "found [dB]", "expected work/s", "found work/s", "march [s/s]"];
         report.text("\nCombinations, in the order of their choice:\n");
-        report.table(aligned(&header, &study.joint.iter().map(row).collect::<Vec<_>>()));
+        report.table(aligned(header, study.joint.iter().map(row)));
     }
     for (title, points) in [("Settings with a name", &study.named), ("Front, by exact work", &study.front)] {
-        let rows: Vec<[String; 11]> = points.iter().map(|point| row(point.label.clone(), point, doubt)).collect();
         report.text(format!("\n{title}:\n"));
-        report.table(aligned(&HEADER, &rows));
+        report.table(aligned(HEADER, points.iter().map(|point| cells(point.label.clone(), point, doubt))));
         points.iter().for_each(|point| report.text(format!("{}: {}\n", point.label, point.settings.label(scene))));
     }
     if let Some(sound) = &study.sound {
@@ -250,8 +249,8 @@ fn sound_table(sound: &SoundStudy) -> Table {
             if all_kept { "kept".to_owned() } else { format!("{:.1}", point.seconds) },
         ]
     };
-    let rows: Vec<[String; 8]> = std::iter::once(&sound.reference).chain(&sound.points).map(row).collect();
-    aligned(&["", "worst [dB]", "at [Hz]", "receiver", "[dB(A)]", "frequencies", "unknowns", "set-up [s]"], &rows)
+    let rows = std::iter::once(&sound.reference).chain(&sound.points).map(row);
+    aligned(["", "worst [dB]", "at [Hz]", "receiver", "[dB(A)]", "frequencies", "unknowns", "set-up [s]"], rows)
 }
 
 /// Errors of the sound by receiver.
@@ -259,12 +258,10 @@ fn sound_csv(sound: &SoundStudy) -> String {
     let header = ["way", "receiver", "worst_db", "worst_band_hz", "level_db_a", "frequencies", "solved", "set_up_s"];
     let rows = sound.points.iter().flat_map(|SoundPoint { label, differences, body, seconds }| {
         differences.iter().map(move |SoundDifference { receiver, worst, worst_band, level_a }| {
-            let numbers = [*worst, *worst_band, *level_a, body.frequencies as f64, body.solved as f64, *seconds];
-            let names = [label.clone(), receiver.clone()].into_iter();
-            names.chain(numbers.map(|number| number.to_string())).collect()
+            row([label, receiver, worst, worst_band, level_a, &body.frequencies, &body.solved, seconds])
         })
     });
-    table::csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+    table::csv(header, rows)
 }
 
 /// What the presets state and what was found.
@@ -278,38 +275,33 @@ fn verdict_table(verdicts: &[Verdict]) -> Table {
         let Verdict { preset, stated, found, excess } = verdict;
         [preset.name().to_owned(), format!("{stated:.2}"), format!("{found:.2}"), format!("{excess:.2}"), words]
     };
-    let rows: Vec<[String; 5]> = verdicts.iter().map(row).collect();
-    aligned(&["", "stated [dB]", "found [dB]", "work / front's", ""], &rows)
+    aligned(["", "stated [dB]", "found [dB]", "work / front's", ""], verdicts.iter().map(row))
 }
 
 /// All points, one a line.
 fn csv(study: &Study) -> String {
-    let mut text = String::from(
-        "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,worst_band_hz,\
-         rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,compliance_evaluations,\
-         march_s_per_s,road_s_per_s,fit_s,expected_db,on_front\n",
-    );
-    let mut line = |group: &str, point: &Point, expected: Option<f64>| {
+    let header = "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,\
+                  worst_band_hz,rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,\
+                  compliance_evaluations,march_s_per_s,road_s_per_s,fit_s,expected_db,on_front";
+    let line = |group: &str, point: &Point, expected: Option<f64>| {
         let Point { label, settings, difference, cost } = point;
         let Numerics { elements, substeps, time_rule, pole_tolerance, .. } = &settings.numerics;
         let Contact { cells_across, slice_tolerance, .. } = &settings.contact;
         let Difference { worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance } = difference;
         let Cost { multiply_adds, compliance_evaluations, march, road, fit } = cost;
-        let option = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let cells = option(cells_across.map(|points| points as f64));
-        let (rule, fit, expected) = (time_rule.name(), option(*fit), option(expected));
-        let on_front = study.front.contains(point);
-        text += &format!("{group},{label},{elements},{substeps},{rule},{pole_tolerance},{cells},{slice_tolerance},");
-        text += &format!("{worst},{worst_band},{rms},{force},{mean_force},{contact_length},{rolling_resistance},");
-        text += &format!("{multiply_adds},{compliance_evaluations},{march},{road},{fit},{expected},{on_front}\n");
+        let (rule, cells, on_front) = (time_rule.name(), optional(*cells_across), study.front.contains(point));
+        let of_settings = row([&group, label, elements, substeps, &rule, pole_tolerance, &cells, slice_tolerance]);
+        let of_errors = row([worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance]);
+        let of_cost = row([multiply_adds, compliance_evaluations, march, road, &optional(*fit)]);
+        [of_settings, of_errors, of_cost, row([&optional(expected), &on_front])].concat()
     };
-    line("reference", &study.reference, None);
-    for knob in &study.knobs {
-        knob.points.iter().for_each(|point| line(&knob.name, point, None));
-    }
-    study.joint.iter().for_each(|joint| line("combination", &joint.point, Some(joint.expected.error)));
-    study.named.iter().for_each(|point| line("named", point, None));
-    text
+    let knobs = study.knobs.iter().flat_map(|knob| knob.points.iter().map(|point| line(&knob.name, point, None)));
+    let joint = study.joint.iter().map(|joint| line("combination", &joint.point, Some(joint.expected.error)));
+    let named = study.named.iter().map(|point| line("named", point, None));
+    table::csv(
+        header.split(','),
+        [line("reference", &study.reference, None)].into_iter().chain(knobs).chain(joint).chain(named),
+    )
 }
 
 /// Everything, for programs.
@@ -338,7 +330,7 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> WorkPrecisionPlot<'a> {
             knobs: drawn.iter().map(|knob| knob.points.iter().map(at).collect()).collect(),
             points: study.joint.iter().map(|joint| &joint.point).chain(close()).map(at).collect(),
             front: study.front.iter().map(at).collect(),
-            marks: study.named.iter().map(|point| Mark { name: &point.label, at: at(point) }).collect(),
+            marks: study.named.iter().map(|point| (point.label.as_str(), at(point))).collect(),
         }
     };
     WorkPrecisionPlot {

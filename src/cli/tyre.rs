@@ -9,7 +9,7 @@ use tyrewave::study::loads::{Standing, rolling};
 use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
 use tyrewave::tyre::modes::{modes, radial_compliance};
 
-use super::context::{Context, print};
+use super::context::Context;
 use super::error::CliError;
 use super::mobility::{frequencies, level, plot as mobility_plot, to_csv as mobility_csv};
 use super::options::positive;
@@ -174,8 +174,7 @@ impl TyreArguments {
             "loads": under.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
             "mobility": mobility_json(&mobility),
         });
-        let answer = format!("{answer:#}\n");
-        side.file("tyre.json", answer.clone());
+        let answer = side.json("tyre.json", &answer);
         side.settings = json!({
             "scene": side.settings,
             "waves": waves,
@@ -186,17 +185,13 @@ impl TyreArguments {
             "patch_mm": patch,
             "points": points,
         });
-        if json {
-            side.write(context)?;
-            return print(&answer);
-        }
         let mut report = Report::default();
         report.text(format!("{title}\n\n"));
         report.append(views::modes_report(&found, largest_n));
         report.append(views::loads_report(&under, tyre.circumference / scene.numerics.elements as f64));
         report.append(views::mobility_report(&in_table, &names));
         report.text("\n");
-        side.finish(context, &report)
+        side.answer(context, &report, json.then_some(answer))
     }
 }
 

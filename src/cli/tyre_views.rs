@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::contact::static_contact::StaticContact;
 use tyrewave::results::plots::{Axis, HeatMap, LinePlot, PlotError, Series};
-use tyrewave::results::table::{Report, aligned, csv, numbers};
+use tyrewave::results::table::{Report, aligned, csv, numbers, optional, row};
 use tyrewave::tyre::influence::mobility::Mobility;
 use tyrewave::tyre::modes::{Mode, Modes, Motion};
 
@@ -63,12 +63,10 @@ pub fn modes_report(modes: &Modes, largest_n: usize) -> Report {
             of_kind.map(|mode| format!("{:.1} ({:.1})", mode.frequency(), 100.0 * mode.damping())).collect();
         texts.join(", ")
     };
-    let row = |n: usize| -> Vec<String> {
-        [n.to_string()].into_iter().chain(kinds.iter().map(|&kind| cell(n, kind))).collect()
-    };
+    let row = |n: usize| [n.to_string()].into_iter().chain(kinds.iter().map(move |&kind| cell(n, kind)));
     let mut report = Report::default();
     report.text("Modes: frequency in Hz (damping in % of the critical one)\n");
-    report.table(numbers(&header.collect::<Vec<_>>(), &(0..=largest_n).map(row).collect::<Vec<_>>()));
+    report.table(numbers(header, (0..=largest_n).map(row)));
     for &(n, m, pole) in &modes.unconfirmed {
         let frequency = pole.im / std::f64::consts::TAU;
         report.text(format!("not confirmed by the compliance itself: n = {n}, m = {m}, near {frequency:.1} Hz\n"));
@@ -92,7 +90,7 @@ pub fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
     let header = ["load", "deflection", "stiffness [N/m]", "tangent [N/m]", "patch, standing", "patch, rolling"];
     let mut report = Report::default();
     report.text(format!("On a smooth road; patch in steps of two elements, {:.2} mm\n", 2e3 * element));
-    report.table(aligned(&header, &loads.iter().map(row).collect::<Vec<_>>()));
+    report.table(aligned(header, loads.iter().map(row)));
     report.text("\n");
     report
 }
@@ -100,13 +98,13 @@ pub fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
 /// A row for each patch.
 pub fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
     let header = ["patch".to_owned()].into_iter().chain(mobility.frequencies.iter().map(|f| format!("{f} Hz")));
-    let row = |(column, name): (usize, &String)| -> Vec<String> {
-        let cell = |row: &Vec<Complex64>| format!("{:.1}, {:.0}°", level(row[column]), phase(row[column]));
-        [name.clone()].into_iter().chain(mobility.values.iter().map(cell)).collect()
+    let row = |(column, name): (usize, &String)| {
+        let cell = move |row: &Vec<Complex64>| format!("{:.1}, {:.0}°", level(row[column]), phase(row[column]));
+        [name.clone()].into_iter().chain(mobility.values.iter().map(cell))
     };
     let mut report = Report::default();
     report.text("Driving-point mobility of square patches: dB re 1 m/(N s), phase\n");
-    report.table(aligned(&header.collect::<Vec<_>>(), &names.iter().enumerate().map(row).collect::<Vec<_>>()));
+    report.table(aligned(header, names.iter().enumerate().map(row)));
     report
 }
 
@@ -131,23 +129,22 @@ pub fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
 /// One row for each mode.
 pub fn modes_csv(modes: &Modes) -> String {
     let header = ["n", "m", "motion", "frequency_hz", "damping", "circumferential", "lateral", "radial"];
-    let row = |mode: &Mode| {
-        let words = [mode.n.to_string(), mode.m.to_string(), mode.motion.name().to_owned()];
-        let values = [mode.frequency(), mode.damping()].into_iter().chain(mode.shares);
-        words.into_iter().chain(values.map(|value| value.to_string())).collect::<Vec<_>>()
+    let line = |mode: &Mode| {
+        let [circumferential, lateral, radial] = &mode.shares;
+        let (motion, frequency, damping) = (mode.motion.name(), mode.frequency(), mode.damping());
+        row([&mode.n, &mode.m, &motion, &frequency, &damping, circumferential, lateral, radial])
     };
-    csv([header.map(str::to_owned).to_vec()].into_iter().chain(modes.confirmed.iter().map(row)))
+    csv(header, modes.confirmed.iter().map(line))
 }
 
 /// One row for each load.
 pub fn loads_csv(loads: &[UnderLoad]) -> String {
     let header = ["load_n", "deflection_m", "secant_n_per_m", "tangent_n_per_m", "patch_m", "rolling_patch_m"];
-    let row = |under: &UnderLoad| {
+    let line = |under: &UnderLoad| {
         let StaticContact { indentation, force, stiffness, length } = under.standing;
-        let values = [force, indentation, under.secant_stiffness(), stiffness, length].map(|value| value.to_string());
-        values.into_iter().chain([under.rolling.map_or(String::new(), |length| length.to_string())]).collect()
+        row([&force, &indentation, &under.secant_stiffness(), &stiffness, &length, &optional(under.rolling)])
     };
-    csv([header.map(str::to_owned).to_vec()].into_iter().chain(loads.iter().map(row)))
+    csv(header, loads.iter().map(line))
 }
 
 /// The lateral numbers that have modes, with their names in the legend.

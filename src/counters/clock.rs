@@ -1,39 +1,18 @@
 //! A clock, and what it has measured.
 
-use std::ops::{AddAssign, Sub};
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
+use super::amounts::amounts;
 
-/// Time of a piece of work.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Spent {
-    /// Wall time.
-    pub wall: Duration,
-    /// Wall time of the part over which processor time was measured.
-    pub watched: Duration,
-    /// Processor time over that part.
-    pub cpu: Duration,
-}
-
-impl AddAssign for Spent {
-    fn add_assign(&mut self, other: Self) {
-        self.wall += other.wall;
-        self.watched += other.watched;
-        self.cpu += other.cpu;
-    }
-}
-
-impl Sub for Spent {
-    type Output = Self;
-
-    /// A part taken off the whole; nothing goes below zero, whatever the clocks say.
-    fn sub(self, part: Self) -> Self {
-        Self {
-            wall: self.wall.saturating_sub(part.wall),
-            watched: self.watched.saturating_sub(part.watched),
-            cpu: self.cpu.saturating_sub(part.cpu),
-        }
+amounts! {
+    /// Time of a piece of work.
+    pub struct Spent {
+        /// Wall time.
+        pub wall: Duration,
+        /// Wall time of the part over which processor time was measured.
+        pub watched: Duration,
+        /// Processor time over that part.
+        pub cpu: Duration,
     }
 }
 

@@ -4,58 +4,27 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::amounts::amounts;
 use super::clock::Spent;
 
-/// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the caches
-/// make of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Work {
-    /// Multiply-adds, two flops each.
-    pub multiply_adds: u64,
-    /// Bytes of tables and states read and written.
-    pub bytes: u64,
-}
-
-impl std::ops::AddAssign for Work {
-    fn add_assign(&mut self, other: Self) {
-        self.multiply_adds += other.multiply_adds;
-        self.bytes += other.bytes;
+amounts! {
+    /// Arithmetic and memory traffic of a stage, as its algorithm needs them: exact, whatever the compiler and the
+    /// caches make of it.
+    pub struct Work {
+        /// Multiply-adds, two flops each.
+        pub multiply_adds: u64,
+        /// Bytes of tables and states read and written.
+        pub bytes: u64,
     }
 }
 
-impl std::ops::Sub for Work {
-    type Output = Self;
-
-    /// A part taken off the whole.
-    fn sub(self, part: Self) -> Self {
-        Self {
-            multiply_adds: self.multiply_adds.saturating_sub(part.multiply_adds),
-            bytes: self.bytes.saturating_sub(part.bytes),
-        }
-    }
-}
-
-/// Memory asked for so far, or within a stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Allocations {
-    /// Allocations and reallocations.
-    pub count: u64,
-    /// Bytes of all allocations.
-    pub bytes: u64,
-}
-
-impl std::ops::AddAssign for Allocations {
-    fn add_assign(&mut self, other: Self) {
-        self.count += other.count;
-        self.bytes += other.bytes;
-    }
-}
-
-impl std::ops::Sub for Allocations {
-    type Output = Self;
-
-    fn sub(self, earlier: Self) -> Self {
-        Self { count: self.count.saturating_sub(earlier.count), bytes: self.bytes.saturating_sub(earlier.bytes) }
+amounts! {
+    /// Memory asked for so far, or within a stage.
+    pub struct Allocations {
+        /// Allocations and reallocations.
+        pub count: u64,
+        /// Bytes of all allocations.
+        pub bytes: u64,
     }
 }
 

@@ -1,66 +1,48 @@
 //! The stages of a run.
 
-use serde::Serialize;
+use super::catalogue::catalogue;
 
-/// A stage of the pipeline, in the order of the data's way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// Surface compliance summed to influence functions; convolution weights; a fitted model read from the cache.
-    Influence,
-    /// Poles fitted to the influence functions.
-    Fit,
-    /// Reading or making the road and resampling it.
-    Road,
-    /// Stiffness curves of the road slices.
-    Slices,
-    /// Waiting for road that is being made in the background.
-    RoadWait,
-    /// Static solution and axle height.
-    Axle,
-    /// Displacement left over from past forces, without its transforms.
-    History,
-    /// Transforms of forces and displacements between elements and wavenumbers.
-    Transforms,
-    /// Displacement that the road slices ask for.
-    Penetration,
-    /// Active-set search, its factorisations left out.
-    ActiveSet,
-    /// Factorisations of active-set matrices.
-    Factorisation,
-    /// Spectra of the vibration from the patch forces.
-    Vibration,
-    /// Boundary elements, and from them the pressures for unit forces.
-    Radiation,
-    /// Sound pressures from the patch forces.
-    Sound,
-    /// Writing arrays.
-    Output,
-    /// Spectra and plots.
-    Response,
+catalogue! {
+    /// A stage of the pipeline, in the order of the data's way.
+    pub enum Stage,
+    /// The stage named as people read it in a table.
+    title {
+        /// Surface compliance summed to influence functions; convolution weights; a fitted model read from the cache.
+        Influence => "sum influence functions",
+        /// Poles fitted to the influence functions.
+        Fit => "fit poles",
+        /// Reading or making the road and resampling it.
+        Road => "make or read the road",
+        /// Stiffness curves of the road slices.
+        Slices => "build slice stiffness curves",
+        /// Waiting for road that is being made in the background.
+        RoadWait => "wait for the road",
+        /// Static solution and axle height.
+        Axle => "find the axle height",
+        /// Displacement left over from past forces, without its transforms.
+        History => "convolve the force history",
+        /// Transforms of forces and displacements between elements and wavenumbers.
+        Transforms => "transform the force history",
+        /// Displacement that the road slices ask for.
+        Penetration => "press into the road slices",
+        /// Active-set search, its factorisations left out.
+        ActiveSet => "search the active set",
+        /// Factorisations of active-set matrices.
+        Factorisation => "factorise",
+        /// Spectra of the vibration from the patch forces.
+        Vibration => "transform to vibration",
+        /// Boundary elements, and from them the pressures for unit forces.
+        Radiation => "solve for the radiation",
+        /// Sound pressures from the patch forces.
+        Sound => "transform to sound",
+        /// Writing arrays.
+        Output => "write arrays",
+        /// Spectra and plots.
+        Response => "compute spectra and plots",
+    }
 }
 
 impl Stage {
-    /// All stages in order.
-    pub const ALL: [Self; 16] = [
-        Self::Influence,
-        Self::Fit,
-        Self::Road,
-        Self::Slices,
-        Self::RoadWait,
-        Self::Axle,
-        Self::History,
-        Self::Transforms,
-        Self::Penetration,
-        Self::ActiveSet,
-        Self::Factorisation,
-        Self::Vibration,
-        Self::Radiation,
-        Self::Sound,
-        Self::Output,
-        Self::Response,
-    ];
-
     /// The stages that every time step goes through, in order.
     pub const OF_A_STEP: [Self; 10] = [
         Self::Road,
@@ -75,28 +57,6 @@ impl Stage {
         Self::Output,
     ];
 
-    /// The stage named as people read it in a table.
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Influence => "sum influence functions",
-            Self::Fit => "fit poles",
-            Self::Road => "make or read the road",
-            Self::Slices => "build slice stiffness curves",
-            Self::RoadWait => "wait for the road",
-            Self::Axle => "find the axle height",
-            Self::History => "convolve the force history",
-            Self::Transforms => "transform the force history",
-            Self::Penetration => "press into the road slices",
-            Self::ActiveSet => "search the active set",
-            Self::Factorisation => "factorise",
-            Self::Vibration => "transform to vibration",
-            Self::Radiation => "solve for the radiation",
-            Self::Sound => "transform to sound",
-            Self::Output => "write arrays",
-            Self::Response => "compute spectra and plots",
-        }
-    }
-
     /// The stage that it is a part of. Times and work of the two are told apart; the whole is their sum.
     pub const fn part_of(self) -> Option<Self> {
         match self {
@@ -106,29 +66,18 @@ impl Stage {
     }
 }
 
-/// What a run is about while it goes through its stages.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Phase {
-    /// From the scene to a contact at rest.
-    #[default]
-    Prepare,
-    /// Time step by time step.
-    Contact,
-    /// Arrays completed, spectra, plots, summary.
-    Results,
-}
-
-impl Phase {
-    /// All phases in order.
-    pub const ALL: [Self; 3] = [Self::Prepare, Self::Contact, Self::Results];
-
+catalogue! {
+    /// What a run is about while it goes through its stages.
+    #[derive(Default)]
+    pub enum Phase,
     /// The phase in a word.
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Prepare => "prepare",
-            Self::Contact => "contact",
-            Self::Results => "results",
-        }
+    title {
+        /// From the scene to a contact at rest.
+        #[default]
+        Prepare => "prepare",
+        /// Time step by time step.
+        Contact => "contact",
+        /// Arrays completed, spectra, plots, summary.
+        Results => "results",
     }
 }

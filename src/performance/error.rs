@@ -1,7 +1,7 @@
 //! What can go wrong while performance is recorded or compared.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -63,7 +63,12 @@ pub enum PerformanceError {
 
 impl PerformanceError {
     /// The error of reading a file.
-    pub(super) fn reading(path: &std::path::Path) -> impl FnOnce(io::Error) -> Self {
+    pub fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "read", path: path.to_owned(), source }
+    }
+
+    /// The error of writing a file.
+    pub fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::File { what: "write", path: path.to_owned(), source }
     }
 }

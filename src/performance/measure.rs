@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,9 @@ use crate::tyre::poles::{FitOptions, fit_unless_stopped};
 /// Steps of a block: a millisecond or so, and a multiple of the steps that the recursion takes at once.
 const STEPS_OF_A_BLOCK: u64 = 32;
 
+/// Times of blocks by the names of their stages.
+type Blocks = BTreeMap<String, Vec<Option<u64>>>;
+
 /// What a workload took and found. Maps are by the names of stages and counters, so that programs of different releases
 /// understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -41,7 +45,7 @@ pub struct Measurement {
     pub found: Found,
     /// Time of every block by stage \[ns\]; `None` where others had the processor and it cannot be said in which stage.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub blocks: BTreeMap<String, Vec<Option<u64>>>,
+    pub blocks: Blocks,
 }
 
 /// A physical value beside what it must be.
@@ -57,11 +61,21 @@ pub struct Found {
     pub tolerance: f64,
 }
 
-impl Found {
-    fn new(truth: Truth, value: f64) -> Self {
-        Self { what: truth.what.to_owned(), value, expected: truth.expected, tolerance: truth.tolerance }
+impl Measurement {
+    /// Of a workload that was done here and found a value.
+    fn new(workload: Workload, counters: BTreeMap<String, u64>, value: f64, blocks: Blocks) -> Self {
+        let Truth { what, expected, tolerance } = workload.truth();
+        Self {
+            workload: workload.name().to_owned(),
+            instruction_set: instruction_set().to_owned(),
+            counters,
+            found: Found { what: what.to_owned(), value, expected, tolerance },
+            blocks,
+        }
     }
+}
 
+impl Found {
     /// |value - expected|/|expected|.
     pub fn error(&self) -> f64 {
         (self.value - self.expected).abs() / self.expected.abs()
@@ -70,6 +84,14 @@ impl Found {
     /// Whether the workload found what it must.
     pub fn is_right(&self) -> bool {
         self.error() <= self.tolerance
+    }
+}
+
+/// For one that is wrong.
+impl fmt::Display for Found {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { what, value, expected, tolerance } = self;
+        write!(formatter, "{what} is {value}, not {expected} within {tolerance:e}")
     }
 }
 
@@ -185,13 +207,8 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
         // A kept model takes none.
         counters.remove(&name(&Counter::ComplianceEvaluations));
     }
-    Ok(Measurement {
-        workload: workload.name().to_owned(),
-        instruction_set: instruction_set().to_owned(),
-        counters,
-        found: Found::new(workload.truth(), force(workload, &results)),
-        blocks: blocks.into_iter().filter(|(_, blocks)| blocks.iter().flatten().any(|&time| time > 0)).collect(),
-    })
+    let blocks = blocks.into_iter().filter(|(_, blocks)| blocks.iter().flatten().any(|&time| time > 0));
+    Ok(Measurement::new(workload, counters, force(workload, &results), blocks.collect()))
 }
 
 /// All that a meter counted and the work of the stages of a step.
@@ -233,14 +250,8 @@ fn compliance() -> Result<Measurement, PerformanceError> {
             }
         }
     }
-    let workload = Workload::Compliance;
-    Ok(Measurement {
-        workload: workload.name().to_owned(),
-        instruction_set: instruction_set().to_owned(),
-        counters: [(name(&Counter::ComplianceEvaluations), evaluations)].into(),
-        found: Found::new(workload.truth(), ratio),
-        blocks: [(name(&Stage::Influence), blocks)].into(),
-    })
+    let counters = [(name(&Counter::ComplianceEvaluations), evaluations)].into();
+    Ok(Measurement::new(Workload::Compliance, counters, ratio, [(name(&Stage::Influence), blocks)].into()))
 }
 
 /// A fit from nothing, checked between the points that were fitted.
@@ -264,16 +275,10 @@ fn influence(stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
         let error = |(exact, fitted): &(Complex64, Complex64)| (exact - fitted).norm() / peak;
         worst = samples.iter().map(error).fold(worst, f64::max);
     }
-    let workload = Workload::Influence;
     let counters =
         [(name(&Counter::ComplianceEvaluations), model.evaluations()), (name(&Counter::Poles), model.order() as u64)];
-    Ok(Measurement {
-        workload: workload.name().to_owned(),
-        instruction_set: instruction_set().to_owned(),
-        counters: counters.into(),
-        found: Found::new(workload.truth(), 1.0 + worst),
-        blocks: [(name(&Stage::Fit), blocks)].into(),
-    })
+    let blocks = [(name(&Stage::Fit), blocks)].into();
+    Ok(Measurement::new(Workload::Influence, counters.into(), 1.0 + worst, blocks))
 }
 
 #[cfg(test)]

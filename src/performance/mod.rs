@@ -8,7 +8,7 @@
 //!    down, or it fails;
 //! 5. [`program`]: two programs run in turn, again and again; `ratio`: what their times say, of a workload and of all
 //!    pooled; [`instructions`] of every stage of both;
-//! 6. [`verdict`]: all put together, in words, Markdown and JSON.
+//! 6. [`mod@judge`]: all of that put together to a [`verdict`], in words, Markdown and JSON.
 //!
 //! [`scaling`] measures cost against size and threads.
 //!
@@ -17,6 +17,7 @@
 
 pub mod changes;
 pub mod instructions;
+pub mod judge;
 pub mod measure;
 pub mod program;
 mod ratio;

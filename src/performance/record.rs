@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::error::PerformanceError;
 use super::measure::{Found, Measurement};
 use super::stamp::Stamp;
+use crate::storage::PendingFile;
 
 /// What `format` says in a record.
 const FORMAT: &str = "tyrewave profile";
@@ -94,17 +95,12 @@ impl Record {
     /// # Errors
     /// [`PerformanceError::File`].
     pub fn write(&self, path: &Path) -> Result<(), PerformanceError> {
-        let failed = |source| PerformanceError::File { what: "write", path: path.to_owned(), source };
-        let mut text = serde_json::to_string_pretty(self).map_err(|error| failed(error.into()))?;
-        text.push('\n');
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            fs::create_dir_all(folder).map_err(failed)?;
-        }
-        let temporary = path.with_extension(format!("{}.tmp", std::process::id()));
-        fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
-            let _ = fs::remove_file(&temporary);
-            failed(source)
-        })
+        let write = || {
+            let text = serde_json::to_string_pretty(self)? + "\n";
+            path.parent().map_or(Ok(()), fs::create_dir_all)?;
+            PendingFile::create(path)?.complete(text)
+        };
+        write().map_err(PerformanceError::writing(path))
     }
 }
 

@@ -14,7 +14,7 @@ impl Verdict {
         let mut text = format!("{} held against {}\n", self.second.display(), self.first.display());
         let rows = self.table();
         if !rows.is_empty() {
-            let _ = write!(text, "\n{}\n{}", aligned(&HEADER, &rows), self.resolution());
+            let _ = write!(text, "\n{}\n{}", aligned(HEADER, rows), self.resolution());
         }
         text.push('\n');
         self.conclusions(&mut text);

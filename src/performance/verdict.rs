@@ -1,27 +1,12 @@
-//! Two records or programs judged.
-//!
-//! Counters: any difference that nobody has explained is against the second one. Physical values: a wrong one is.
-//! Between two programs also, for every stage:
-//!
-//! - instructions, where they can be counted: exact, so that more than [`INSTRUCTIONS_MARGIN`] more of them in any
-//!   workload are too many;
-//! - times: of each workload, and of all workloads that have the stage pooled. A stage is slower or faster if the
-//!   intervals of two batches of pairs, one after the other, both lie beyond [`MARGIN`]; the second batch is only run
-//!   where the first is suspicious.
+//! What became of two records or programs held against each other, in values and in words.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use super::changes::{AcceptedChanges, Difference, differences};
-use super::error::PerformanceError;
-use super::instructions;
-use super::measure::{Found, Measurement};
-use super::program::{Program, in_turn};
-use super::ratio::{Ratio, stage_times};
-use super::record::{Record, RecordedWorkload};
+use super::changes::Difference;
+use super::measure::Found;
+use super::ratio::Ratio;
 use super::workload::Workload;
 
 /// Probability that the interval of one batch misses its median: a stage that is called changed has passed it twice.
@@ -32,37 +17,6 @@ pub const MARGIN: f64 = 0.01;
 pub const LEAST_SHARE: f64 = 0.02;
 /// Changes of the number of instructions that nobody wants to hear of.
 pub const INSTRUCTIONS_MARGIN: f64 = 0.01;
-
-/// One of the two.
-#[derive(Debug)]
-pub enum Side {
-    /// A recorded file.
-    Record(PathBuf, Box<Record>),
-    /// A program that can measure.
-    Program(Program),
-}
-
-impl Side {
-    /// A file that ends in `.json` is a record, any other a program.
-    ///
-    /// # Errors
-    /// Of [`Record::read`]; [`PerformanceError::File`] for a program that is not there.
-    pub fn of(path: PathBuf) -> Result<Self, PerformanceError> {
-        std::fs::metadata(&path).map_err(PerformanceError::reading(&path))?;
-        if path.extension().is_some_and(|extension| extension == "json") {
-            let record = Box::new(Record::read(&path)?);
-            return Ok(Self::Record(path, record));
-        }
-        Ok(Self::Program(Program::new(path)))
-    }
-
-    /// Its file.
-    pub fn path(&self) -> &PathBuf {
-        match self {
-            Self::Record(path, _) | Self::Program(Program { path, .. }) => path,
-        }
-    }
-}
 
 /// How a stage's time came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -131,210 +85,9 @@ pub struct Verdict {
     pub stages: Vec<StageVerdict>,
 }
 
-/// How much is done to judge programs.
-#[derive(Clone, Copy, Debug)]
-pub struct Effort {
-    /// Pairs of a batch.
-    pub pairs: usize,
-    /// Whether instructions are counted.
-    pub instructions: bool,
-}
-
-/// Judges `second` by `first`. `watch` is called with the workload at every step of the work.
-///
-/// # Errors
-/// [`PerformanceError`].
-pub fn judge(
-    first: &Side,
-    second: &Side,
-    workloads: &[Workload],
-    accepted: &AcceptedChanges,
-    effort: Effort,
-    stop: &AtomicBool,
-    watch: &mut dyn FnMut(Workload),
-) -> Result<Verdict, PerformanceError> {
-    let mut verdict = Verdict {
-        first: first.path().clone(),
-        second: second.path().clone(),
-        evidence: "results and counters; times and instructions are compared between two programs only".to_owned(),
-        workloads: Vec::new(),
-        stages: Vec::new(),
-    };
-    if let (Side::Program(a), Side::Program(b)) = (first, second) {
-        let programs = [a, b];
-        let mut batch = |pairs: usize| -> Result<Vec<Timed>, PerformanceError> {
-            workloads.iter().map(|&workload| Timed::measure(programs, workload, pairs, stop, watch)).collect()
-        };
-        // One of each beforehand: files are read and the tyre is fitted.
-        batch(1)?;
-        let first = batch(effort.pairs)?;
-        verdict.workloads = first.iter().map(|timed| timed.verdict(accepted)).collect();
-        verdict.stages = pooled(&first);
-        if verdict.rows().any(|row| row.change != Change::None && row.change != Change::NotJudged) {
-            let second = batch(effort.pairs)?;
-            for (found, again) in verdict.workloads.iter_mut().zip(&second) {
-                confirm(&mut found.stages, &again.stages());
-            }
-            confirm(&mut verdict.stages, &pooled(&second));
-        }
-        if effort.instructions {
-            for (&workload, found) in workloads.iter().zip(&mut verdict.workloads) {
-                watch(workload);
-                if stop.load(Ordering::Relaxed) {
-                    return Err(PerformanceError::Interrupted);
-                }
-                let [a, b] = programs.map(|program| instructions::count(program, workload));
-                if let (Some((a, _)), Some((b, _))) = (a, b) {
-                    found.instructions = Some((a.all, b.all));
-                    for row in &mut found.stages {
-                        row.instructions = a.of(&row.stage).zip(b.of(&row.stage));
-                    }
-                }
-            }
-        }
-        let counted = verdict.workloads.iter().filter(|found| found.instructions.is_some()).count();
-        verdict.evidence = format!(
-            "results, counters and times of every stage, and the instructions (exact) of {counted} of {} workloads",
-            workloads.len()
-        );
-        return Ok(verdict);
-    }
-    for &workload in workloads {
-        watch(workload);
-        if stop.load(Ordering::Relaxed) {
-            return Err(PerformanceError::Interrupted);
-        }
-        verdict.workloads.extend(by_counters(first, second, workload, accepted)?);
-    }
-    Ok(verdict)
-}
-
-/// What a side took for a workload, and with which instructions and compiler; `None` for a record that does not know
-/// it.
-fn taken(side: &Side, workload: Workload) -> Result<Option<(RecordedWorkload, String, String)>, PerformanceError> {
-    Ok(match side {
-        Side::Record(_, record) => record
-            .workloads
-            .get(workload.name())
-            .map(|found| (found.clone(), record.stamp.instruction_set.clone(), record.stamp.compiler.clone())),
-        Side::Program(program) => {
-            let measurement = program.measure(workload)?;
-            let set = measurement.instruction_set.clone();
-            Some((RecordedWorkload::new(&[measurement], None), set, String::new()))
-        }
-    })
-}
-
-fn by_counters(
-    first: &Side,
-    second: &Side,
-    workload: Workload,
-    accepted: &AcceptedChanges,
-) -> Result<Option<WorkloadVerdict>, PerformanceError> {
-    let (Some((a, set_a, compiler_a)), Some((b, set_b, compiler_b))) =
-        (taken(first, workload)?, taken(second, workload)?)
-    else {
-        return Ok(None);
-    };
-    let instructions = a.instructions.zip(b.instructions).filter(|_| compiler_a == compiler_b);
-    let differences = differences(workload.name(), &a, &b, accepted, set_a != set_b);
-    Ok(Some(WorkloadVerdict { instructions, ..WorkloadVerdict::new(workload, differences, b.found) }))
-}
-
-/// A workload by both programs, pair by pair: what they measured first, and the times \[s\] of the stages that both
-/// have.
-struct Timed {
-    workload: Workload,
-    first: [Measurement; 2],
-    stages: Vec<(String, [Vec<f64>; 2])>,
-}
-
-impl Timed {
-    fn measure(
-        programs: [&Program; 2],
-        workload: Workload,
-        pairs: usize,
-        stop: &AtomicBool,
-        watch: &mut dyn FnMut(Workload),
-    ) -> Result<Self, PerformanceError> {
-        let runs = in_turn(programs, workload, pairs, stop, watch)?;
-        let first = runs.each_ref().map(|runs| runs[0].clone());
-        let names = first[0].blocks.keys().filter(|stage| first[1].blocks.contains_key(*stage));
-        let stages = names.map(|stage| {
-            let [a, b] = runs.each_ref().map(|runs| -> Vec<&[Option<u64>]> {
-                runs.iter().map(|run| run.blocks.get(stage).map_or(&[][..], Vec::as_slice)).collect()
-            });
-            let (a, b) = stage_times(&a, &b);
-            (stage.clone(), [a, b])
-        });
-        Ok(Self { workload, stages: stages.collect(), first })
-    }
-
-    /// All stages together.
-    fn whole(&self) -> Ratio {
-        let [first, second] = [0, 1].map(|which| -> Vec<f64> {
-            let runs = self.stages.first().map_or(0, |(_, times)| times[which].len());
-            (0..runs).map(|run| self.stages.iter().map(|(_, times)| times[which][run]).sum()).collect()
-        });
-        Ratio::new(&first, &second, DOUBT)
-    }
-
-    fn stages(&self) -> Vec<StageVerdict> {
-        let whole = self.whole().seconds;
-        let rows = self
-            .stages
-            .iter()
-            .map(|(stage, [first, second])| StageVerdict::new(stage, Ratio::new(first, second, DOUBT), whole, 1));
-        by_share(rows.collect())
-    }
-
-    fn verdict(&self, accepted: &AcceptedChanges) -> WorkloadVerdict {
-        let [a, b] = self.first.each_ref().map(|run| RecordedWorkload::new(std::slice::from_ref(run), None));
-        let differences = differences(self.workload.name(), &a, &b, accepted, false);
-        let stages = self.stages();
-        WorkloadVerdict {
-            whole: Some(self.whole()),
-            stages,
-            ..WorkloadVerdict::new(self.workload, differences, b.found)
-        }
-    }
-}
-
-/// Every stage over all workloads in whose time it has a share worth judging, if there are several.
-fn pooled(workloads: &[Timed]) -> Vec<StageVerdict> {
-    let all: f64 = workloads.iter().map(|timed| timed.whole().seconds).sum();
-    let names: BTreeSet<&String> = workloads.iter().flat_map(|timed| &timed.stages).map(|(stage, _)| stage).collect();
-    let rows = names.into_iter().filter_map(|name| {
-        let judged = |timed: &Timed| timed.stages().iter().any(|row| row.stage == *name && row.share >= LEAST_SHARE);
-        let times: Vec<(&[f64], &[f64])> = workloads
-            .iter()
-            .filter(|timed| judged(timed))
-            .flat_map(|timed| &timed.stages)
-            .filter(|(stage, _)| stage == name)
-            .map(|(_, [first, second])| (first.as_slice(), second.as_slice()))
-            .collect();
-        (times.len() > 1).then(|| StageVerdict::new(name, Ratio::pooled(&times, DOUBT), all, times.len()))
-    });
-    by_share(rows.collect())
-}
-
-fn by_share(mut rows: Vec<StageVerdict>) -> Vec<StageVerdict> {
-    rows.sort_by(|a, b| b.share.total_cmp(&a.share));
-    rows
-}
-
-/// Leaves the changes that another batch has, too.
-fn confirm(rows: &mut [StageVerdict], again: &[StageVerdict]) {
-    for row in rows.iter_mut().filter(|row| row.change != Change::NotJudged) {
-        if again.iter().all(|other| other.stage != row.stage || other.change != row.change) {
-            row.change = Change::None;
-        }
-    }
-}
-
 impl StageVerdict {
     /// As one batch alone speaks for it.
-    fn new(stage: &str, ratio: Ratio, whole: f64, workloads: usize) -> Self {
+    pub(super) fn new(stage: &str, ratio: Ratio, whole: f64, workloads: usize) -> Self {
         let share = ratio.seconds / whole;
         let change = match ratio {
             _ if share < LEAST_SHARE => Change::NotJudged,
@@ -383,7 +136,8 @@ impl StageVerdict {
 }
 
 impl WorkloadVerdict {
-    fn new(workload: Workload, differences: Vec<Difference>, found: Found) -> Self {
+    /// By results and counters alone.
+    pub(super) fn new(workload: Workload, differences: Vec<Difference>, found: Found) -> Self {
         let (workload, right) = (workload.name().to_owned(), found.is_right());
         Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
     }
@@ -391,9 +145,8 @@ impl WorkloadVerdict {
     /// Complaints about the second one, in words; none for one that is as good.
     pub fn complaints(&self) -> Vec<String> {
         let mut complaints = Vec::new();
-        let Found { what, value, expected, tolerance } = &self.found;
         if !self.right {
-            complaints.push(format!("wrong result: {what} is {value}, not {expected} within {tolerance:e}"));
+            complaints.push(format!("wrong result: {}", self.found));
         }
         for Difference { counter, from, to, explained } in &self.differences {
             if explained.is_none() {

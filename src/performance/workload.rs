@@ -3,30 +3,31 @@
 //! Small enough that one takes a few tenths of a second, large enough that every stage has thousands of entries. They
 //! are part of the record: a change of one is a change of all its numbers.
 
-use serde::Serialize;
-
+use crate::counters::catalogue::catalogue;
 use crate::scene::{Axle, History, LoadedScene, Outputs, PLATE, Road, Scene, SceneError, Slices, Switch, TimeRule};
 
-/// A piece of work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Workload {
-    /// A smooth road at 80 km/h, N = 512.
-    Smooth,
-    /// Dense asphalt at 80 km/h, N = 512.
-    Rough,
-    /// The profile of dense asphalt at 200 km/h, N = 512, two steps per element by a rule of two stages.
-    HighSpeed,
-    /// Many steps of a coarse tyre on the profile of dense asphalt, the load followed.
-    LongRollout,
-    /// Dense asphalt with slices on the elastic half-space.
-    HalfSpaceSlices,
-    /// Convolution of the remembered forces, N = 96.
-    DirectHistory,
-    /// Surface compliance of the layered tyre, summed across the width.
-    Compliance,
-    /// Rational models of the influence functions.
-    Influence,
+catalogue! {
+    /// A piece of work.
+    pub enum Workload,
+    /// Its name on the command line and in records.
+    name {
+        /// A smooth road at 80 km/h, N = 512.
+        Smooth => "smooth",
+        /// Dense asphalt at 80 km/h, N = 512.
+        Rough => "rough",
+        /// The profile of dense asphalt at 200 km/h, N = 512, two steps per element by a rule of two stages.
+        HighSpeed => "high_speed",
+        /// Many steps of a coarse tyre on the profile of dense asphalt, the load followed.
+        LongRollout => "long_rollout",
+        /// Dense asphalt with slices on the elastic half-space.
+        HalfSpaceSlices => "half_space_slices",
+        /// Convolution of the remembered forces, N = 96.
+        DirectHistory => "direct_history",
+        /// Surface compliance of the layered tyre, summed across the width.
+        Compliance => "compliance",
+        /// Rational models of the influence functions.
+        Influence => "influence",
+    }
 }
 
 /// The physical value that a workload must find.
@@ -46,37 +47,6 @@ const fn variation(expected: f64) -> Truth {
 }
 
 impl Workload {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Smooth,
-        Self::Rough,
-        Self::HighSpeed,
-        Self::LongRollout,
-        Self::HalfSpaceSlices,
-        Self::DirectHistory,
-        Self::Compliance,
-        Self::Influence,
-    ];
-
-    /// Its name on the command line and in records.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Smooth => "smooth",
-            Self::Rough => "rough",
-            Self::HighSpeed => "high_speed",
-            Self::LongRollout => "long_rollout",
-            Self::HalfSpaceSlices => "half_space_slices",
-            Self::DirectHistory => "direct_history",
-            Self::Compliance => "compliance",
-            Self::Influence => "influence",
-        }
-    }
-
-    /// The workload of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|workload| workload.name() == name)
-    }
-
     /// What it must find. Forces of rolling workloads are those of the same scene by direct sums that remember all of
     /// it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
     pub const fn truth(self) -> Truth {

@@ -1,9 +1,9 @@
 //! What a run cost, as `summary.json` has it.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
-use serde::ser::Serializer;
 
 use crate::counters::process::peak_memory;
 use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost, idle_share};
@@ -30,15 +30,13 @@ pub struct Cost {
     pub steps: StepsRecord,
     /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a
     /// part of it.
-    #[serde(serialize_with = "map")]
-    pub stages: Vec<(Stage, StageRecord)>,
+    pub stages: BTreeMap<Stage, StageRecord>,
     /// Rates of what was counted.
     pub rates: Rates,
     /// Best rates of one core of the machine, measured after a closely watched run.
     pub machine_peak: Option<MachinePeak>,
     /// Exact work counters; the same for any number of threads.
-    #[serde(serialize_with = "map")]
-    pub counters: Vec<(Counter, u64)>,
+    pub counters: BTreeMap<Counter, u64>,
     /// Whether processor time and memory were looked at.
     #[serde(skip)]
     pub closely: bool,
@@ -160,18 +158,12 @@ impl Cost {
 
     /// What a stage cost.
     pub fn stage(&self, stage: Stage) -> &StageRecord {
-        &self.stages[stage as usize].1
+        &self.stages[&stage]
     }
 
     /// The value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
-        self.counters[counter as usize].1
-    }
-
-    /// The same with what was expected.
-    #[must_use]
-    pub fn with_plan(self, planned: Planned) -> Self {
-        Self { planned: Some(planned), ..self }
+        self.counters[&counter]
     }
 
     /// The same with the processor time of the whole run.
@@ -182,17 +174,6 @@ impl Cost {
         let idle_share = cpu_seconds.zip(wall).map(|(cpu, wall)| idle_share(cpu, wall, self.threads));
         Self { cpu_seconds, idle_share, ..self }
     }
-
-    /// The same with what the machine can do.
-    #[must_use]
-    pub fn with_machine_peak(self, peak: MachinePeak) -> Self {
-        Self { machine_peak: Some(peak), ..self }
-    }
-}
-
-/// Pairs as a map, in their order.
-fn map<S: Serializer, K: Serialize, V: Serialize>(pairs: &[(K, V)], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(pairs.iter().map(|(key, value)| (key, value)))
 }
 
 #[cfg(test)]

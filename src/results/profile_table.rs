@@ -57,7 +57,7 @@ fn step(cost: &Cost, steps: u64) -> Table {
     let flop = head("Gflop/s", cost.machine_peak.map(|peak| peak.flop_per_second));
     let bytes = head("GB/s", cost.machine_peak.map(|peak| peak.bytes_per_second));
     let stages = Stage::OF_A_STEP.into_iter().filter(|&stage| cost.stage(stage).calls > 0);
-    aligned(&["a time step", "time", "flop", "bytes", &flop, &bytes], &stages.map(row).collect::<Vec<_>>())
+    aligned(["a time step", "time", "flop", "bytes", &flop, &bytes], stages.map(row))
 }
 
 /// Columns of the stages' table.
@@ -107,41 +107,13 @@ fn stages(cost: &Cost) -> Table {
     rows.push(run);
     let shown: Vec<usize> =
         (0..COLUMNS.len()).filter(|&column| rows.iter().any(|row| !row[column].is_empty())).collect();
-    let header: Vec<&str> = shown.iter().map(|&column| COLUMNS[column]).collect();
-    let rows: Vec<Vec<String>> =
-        rows.iter().map(|row| shown.iter().map(|&column| row[column].clone()).collect()).collect();
-    aligned(&header, &rows)
+    let header = shown.iter().map(|&column| COLUMNS[column]);
+    aligned(header, rows.iter().map(|row| shown.iter().map(|&column| &row[column])))
 }
 
 fn counters(cost: &Cost) -> Table {
-    let told = |&&(counter, amount): &&(Counter, u64)| amount > 0 || counter.counts_trouble();
-    let row = |&(counter, amount): &(Counter, u64)| [counter_title(counter).to_owned(), grouped(amount)];
-    aligned(&["counter", "amount"], &cost.counters.iter().filter(told).map(row).collect::<Vec<_>>())
-}
-
-/// The counter named as people read it in a table.
-pub const fn counter_title(counter: Counter) -> &'static str {
-    match counter {
-        Counter::ComplianceEvaluations => "compliance evaluations",
-        Counter::Poles => "poles of the influence functions",
-        Counter::HistoryMultiplyAdds => "history multiply-adds",
-        Counter::Slices => "road slices",
-        Counter::Steps => "time steps",
-        Counter::Solves => "linear solves",
-        Counter::Factorisations => "factorisations",
-        Counter::CacheHits => "factor cache hits",
-        Counter::CacheMisses => "factor cache misses",
-        Counter::Neighbours => "misses that a neighbour's factor served",
-        Counter::CacheEvictions => "factor cache evictions",
-        Counter::Fallbacks => "least-index fallbacks",
-        Counter::WindowEdgeContacts => "steps with contact at the window's edge",
-        Counter::VibrationTransforms => "transforms of the vibration",
-        Counter::VibrationEvaluations => "evaluations of the vibration's transfers",
-        Counter::RadiationSolves => "frequencies of the radiation solved",
-        Counter::RadiationKernels => "kernels of the radiation",
-        Counter::SoundTransforms => "transforms of the sound",
-        Counter::BytesWritten => "bytes written",
-    }
+    let told = cost.counters.iter().filter(|&(counter, &amount)| amount > 0 || counter.counts_trouble());
+    aligned(["counter", "amount"], told.map(|(counter, &amount)| [counter.title().to_owned(), grouped(amount)]))
 }
 
 #[cfg(test)]
@@ -164,7 +136,7 @@ mod tests {
             meter.add_time(stage, Duration::ZERO);
         }
         for counter in Counter::ALL {
-            assert_eq!(idle.contains(counter_title(counter)), counter.counts_trouble(), "{idle}");
+            assert_eq!(idle.contains(counter.title()), counter.counts_trouble(), "{idle}");
             meter.count(counter, 1);
         }
         meter.add_time(Stage::History, Duration::from_millis(1500));
@@ -176,7 +148,7 @@ mod tests {
             assert!(text.contains(stage.title()), "{text}");
         }
         for counter in Counter::ALL {
-            assert!(text.contains(counter_title(counter)), "{text}");
+            assert!(text.contains(counter.title()), "{text}");
         }
         assert!(text.contains("2.000 s") && text.contains("50.0 %") && text.contains("21 233 664"), "{text}");
         assert!(text.lines().any(|line| line.contains("everything else") && line.contains("50.0 %")), "{text}");

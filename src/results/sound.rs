@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::table::csv;
+use super::table::{csv, row};
 use crate::radiation::Body;
 use crate::response::PowerSpectrum;
 use crate::scene::RadiationQuality;
@@ -29,25 +29,22 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, error: &Sound
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
         let bands = levels.third_octaves.into_iter().zip(levels.a_weighted);
-        bands.map(|(plain, weighted)| {
+        bands.map(move |(plain, weighted)| {
             let band = plain.band;
             let valid = f64::from(u8::from(plain.valid));
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
-            let numbers = [nominal, middle, plain.level, weighted.level, valid, error.band];
-            std::iter::once(name.clone()).chain(numbers.map(|number| number.to_string())).collect()
+            row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error.band])
         })
     });
-    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+    csv(header, rows)
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
 pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
-    let header = ["receiver", "frequency_hz", "density_pa2_hz"];
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
-        let cells = |(frequency, density): (f64, f64)| vec![name.clone(), frequency.to_string(), density.to_string()];
-        spectrum.density().map(cells)
+        spectrum.density().map(move |(frequency, density)| row([name, &frequency, &density]))
     });
-    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+    csv(["receiver", "frequency_hz", "density_pa2_hz"], rows)
 }
 
 /// What `summary.json` says of the sound.

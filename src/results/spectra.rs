@@ -1,5 +1,7 @@
 //! `spectra.csv`: third-octave levels, one row per band.
 
+use serde::Deserialize;
+
 use super::table::csv;
 use crate::response::{BandLevel, ThirdOctaveBand};
 
@@ -13,45 +15,31 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 /// re 1 N\], 1 where the run vouches for the level and 0 beyond. Numbers are written so that reading gives the same
 /// bits; the level of silence is `-inf`.
 pub fn force_levels_csv(levels: &[BandLevel]) -> String {
-    let header = [
-        "nominal_hz",
-        "mid_frequency_hz",
-        "lower_edge_hz",
-        "upper_edge_hz",
-        "mean_square_n2",
-        "level_db_re_1n",
-        "valid",
-    ];
+    let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
         let valid = f64::from(u8::from(valid));
         let edges = [band.lower_edge(), band.upper_edge()];
-        let numbers = [band.nominal_frequency(), band.mid_frequency(), edges[0], edges[1], mean_square, level, valid];
-        numbers.map(|number| number.to_string()).to_vec()
+        [band.nominal_frequency(), band.mid_frequency(), edges[0], edges[1], mean_square, level, valid]
     });
-    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+    csv(header.split(','), rows)
 }
 
 /// The levels in such a text, bit by bit; `None` where it is none.
 pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let column = |name: &str, reader: &mut csv::Reader<&[u8]>| {
-        reader.headers().ok().and_then(|headers| headers.iter().position(|header| header == name))
+    /// The columns that are read.
+    #[derive(Deserialize)]
+    struct Line {
+        mid_frequency_hz: f64,
+        mean_square_n2: f64,
+        level_db_re_1n: f64,
+        valid: f64,
+    }
+    let level = |line: Result<Line, csv::Error>| {
+        let Line { mid_frequency_hz, mean_square_n2: mean_square, level_db_re_1n: level, valid } = line.ok()?;
+        let band = ThirdOctaveBand::containing(mid_frequency_hz)?;
+        Some(BandLevel { band, mean_square, level, valid: valid > 0.0 })
     };
-    let mid_frequency = column("mid_frequency_hz", &mut reader)?;
-    let mean_square = column("mean_square_n2", &mut reader)?;
-    let level = column("level_db_re_1n", &mut reader)?;
-    let valid = column("valid", &mut reader)?;
-    let rows = reader.records().map(|row| {
-        let row = row.ok()?;
-        let number = |column: usize| row.get(column)?.parse::<f64>().ok();
-        Some(BandLevel {
-            band: ThirdOctaveBand::containing(number(mid_frequency)?)?,
-            mean_square: number(mean_square)?,
-            level: number(level)?,
-            valid: number(valid)? > 0.0,
-        })
-    });
-    rows.collect()
+    csv::Reader::from_reader(text.as_bytes()).into_deserialize().map(level).collect()
 }
 
 #[cfg(test)]

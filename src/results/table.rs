@@ -8,6 +8,28 @@ use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Lin
 const PADDING: usize = 2;
 const GAP: usize = 1;
 
+/// The cells of a row, from the left: whatever can be shown, one after the other.
+pub trait Cells {
+    /// Their texts. Numbers are written so that reading gives the same bits.
+    fn texts(self) -> Vec<String>;
+}
+
+impl<R: IntoIterator<Item: ToString>> Cells for R {
+    fn texts(self) -> Vec<String> {
+        self.into_iter().map(|cell| cell.to_string()).collect()
+    }
+}
+
+/// A row of cells of many kinds.
+pub fn row<const COUNT: usize>(cells: [&dyn fmt::Display; COUNT]) -> Vec<String> {
+    cells.texts()
+}
+
+/// A cell that is empty where there is nothing to show.
+pub fn optional(cell: Option<impl ToString>) -> String {
+    cell.map_or_else(String::new, |cell| cell.to_string())
+}
+
 /// A table with a line under its header.
 #[derive(Clone, Debug)]
 pub struct Table {
@@ -17,25 +39,24 @@ pub struct Table {
 }
 
 /// A table with words in the first column to the left, numbers in the others to the right.
-pub fn aligned<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> Table {
+pub fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
 
 /// As [`aligned`], all columns being numbers.
-pub fn numbers<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> Table {
+pub fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Right)
 }
 
 /// As [`aligned`], all columns being words.
-pub fn words<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R]) -> Table {
+pub fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Left)
 }
 
 impl Table {
     /// Columns of the same number in header and rows; without a header only rows.
-    fn new<R: AsRef<[String]>>(header: &[impl AsRef<str>], rows: &[R], alignment: fn(usize) -> CellAlignment) -> Self {
-        let header = header.iter().map(|text| text.as_ref().to_owned()).collect();
-        Self { header, rows: rows.iter().map(|row| row.as_ref().to_vec()).collect(), alignment }
+    fn new(header: impl Cells, rows: impl IntoIterator<Item: Cells>, alignment: fn(usize) -> CellAlignment) -> Self {
+        Self { header: header.texts(), rows: rows.into_iter().map(Cells::texts).collect(), alignment }
     }
 
     /// Within so many columns of a terminal: long cells are wrapped between words; columns for whose words there is no
@@ -142,11 +163,12 @@ impl fmt::Display for Report {
     }
 }
 
-/// Rows as CSV; cells are quoted where they need it.
-pub fn csv<R: IntoIterator<Item: AsRef<[u8]>>>(rows: impl IntoIterator<Item = R>) -> String {
+/// Header and rows as CSV; cells are quoted where they need it.
+pub fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+    let mut lines = std::iter::once(header.texts()).chain(rows.into_iter().map(Cells::texts));
     // Memory takes every record, and text is UTF-8.
-    let written = rows.into_iter().try_for_each(|row| writer.write_record(row));
+    let written = lines.try_for_each(|line| writer.write_record(line));
     written.ok().and_then(|()| String::from_utf8(writer.into_inner().ok()?).ok()).unwrap_or_default()
 }
 
@@ -184,7 +206,7 @@ mod tests {
 
     #[test]
     fn columns_line_up() {
-        let table = aligned(&["stage", "calls"], &[["road".into(), "7".into()], ["history".into(), "1 000".into()]]);
+        let table = aligned(["stage", "calls"], [["road", "7"], ["history", "1 000"]]);
         let text = table.to_string();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4, "{text}");
@@ -215,6 +237,6 @@ mod tests {
 
     #[test]
     fn cells_of_csv_are_quoted_where_they_need_it() {
-        assert_eq!(csv([["a", "b"], ["1,5", "say \"x\""]]), "a,b\n\"1,5\",\"say \"\"x\"\"\"\n");
+        assert_eq!(csv(["a", "b"], [["1,5", "say \"x\""]]), "a,b\n\"1,5\",\"say \"\"x\"\"\"\n");
     }
 }

@@ -7,19 +7,13 @@
 //!   microseconds spent in just that stack, on the run's own thread. Format: B. Gregg, FlameGraph, `stackcollapse`. The
 //!   lines add up to the wall time of the run.
 
-use std::path::Path;
-
 use serde_json::{Value, json};
 
-use super::error::ResultsError;
 use crate::counters::trace::{Row, Trace, What};
 use crate::counters::{Phase, Stage};
 
 /// Chrome's trace events of a run that has ended.
-///
-/// # Errors
-/// [`ResultsError::Json`], which names `path`.
-pub fn chrome_trace(trace: &Trace, title: &str, path: &Path) -> Result<String, ResultsError> {
+pub fn chrome_trace(trace: &Trace, title: &str) -> String {
     let thread = |row: Row| match row {
         Row::March => 1,
         Row::Behind => 2,
@@ -54,10 +48,7 @@ pub fn chrome_trace(trace: &Trace, title: &str, path: &Path) -> Result<String, R
         "otherData": { "version": env!("CARGO_PKG_VERSION"), "spans_without_room": trace.dropped() },
         "traceEvents": events,
     });
-    let mut text =
-        serde_json::to_string(&document).map_err(|source| ResultsError::Json { path: path.to_owned(), source })?;
-    text.push('\n');
-    Ok(text)
+    format!("{document}\n")
 }
 
 /// Folded stacks of a run that has ended. What no stage has is its phase's own, what no phase has is the run's own.

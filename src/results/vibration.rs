@@ -5,13 +5,16 @@
 
 use serde::Serialize;
 
-use super::table::csv;
+use super::table::{Cells, csv, row};
 use crate::response::{BandLevel, PowerSpectrum};
 
 /// Third octaves.
 pub const VIBRATION_FILE: &str = "vibration.csv";
 /// Narrow band.
 pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
+
+/// The columns that say which spectrum a row is of.
+const NAMES: [&str; 4] = ["field", "frame", "position_m", "element"];
 
 /// Where a spectrum was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,49 +51,38 @@ impl NamedSpectrum {
         }
     }
 
-    fn names(&self) -> [String; 4] {
+    /// Its [`NAMES`] and some numbers.
+    fn row<const COUNT: usize>(&self, numbers: [f64; COUNT]) -> Vec<String> {
         let [position, element] = match self.place {
             Place::Everywhere => [String::new(), String::new()],
             Place::Position(position) => [position.to_string(), String::new()],
             Place::Element(element) => [String::new(), element.to_string()],
         };
-        [self.field.to_owned(), self.frame.to_owned(), position, element]
+        let mut row = row([&self.field, &self.frame, &position, &element]);
+        row.extend(numbers.texts());
+        row
     }
 }
 
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
 /// the run vouches for it and 0 beyond, of all bands from `lowest` \[Hz\] on.
 pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64) -> String {
-    let header = [
-        "field",
-        "frame",
-        "position_m",
-        "element",
-        "nominal_hz",
-        "mid_frequency_hz",
-        "mean_square_m2_s2",
-        "level_db_re_1m_s",
-        "valid",
-    ];
+    let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid";
     let rows = spectra.iter().flat_map(|named| {
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
             let valid = f64::from(u8::from(valid));
-            let numbers = [band.nominal_frequency(), band.mid_frequency(), mean_square, level, valid];
-            named.names().into_iter().chain(numbers.map(|number| number.to_string())).collect()
+            named.row([band.nominal_frequency(), band.mid_frequency(), mean_square, level, valid])
         })
     });
-    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+    csv(NAMES.into_iter().chain(header.split(',')), rows)
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
 pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
-    let header = ["field", "frame", "position_m", "element", "frequency_hz", "density_m2_s2_hz"];
-    let rows = spectra.iter().flat_map(|named| {
-        named.spectrum.density().map(|(frequency, density)| {
-            named.names().into_iter().chain([frequency, density].map(|x| x.to_string())).collect()
-        })
-    });
-    csv(std::iter::once(header.map(str::to_owned).to_vec()).chain(rows))
+    let rows = spectra
+        .iter()
+        .flat_map(|named| named.spectrum.density().map(|(frequency, density)| named.row([frequency, density])));
+    csv(NAMES.into_iter().chain(["frequency_hz", "density_m2_s2_hz"]), rows)
 }
 
 /// What `summary.json` says of the vibration.

@@ -231,10 +231,11 @@ impl<'a> PlannedRun<'a> {
         if let Some(trace) = meter.trace_mut() {
             trace.end();
         }
-        let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_plan(self.planned).with_cpu(cpu);
+        let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
+        cost.planned = Some(self.planned);
         if meter.watches_closely() {
             // After the run, and after its peak memory was looked at.
-            cost = cost.with_machine_peak(MachinePeak::measure());
+            cost.machine_peak = Some(MachinePeak::measure());
         }
         let mut summary = look_back.summary(cost)?;
         summary.vibration = vibration;

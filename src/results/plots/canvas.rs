@@ -117,8 +117,10 @@ pub(super) enum Form {
 }
 
 impl Form {
-    /// Those for curves, in turn.
-    pub(super) const OF_CURVES: [Self; 5] = [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Tip];
+    /// Those for curves come in turn.
+    pub(super) fn of_curve(index: usize) -> Self {
+        [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Tip][index % 5]
+    }
 
     /// Corners in units of the half size; none of a circle.
     fn corners(self) -> Vec<(f64, f64)> {

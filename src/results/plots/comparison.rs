@@ -1,13 +1,11 @@
 //! Measured points and computed curves over a common horizontal axis, in panels above each other, with a legend.
 
-use plotters::style::RGBColor;
+use plotters::style::WHITE;
 
 use super::axis::Axis;
 use super::canvas::{Form, Frame, Grid, INK, MARK, PlotError, draw, legend_width};
 use super::colour;
 use super::lines::cut;
-
-const WHITE: RGBColor = RGBColor(255, 255, 255);
 
 /// Height and width of a panel's frame, the margins round it, all in shown pixels.
 const HEIGHT: i32 = 330;
@@ -67,7 +65,7 @@ impl ComparisonPlot<'_> {
                 for (index, points) in panel.points.iter().enumerate() {
                     for (x, y) in points.iter().map(place).filter(|(x, y)| x.is_finite() && y.is_finite()) {
                         let at = (frame.across(x.clamp(0.0, 1.0)), frame.up(y.clamp(0.0, 1.0)));
-                        sheet.mark(at, form(index), 0.6 * MARK, colour::line(index), WHITE);
+                        sheet.mark(at, Form::of_curve(index), 0.6 * MARK, colour::line(index), WHITE);
                     }
                 }
                 for (index, curve) in panel.curves.iter().enumerate() {
@@ -80,15 +78,11 @@ impl ComparisonPlot<'_> {
             }
             if let Some(frame) = frames.first() {
                 for (row, name) in self.names.iter().enumerate() {
-                    sheet.legend_entry(frame, row, name, colour::line(row), Some((form(row), WHITE)));
+                    sheet.legend_entry(frame, row, name, colour::line(row), Some((Form::of_curve(row), WHITE)));
                 }
             }
         })
     }
-}
-
-fn form(index: usize) -> Form {
-    Form::OF_CURVES[index % Form::OF_CURVES.len()]
 }
 
 #[cfg(test)]

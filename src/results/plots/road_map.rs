@@ -6,48 +6,38 @@ use super::axis::Axis;
 use super::canvas::PlotError;
 use super::heat_map::HeatMap;
 
-/// A stretch of road to be drawn.
-#[derive(Clone, Debug)]
-pub struct RoadMap<'a> {
-    /// Title over the picture.
-    pub title: &'a str,
-    /// Heights \[m\]: \[points along x, points across y\]; NaN where there is none.
-    pub heights: ArrayView2<'a, f64>,
-    /// Road coordinate of the first row \[m\].
-    pub start: f64,
-    /// Spacing along \[m\].
-    pub dx: f64,
-    /// Spacing across \[m\]; the columns are centred on the tyre.
-    pub dy: f64,
-}
-
 /// A picture flatter or taller than this is stretched; 1:1 would be a thread.
 const ASPECTS: (f64, f64) = (0.22, 0.9);
 
-impl RoadMap<'_> {
-    /// The picture as SVG: along the road across, height in mm as colour. True to scale unless the stretch is too long
-    /// for that.
-    ///
-    /// # Errors
-    /// [`PlotError::Shape`] without points, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
-        let (along, across) = self.heights.dim();
-        let length = along as f64 * self.dx;
-        let half_width = 0.5 * across as f64 * self.dy;
-        let millimetres = self.heights.t().mapv(|height| height * 1e3);
-        // Points are the middles of their cells.
-        let begin = self.start - 0.5 * self.dx;
-        HeatMap {
-            title: self.title,
-            x: Axis::linear("Along the road [m]", begin..begin + length),
-            y: Axis::linear("Across [mm]", -half_width * 1e3..half_width * 1e3),
-            quantity: "Height [mm]",
-            values: millimetres.view(),
-            range: None,
-            aspect: Some((2.0 * half_width / length).clamp(ASPECTS.0, ASPECTS.1)),
-        }
-        .to_svg()
+/// The picture as SVG: along the road across, height in mm as colour. True to scale unless the stretch is too long for
+/// that. `heights` \[m\] are \[points along x, points across y\], NaN where there is none; the first row is at the
+/// road coordinate `start` \[m\], the columns are centred on the tyre; `dx` and `dy` are the spacings along and across
+/// \[m\].
+///
+/// # Errors
+/// [`PlotError::Shape`] without points, [`PlotError::Draw`].
+pub fn road_map(
+    title: &str,
+    heights: ArrayView2<'_, f64>,
+    start: f64,
+    [dx, dy]: [f64; 2],
+) -> Result<String, PlotError> {
+    let (along, across) = heights.dim();
+    let length = along as f64 * dx;
+    let half_width = 0.5 * across as f64 * dy;
+    let millimetres = heights.t().mapv(|height| height * 1e3);
+    // Points are the middles of their cells.
+    let begin = start - 0.5 * dx;
+    HeatMap {
+        title,
+        x: Axis::linear("Along the road [m]", begin..begin + length),
+        y: Axis::linear("Across [mm]", -half_width * 1e3..half_width * 1e3),
+        quantity: "Height [mm]",
+        values: millimetres.view(),
+        range: None,
+        aspect: Some((2.0 * half_width / length).clamp(ASPECTS.0, ASPECTS.1)),
     }
+    .to_svg()
 }
 
 #[cfg(test)]
@@ -59,9 +49,7 @@ mod tests {
     #[test]
     fn holes_and_flat_roads_are_drawn_and_nothing_is_refused() {
         let mut heights = Array2::zeros((100, 10));
-        let road = |heights: &Array2<f64>| {
-            RoadMap { title: "r", heights: heights.view(), start: 1.0, dx: 0.01, dy: 0.02 }.to_svg()
-        };
+        let road = |heights: &Array2<f64>| road_map("r", heights.view(), 1.0, [0.01, 0.02]);
         assert!(road(&heights).is_ok());
         heights[[3, 4]] = f64::NAN;
         assert!(road(&heights).unwrap().contains("#C8C8C8"), "a hole is grey");

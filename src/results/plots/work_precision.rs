@@ -1,7 +1,7 @@
 //! Work against precision: curves of single knobs, points, a front and marked settings, over logarithmic axes, in
 //! panels that share the error's axis and a legend.
 
-use plotters::style::RGBColor;
+use plotters::style::{RGBColor, WHITE};
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Form, Frame, Grid, INK, MARK, PlotError, Sheet, draw, legend_width};
@@ -9,7 +9,6 @@ use super::colour;
 
 const GREY: RGBColor = RGBColor(150, 150, 150);
 const PALE: RGBColor = RGBColor(215, 215, 215);
-const WHITE: RGBColor = RGBColor(255, 255, 255);
 const GOLD: RGBColor = RGBColor(255, 205, 40);
 
 /// Width of a panel, its left margin and the frame's height in shown pixels.
@@ -20,15 +19,6 @@ const BOTTOM: i32 = 520;
 /// Width of a letter and height of a note in drawn units.
 const LETTER: i32 = 28;
 const LINE: i32 = 60;
-
-/// A setting with a name.
-#[derive(Clone, Debug)]
-pub struct Mark<'a> {
-    /// Its name.
-    pub name: &'a str,
-    /// Cost and error.
-    pub at: (f64, f64),
-}
 
 /// One panel: errors against one kind of cost. Errors below the axis are drawn at its end.
 #[derive(Clone, Debug)]
@@ -41,8 +31,8 @@ pub struct WorkPrecisionPanel<'a> {
     pub points: Vec<(f64, f64)>,
     /// The front, by rising cost.
     pub front: Vec<(f64, f64)>,
-    /// Settings with a name.
-    pub marks: Vec<Mark<'a>>,
+    /// Settings with a name; cost and error.
+    pub marks: Vec<(&'a str, (f64, f64))>,
 }
 
 /// The picture.
@@ -67,7 +57,7 @@ impl WorkPrecisionPlot<'_> {
     /// [`PlotError::Draw`].
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let knobs = self.knobs.iter().enumerate();
-        let knobs = knobs.map(|(index, name)| (*name, colour::line(index), Some((form(index), WHITE))));
+        let knobs = knobs.map(|(index, name)| (*name, colour::line(index), Some((Form::of_curve(index), WHITE))));
         let others = [
             ("combinations", GREY, Some((Form::Circle, PALE))),
             ("front, by work", INK, None),
@@ -109,31 +99,27 @@ impl WorkPrecisionPlot<'_> {
             let places: Vec<(i32, i32)> = curve.iter().map(place).collect();
             sheet.line(places.clone(), colour::line(index), 1.25);
             for at in places {
-                sheet.mark(at, form(index), MARK, colour::line(index), WHITE);
+                sheet.mark(at, Form::of_curve(index), MARK, colour::line(index), WHITE);
             }
         }
         for point in &panel.points {
             sheet.mark(place(point), Form::Circle, 0.8 * MARK, GREY, PALE);
         }
         sheet.line(panel.front.iter().map(place).collect(), INK, 2.25);
-        let places: Vec<(i32, i32)> = panel.marks.iter().map(|mark| place(&mark.at)).collect();
+        let places: Vec<(i32, i32)> = panel.marks.iter().map(|(_, at)| place(at)).collect();
         for &at in &places {
             sheet.mark(at, Form::Star, 2.0 * MARK, INK, GOLD);
         }
         let mut taken: Vec<Area> = places.iter().map(|&(x, y)| Area::around(x, y, 45, 40)).collect();
         let points = panel.knobs.iter().flatten().chain(&panel.points).map(place);
         taken.extend(points.map(|(x, y)| Area::around(x, y, 18, 18)));
-        for (mark, at) in panel.marks.iter().zip(places) {
-            let (at, anchor, area) = beside(mark.name, at, frame, &taken);
+        for ((name, _), at) in panel.marks.iter().zip(places) {
+            let (at, anchor, area) = beside(name, at, frame, &taken);
             taken.push(area);
-            sheet.note(mark.name, at, anchor);
+            sheet.note(name, at, anchor);
         }
         sheet.frame(frame);
     }
-}
-
-fn form(index: usize) -> Form {
-    Form::OF_CURVES[index % Form::OF_CURVES.len()]
 }
 
 /// A rectangle in drawn units: left, right, top, bottom.
@@ -202,7 +188,7 @@ mod tests {
             knobs: vec![vec![(2.0, 3.0), (20.0, 0.3)], vec![(5.0, 0.0)]],
             points: vec![(9.0, 0.5)],
             front: vec![(2.0, 3.0), (9.0, 0.5)],
-            marks: vec![Mark { name: "draft", at: (9.0, 0.5) }],
+            marks: vec![("draft", (9.0, 0.5))],
         };
         let plot = WorkPrecisionPlot {
             title: "t",

@@ -173,9 +173,9 @@ impl SoundRecorder {
                 [passing.time(sample), passing.place(sample), mean]
             })
             .collect();
-        let header = ["time_s", "tyre_ahead_of_microphone_m", "level_db_a_fast"].map(str::to_owned).to_vec();
-        let rows = told.iter().map(|[time, place, level]| [*time, -place, *level].map(|x| x.to_string()).to_vec());
-        folder.write_text(&format!("pass_by_{}.csv", heard.file), &csv(std::iter::once(header).chain(rows)))?;
+        let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
+        let text = csv(["time_s", "tyre_ahead_of_microphone_m", "level_db_a_fast"], rows);
+        folder.write_text(&format!("pass_by_{}.csv", heard.file), &text)?;
         if loaded.scene.outputs.plots {
             draw_pass_by(loaded, heard, &told, folder)?;
         }

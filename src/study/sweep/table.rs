@@ -84,7 +84,7 @@ impl SweepBlock {
         let columns = || self.speeds.iter().zip(&self.found);
         let titles: Vec<String> = columns().map(|(speed, done)| format!("{speed} km/h{}", mark(done))).collect();
         let header = |first: &str| [first.to_owned()].into_iter().chain(titles.clone());
-        let bands: Vec<String> = header("Hz").chain(["dB/decade", "residual dB"].map(str::to_owned)).collect();
+        let bands = header("Hz").chain(["dB/decade", "residual dB"].map(str::to_owned));
         let row = |line: &BandLine| -> Vec<String> {
             let level = |level: &Option<BandLevel>| match level {
                 None => "-".to_owned(),
@@ -99,7 +99,7 @@ impl SweepBlock {
         if !self.group.is_empty() {
             report.text(format!("{}\n", self.group));
         }
-        report.table(numbers(&bands, &self.lines.iter().map(row).collect::<Vec<_>>()));
+        report.table(numbers(bands, self.lines.iter().map(row)));
         if self.found.iter().any(|done| done.rolling_resistance.is_some()) {
             let row = |name: &str, cell: &dyn Fn(RollingResistance) -> String| -> Vec<String> {
                 let cells = self.found.iter().map(|done| done.rolling_resistance.map_or("-".to_owned(), cell));
@@ -111,7 +111,7 @@ impl SweepBlock {
                 row("W", &|resistance| format!("{:.1}", resistance.power)),
             ];
             report.text("\n");
-            report.table(aligned(&header("rolling resistance").collect::<Vec<_>>(), &rows));
+            report.table(aligned(header("rolling resistance"), rows));
         }
         let heard = self.receivers();
         if !heard.is_empty() {
@@ -123,9 +123,9 @@ impl SweepBlock {
                 });
                 [name.clone()].into_iter().chain(self.found.iter().map(level)).chain([growth]).collect()
             };
-            let header: Vec<String> = header("dB(A) at").chain(["dB/decade".to_owned()]).collect();
+            let header = header("dB(A) at").chain(["dB/decade".to_owned()]);
             report.text("\n");
-            report.table(aligned(&header, &heard.iter().map(row).collect::<Vec<_>>()));
+            report.table(aligned(header, heard.iter().map(row)));
         }
         for (speed, done) in columns() {
             if let Some(load) = done.missed_load() {
@@ -141,7 +141,7 @@ impl SweepBlock {
 /// `None` where nobody listened.
 pub fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     let header = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
-    let mut rows: Vec<Vec<String>> = vec![header.map(str::to_owned).to_vec()];
+    let mut rows: Vec<Vec<String>> = Vec::new();
     for block in blocks {
         for receiver in block.receivers() {
             let growth = block.growth_at(&receiver).map_or_else(Default::default, |growth| {
@@ -155,7 +155,7 @@ pub fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
             }
         }
     }
-    (rows.len() > 1).then(|| table::csv(rows))
+    (!rows.is_empty()).then(|| table::csv(header, rows))
 }
 
 /// All blocks as CSV: one row per group, band and speed, the band's growth and what the speed has found repeated.
@@ -164,7 +164,7 @@ pub fn csv(blocks: &[SweepBlock]) -> String {
     let band = ["group", "nominal_hz", "mid_frequency_hz", "speed_kmh", "level_db_re_1n"];
     let growth = ["growth_db_per_decade", "residual_db", "speeds"];
     let header = band.into_iter().chain(growth).chain(RollingResistance::COLUMNS).chain(["valid", "load_met"]);
-    let mut rows: Vec<Vec<String>> = vec![header.map(str::to_owned).collect()];
+    let mut rows: Vec<Vec<String>> = Vec::new();
     for block in blocks {
         for line in &block.lines {
             let growth = line.exponent.as_ref().map_or_else(Default::default, |fit| {
@@ -181,7 +181,7 @@ pub fn csv(blocks: &[SweepBlock]) -> String {
             }
         }
     }
-    table::csv(rows)
+    table::csv(header, rows)
 }
 
 /// Growth over frequency, a curve per group; `None` where no band has one.

@@ -1,0 +1,33 @@
+//! Values that are listed, walked through and shown by a title: written once, as one list.
+
+/// Declares an enum from one list of its values, each with its documentation and the text that people read: the enum
+/// itself, its values in order (`ALL`), and a function that returns the text. Files name the values in snake case.
+macro_rules! catalogue {
+    (
+        $(#[$about:meta])*
+        pub enum $name:ident, $(#[$about_text:meta])* $text:ident {
+            $($(#[$meaning:meta])* $value:ident => $words:literal,)+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum $name {
+            $($(#[$meaning])* $value,)+
+        }
+
+        impl $name {
+            /// All of them, in order.
+            pub const ALL: [Self; [$($words),+].len()] = [$(Self::$value),+];
+
+            $(#[$about_text])*
+            pub const fn $text(self) -> &'static str {
+                match self {
+                    $(Self::$value => $words,)+
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use catalogue;

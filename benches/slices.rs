@@ -82,7 +82,7 @@ fn tables() {
             let begin = thread_seconds();
             for _ in 0..REPEATED {
                 for row in all.chunks_exact(points) {
-                    growing.follow(&line, &depths(row), f64::INFINITY);
+                    growing.follow(&line, &depths(row));
                 }
             }
             let followed = (thread_seconds() - begin) / REPEATED as f64;
@@ -91,7 +91,7 @@ fn tables() {
             for batch in all.chunks(points * slices.div_ceil(4)) {
                 let mut contacts = Vec::new();
                 for row in batch.chunks_exact(points) {
-                    growing.follow(&line, &depths(row), f64::INFINITY);
+                    growing.follow(&line, &depths(row));
                     contacts.push(growing.clone());
                 }
                 let begin = thread_seconds();
@@ -167,7 +167,7 @@ fn measure(criterion: &mut Criterion) {
         let all = heights(ROWS, points);
         let of_one = depths(&all[..points]);
         let mut growing = GrowingContact::default();
-        growing.follow(&line, &of_one, f64::INFINITY);
+        growing.follow(&line, &of_one);
         let deepest = growing.events()[points - 1].0;
         let (forces, _) = searched(&line, &of_one, deepest);
         checked(&growing, &line, &forces, deepest);
@@ -175,7 +175,7 @@ fn measure(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("half-space slices of {points} points"));
         group.sample_size(10).throughput(Throughput::Elements(1));
         group.bench_function("growing factor", |bencher| {
-            bencher.iter(|| growing.follow(&line, &of_one, f64::INFINITY));
+            bencher.iter(|| growing.follow(&line, &of_one));
         });
         group.bench_function(BenchmarkId::new("searches", LEVELS), |bencher| {
             bencher.iter(|| searched(&line, &of_one, deepest));

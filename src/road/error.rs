@@ -8,28 +8,7 @@ use super::file_fault::FileFault;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RoadError {
-    /// A file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A file is too large for the memory that the run may use.
-    #[error(
-        "{} needs {needed} bytes in memory, more than the {limit} that the run may use (numerics.memory_limit)",
-        path.display()
-    )]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-        /// Bytes needed.
-        needed: u64,
-        /// Bytes allowed.
-        limit: u64,
-    },
-    /// A file that is damaged, or holds no road that can be used.
+    /// A file that cannot be read, is damaged, or holds no road that can be used.
     #[error("{}: {fault}", path.display())]
     File {
         /// The file.
@@ -60,14 +39,6 @@ pub enum RoadError {
         asked: (f64, f64),
         /// From, to.
         available: (f64, f64),
-    },
-    /// A `.npy` file that cannot be decoded.
-    #[error("{} is not a complete .npy array: {source}", path.display())]
-    Npy {
-        /// The file.
-        path: PathBuf,
-        /// What the reader said.
-        source: std::io::Error,
     },
     /// A spacing or count that is no positive finite number.
     #[error("{key} = {value} must be positive and finite")]

@@ -6,6 +6,12 @@ use std::path::PathBuf;
 /// otherwise.
 #[derive(Debug, thiserror::Error)]
 pub enum FileFault {
+    #[error("it cannot be read: {0}")]
+    Io(#[from] std::io::Error),
+    /// In bytes.
+    #[error("it needs {needed} bytes in memory, more than the {limit} that the run may use (numerics.memory_limit)")]
+    TooLarge { needed: u64, limit: u64 },
+
     // Profiles and grids.
     #[error("line {line}, column {column} ({role}): {found:?} is not a number")]
     NotANumber { line: u64, column: usize, role: &'static str, found: String },
@@ -31,6 +37,8 @@ pub enum FileFault {
     /// Heights that can hardly be metres.
     #[error("the heights span {span:.4} m, more than {allowed} m: are they in another unit (millimetres)?")]
     ImplausibleHeights { span: f64, allowed: f64 },
+    #[error("it is not a complete .npy array: {0}")]
+    Npy(std::io::Error),
     #[error("a grid needs a two-dimensional array (rows along x, columns across), this one has the shape {shape:?}")]
     NpyShape { shape: Vec<u64> },
     #[error("a grid needs float64 or float32 heights, this array holds {found}")]
@@ -101,25 +109,18 @@ pub enum FileFault {
 }
 
 /// A guess at what damaged a file; displays as nothing or as the end of a sentence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, thiserror::Error, PartialEq, Eq)]
 pub enum LikelyCause {
     /// No guess.
+    #[error("")]
     Unknown,
     /// The data hold no CR LF pair at all although chance would put some there: line ends were converted.
+    #[error(
+        ". The binary data contain no CR LF pair: the file was probably transferred as text and every CR LF became \
+         LF; transfer it again in binary mode"
+    )]
     LineEndsConverted,
     /// The file simply stops.
+    #[error(". The file ends too early: it was cut off")]
     Truncated,
-}
-
-impl std::fmt::Display for LikelyCause {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.write_str(match self {
-            Self::Unknown => "",
-            Self::LineEndsConverted => {
-                ". The binary data contain no CR LF pair: the file was probably transferred as text and every CR LF \
-                 became LF; transfer it again in binary mode"
-            }
-            Self::Truncated => ". The file ends too early: it was cut off",
-        })
-    }
 }

@@ -1,33 +1,46 @@
 //! What was found and done while a road was opened.
 
-use std::fmt;
-
 use serde::Serialize;
+use thiserror::Error;
 
 use super::texture::BandFit;
 
 /// Something that the user should know about the road, as it stands in `road.json`; lengths in m.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "note")]
 pub enum RoadNote {
     /// Missing heights were interpolated: so many of all.
+    #[error("{missing} of {total} heights ({:.1} %) are missing and were interpolated", percent(*missing, *total))]
     Filled { missing: usize, total: usize },
     /// Points of a profile farther than `limit` from the median were taken for dropouts.
+    #[error("{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)]
     Spikes { count: usize, limit: f64 },
     /// Only part of the profile is used, in the file's coordinate; so many points were left out.
+    #[error("used from {from:.4} to {to:.4} m of the file, {dropped} points left out")]
     Cut { from: f64, to: f64, dropped: usize },
     /// Distances were not in rising order: so many went back.
+    #[error("distances went back {steps} times; the points were sorted")]
     Unsorted { steps: usize },
     /// Several points at one distance were averaged: so many merged away.
+    #[error("{merged} points at the distance of another one were averaged with it")]
     Duplicates { merged: usize },
     /// Points `smallest` to `largest` apart were interpolated linearly to one spacing.
+    #[error(
+        "points {:.4} to {:.4} mm apart were interpolated to {:.4} mm", 1e3 * smallest, 1e3 * largest, 1e3 * spacing
+    )]
     Resampled { smallest: f64, largest: f64, spacing: f64 },
     /// Mean and linear slope of the profile, or the plane of the strip, were removed.
+    #[error("mean and linear slope were removed")]
     Levelled,
     /// Longer wavelengths than this were removed.
+    #[error("wavelengths longer than {longest_wavelength} m were removed")]
     Detrended { longest_wavelength: f64 },
     /// Of all columns those outside the contact strip, or not measured, were not used; `incomplete` ones lack heights,
     /// `missing_points` of the file's `total_points`. `lateral_position` is v of the tyre's middle.
+    #[error(
+        "{used} of {total} columns used, around v = {lateral_position:.3} m; {incomplete} columns lack heights \
+         ({missing_points} of {total_points} points, {:.1} %)", percent(*missing_points, *total_points)
+    )]
     Columns {
         total: usize,
         used: usize,
@@ -37,20 +50,37 @@ pub enum RoadNote {
         lateral_position: f64,
     },
     /// Columns at explicit positions were interpolated linearly to a uniform spacing.
+    #[error("uneven columns were interpolated linearly to {spacing:.4} m")]
     UnevenColumns { spacing: f64 },
     /// Section and key of what has no influence on heights along the reference line, or is unknown.
+    #[error("{key} has no effect here")]
     Ignored { key: String },
     /// Missing heights were set as the file's modifiers say: to `zero`, or to the `nearest across`.
+    #[error("{count} missing heights were set ({mode}) as the file's modifiers say")]
     MissingByModifier { count: usize, mode: &'static str },
     /// The road's own spacing is coarser than the run's.
+    #[error(
+        "the road is known every {:.3} mm only, the run resolves {:.3} mm: shorter wavelengths are absent",
+        1e3 * spacing, 1e3 * run
+    )]
     Coarse { spacing: f64, run: f64 },
     /// Heights span more than a texture does.
+    #[error("the heights span {span:.3} m: this is more than texture")]
     LargeSpan { span: f64 },
     /// The root-mean-square step from the last row to the first, where a repeated road starts again.
+    #[error("the repeated road steps by {:.3} mm (rms) where it starts again", 1e3 * step)]
     Joint { step: f64 },
     /// The spectrum asked for belongs to no isotropic surface; the nearest one deviates most \[dB\] at a wavelength.
+    #[error(
+        "no isotropic surface has this profile spectrum; the nearest one deviates by up to {deviation:.1} dB, at \
+         {:.1} mm", 1e3 * wavelength
+    )]
     NotRealisable { deviation: f64, wavelength: f64 },
     /// The profile's spectrum was measured, and an isotropic surface made from it between two wavelengths.
+    #[error(
+        "an isotropic surface with the profile's levels between {:.1} and {:.1} mm and random phases",
+        1e3 * longest, 1e3 * shortest
+    )]
     MadeIsotropic { longest: f64, shortest: f64 },
 }
 
@@ -71,72 +101,8 @@ impl RoadNote {
     }
 }
 
-impl fmt::Display for RoadNote {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
-        match self {
-            Self::Filled { missing, total } => {
-                let share = percent(*missing, *total);
-                write!(out, "{missing} of {total} heights ({share:.1} %) are missing and were interpolated")
-            }
-            Self::Spikes { count, limit } => {
-                write!(out, "{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)
-            }
-            Self::Cut { from, to, dropped } => {
-                write!(out, "used from {from:.4} to {to:.4} m of the file, {dropped} points left out")
-            }
-            Self::Unsorted { steps } => write!(out, "distances went back {steps} times; the points were sorted"),
-            Self::Duplicates { merged } => {
-                write!(out, "{merged} points at the distance of another one were averaged with it")
-            }
-            Self::Resampled { smallest, largest, spacing } => write!(
-                out,
-                "points {:.4} to {:.4} mm apart were interpolated to {:.4} mm",
-                1e3 * smallest,
-                1e3 * largest,
-                1e3 * spacing
-            ),
-            Self::Levelled => write!(out, "mean and linear slope were removed"),
-            Self::Detrended { longest_wavelength } => {
-                write!(out, "wavelengths longer than {longest_wavelength} m were removed")
-            }
-            Self::Columns { total, used, incomplete, missing_points, total_points, lateral_position } => write!(
-                out,
-                "{used} of {total} columns used, around v = {lateral_position:.3} m; {incomplete} columns lack heights \
-                 ({missing_points} of {total_points} points, {:.1} %)",
-                percent(*missing_points, *total_points)
-            ),
-            Self::UnevenColumns { spacing } => {
-                write!(out, "uneven columns were interpolated linearly to {spacing:.4} m")
-            }
-            Self::Ignored { key } => write!(out, "{key} has no effect here"),
-            Self::MissingByModifier { count, mode } => {
-                write!(out, "{count} missing heights were set ({mode}) as the file's modifiers say")
-            }
-            Self::Coarse { spacing, run } => write!(
-                out,
-                "the road is known every {:.3} mm only, the run resolves {:.3} mm: shorter wavelengths are absent",
-                1e3 * spacing,
-                1e3 * run
-            ),
-            Self::LargeSpan { span } => write!(out, "the heights span {span:.3} m: this is more than texture"),
-            Self::Joint { step } => {
-                write!(out, "the repeated road steps by {:.3} mm (rms) where it starts again", 1e3 * step)
-            }
-            Self::NotRealisable { deviation, wavelength } => write!(
-                out,
-                "no isotropic surface has this profile spectrum; the nearest one deviates by up to {deviation:.1} dB, \
-                 at {:.1} mm",
-                1e3 * wavelength
-            ),
-            Self::MadeIsotropic { longest, shortest } => write!(
-                out,
-                "an isotropic surface with the profile's levels between {:.1} and {:.1} mm and random phases",
-                1e3 * longest,
-                1e3 * shortest
-            ),
-        }
-    }
+fn percent(part: usize, whole: usize) -> f64 {
+    100.0 * part as f64 / whole.max(1) as f64
 }
 
 /// What is known about an opened road.

@@ -136,6 +136,16 @@ impl<'a> Complaints<'a> {
         Self { document, found: RefCell::new(Vec::new()) }
     }
 
+    /// As many more about the same scene, which nobody hears.
+    pub(super) fn unheard(&self) -> Self {
+        Self::new(self.document)
+    }
+
+    /// Whether a key is in the file.
+    pub(super) fn gives(&self, key: &str) -> bool {
+        self.document.has(key)
+    }
+
     /// Adds a complaint.
     pub(super) fn add(&self, key: &str, problem: Problem) {
         self.found.borrow_mut().push(self.document.diagnose(key, problem));

@@ -108,43 +108,29 @@ fn whole(integer: &DeInteger<'_>) -> Option<i128> {
 
 /// A whole number of at least so much.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Whole(pub(super) u64);
+pub(super) struct Whole<T>(u64, PhantomData<T>);
 
-impl Kind for Whole {
-    type Output = u64;
+impl<T> Whole<T> {
+    pub(super) const fn least(least: u64) -> Self {
+        Self(least, PhantomData)
+    }
+}
+
+impl<T: TryFrom<i128>> Kind for Whole<T> {
+    type Output = T;
 
     fn wanted(&self) -> String {
         format!("a whole number of at least {}", self.0)
     }
 
-    fn read(&self, value: &Value<'_>) -> Option<u64> {
+    fn read(&self, value: &Value<'_>) -> Option<T> {
         let DeValue::Integer(integer) = value.get() else { return value.wrong_type(self) };
-        let Some(signed) = whole(integer) else {
-            return value.complain(Problem::too_large(&integer.to_string(), &self.wanted()));
-        };
-        if signed < i128::from(self.0) {
-            return value.complain(Problem::too_small(signed, self.0));
+        let number = whole(integer);
+        if let Some(small) = number.filter(|&number| number < i128::from(self.0)) {
+            return value.complain(Problem::too_small(small, self.0));
         }
         let too_large = || Problem::too_large(&integer.to_string(), &self.wanted());
-        u64::try_from(signed).ok().or_else(|| value.complain(too_large()))
-    }
-}
-
-/// A whole number that counts something, of at least so much.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Count(pub(super) u64);
-
-impl Kind for Count {
-    type Output = usize;
-
-    fn wanted(&self) -> String {
-        Whole(self.0).wanted()
-    }
-
-    fn read(&self, value: &Value<'_>) -> Option<usize> {
-        let number = Whole(self.0).read(value)?;
-        let too_large = || Problem::too_large(&number.to_string(), &self.wanted());
-        usize::try_from(number).ok().or_else(|| value.complain(too_large()))
+        number.and_then(|number| T::try_from(number).ok()).or_else(|| value.complain(too_large()))
     }
 }
 
@@ -236,12 +222,28 @@ impl Kind for Column {
 
     fn read(&self, value: &Value<'_>) -> Option<String> {
         match value.get() {
-            DeValue::Integer(_) => Whole(1).read(value).map(|number| number.to_string()),
+            DeValue::Integer(_) => Whole::<u64>::least(1).read(value).map(|number| number.to_string()),
             DeValue::String(name) if name.is_empty() => value.complain(Problem::empty(&self.wanted())),
             DeValue::String(name) if name == "0" => value.complain(Problem::too_small(0, 1)),
             DeValue::String(name) => Some(name.to_string()),
             _ => value.wrong_type(self),
         }
+    }
+}
+
+/// What may be left out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Optional<K>(pub(super) K);
+
+impl<K: Kind> Kind for Optional<K> {
+    type Output = Option<K::Output>;
+
+    fn wanted(&self) -> String {
+        self.0.wanted()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<Option<K::Output>> {
+        self.0.read(value).map(Some)
     }
 }
 
@@ -257,13 +259,7 @@ impl<K: Kind> Kind for Numbers<K> {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<Vec<K::Output>> {
-        let Some(items) = value.items() else { return value.wrong_type(self) };
-        if items.is_empty() {
-            return value.complain(Problem::empty(&self.wanted()));
-        }
-        // All items are read before the first failure counts, so that every bad one is reported.
-        let numbers: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
-        numbers.into_iter().collect()
+        value.each(&self.0, self)
     }
 }
 
@@ -280,15 +276,11 @@ impl<const COUNT: usize> Kind for Exactly<COUNT> {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<[f64; COUNT]> {
-        let Some(items) = value.items() else { return value.wrong_type(self) };
-        if items.len() != COUNT {
+        if let Some(items) = value.items().filter(|items| items.len() != COUNT) {
             let wrong = format!("this has {} values", items.len());
             return value.complain(Problem::new(wrong, format!("write {COUNT} values")));
         }
-        // All items are read before the first failure counts, so that every bad one is reported.
-        let numbers: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
-        let numbers: Option<Vec<f64>> = numbers.into_iter().collect();
-        numbers?.try_into().ok()
+        value.each(&self.0, self)?.try_into().ok()
     }
 }
 

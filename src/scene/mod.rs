@@ -6,11 +6,12 @@
 mod diagnostic;
 mod document;
 mod error;
+mod fit;
+mod keys;
 mod kind;
 mod load;
 pub mod model;
 mod problem;
-mod read;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -51,6 +51,17 @@ impl<'a> Value<'a> {
         self.complain(Problem::new(format!("{found} cannot stand here"), format!("write {}", kind.wanted())))
     }
 
+    /// An array of at least one item, each of a kind.
+    pub(super) fn each<K: Kind>(&self, kind: &K, array: &impl Kind) -> Option<Vec<K::Output>> {
+        let Some(items) = self.items() else { return self.wrong_type(array) };
+        if items.is_empty() {
+            return self.complain(Problem::empty(&array.wanted()));
+        }
+        // All items are read before the first failure counts, so that every bad one is reported.
+        let items: Vec<_> = items.iter().map(|item| kind.read(item)).collect();
+        items.into_iter().collect()
+    }
+
     /// The items of an array; `None` for anything else, without a complaint.
     pub(super) fn items(&self) -> Option<Vec<Value<'a>>> {
         let items = self.value.as_array()?;
@@ -72,6 +83,8 @@ pub(super) struct Table<'a> {
     entries: &'a DeTable<'a>,
     /// Keys asked for so far.
     known: Vec<&'static str>,
+    /// Keys that are not read, since they mean nothing here or nobody knows whether they do.
+    refused: Vec<&'static str>,
     /// Whether keys that nobody asks for are left alone.
     lenient: bool,
 }
@@ -84,14 +97,37 @@ impl<'a> Table<'a> {
         title: &'static str,
         entries: &'a DeTable<'a>,
     ) -> Self {
-        Self { complaints, key, title, entries, known: Vec::new(), lenient: false }
+        Self { complaints, key, title, entries, known: Vec::new(), refused: Vec::new(), lenient: false }
     }
 
-    /// The value at a key, if given.
+    /// The value at a key, if given and not refused.
     pub(super) fn take(&mut self, key: &'static str) -> Option<Value<'a>> {
         self.known.push(key);
-        let value = self.entries.get(key)?.get_ref();
-        Some(Value { complaints: self.complaints, key: join(&self.key, key), value })
+        let value = self.entries.get(key).filter(|_| !self.refused.contains(&key))?;
+        Some(Value { complaints: self.complaints, key: join(&self.key, key), value: value.get_ref() })
+    }
+
+    /// What a key says, before or after it is read: the inner `None` where it is not given, the outer one where what
+    /// stands there is wrong, without a complaint.
+    pub(super) fn peek<K: Kind>(&self, key: &str, kind: &K) -> Option<Option<K::Output>> {
+        let Some(value) = self.entries.get(key) else { return Some(None) };
+        let unheard = self.complaints.unheard();
+        kind.read(&Value { complaints: &unheard, key: join(&self.key, key), value: value.get_ref() }).map(Some)
+    }
+
+    /// Whether a key within this table is in the file, as a path such as `layers[0].tension`.
+    pub(super) fn gives(&self, path: &str) -> bool {
+        self.complaints.gives(&self.path(path))
+    }
+
+    /// Complains about a length that is not below another one of the table, in words; `None` then.
+    pub(super) fn below(&self, key: &str, other: &str, kind: &impl Kind<Output = f64>, name: &str) -> Option<()> {
+        match (self.peek(key, kind), self.peek(other, kind)) {
+            (Some(Some(value)), Some(Some(limit))) if value >= limit => {
+                self.complain(key, Problem::not_below(value, limit, name))
+            }
+            _ => Some(()),
+        }
     }
 
     /// Whether a key is given.
@@ -107,25 +143,25 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The value at a key that may be left out; the outer `None` after a complaint.
-    pub(super) fn optional<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<Option<K::Output>> {
+    /// The value at a key or the default; `None` after a complaint.
+    pub(super) fn or<K: Kind>(&mut self, key: &'static str, kind: &K, default: K::Output) -> Option<K::Output> {
         match self.take(key) {
-            Some(value) => kind.read(&value).map(Some),
-            None => Some(None),
+            Some(value) => kind.read(&value),
+            None => Some(default),
         }
     }
 
-    /// The value at a key or the default; `None` after a complaint.
-    pub(super) fn or<K: Kind>(&mut self, key: &'static str, kind: &K, default: K::Output) -> Option<K::Output> {
-        self.optional(key, kind).map(|given| given.unwrap_or(default))
-    }
-
-    /// Complains about each of these keys that is given: they mean nothing with `owner`.
+    /// Complains about each of these keys that is given: they mean nothing with `owner`, and are read no more.
     pub(super) fn refuse(&mut self, keys: &[&'static str], owner: &str, right: &'static str) {
         for key in keys.iter().filter(|key| self.has(key)) {
             self.complain::<()>(key, Problem::does_not_belong(owner, right));
         }
-        self.known.extend(keys);
+        self.pass(keys);
+    }
+
+    /// Leaves keys unread, whatever stands there.
+    pub(super) fn pass(&mut self, keys: &[&'static str]) {
+        self.refused.extend(keys);
     }
 
     /// Leaves keys that nobody asks for alone: what decides about them is itself wrong.
@@ -141,9 +177,19 @@ impl<'a> Table<'a> {
     /// Complains about a key of this table, or a path within it such as `levels[2]`; `None`, to be returned by the
     /// reader.
     pub(super) fn complain<T>(&self, key: &str, problem: Problem) -> Option<T> {
-        let dot = if self.key.is_empty() { "" } else { "." };
-        self.complaints.add(&format!("{}{dot}{key}", self.key), problem);
+        self.complaints.add(&self.path(key), problem);
         None
+    }
+
+    fn path(&self, key: &str) -> String {
+        let dot = if self.key.is_empty() { "" } else { "." };
+        format!("{}{dot}{key}", self.key)
+    }
+
+    /// All keys that the table has, read or refused.
+    fn keys(&self) -> Vec<&'static str> {
+        let refused = self.refused.iter().filter(|key| !self.known.contains(key));
+        self.known.iter().chain(refused).copied().collect()
     }
 
     /// Complains about the table itself; `None`, to be returned by the reader.
@@ -154,7 +200,8 @@ impl<'a> Table<'a> {
 
     /// Whether keys are given that nobody asked for so far.
     pub(super) fn has_unknown(&self) -> bool {
-        self.entries.keys().any(|key| !self.known.contains(&key.get_ref().as_ref()))
+        let known = self.keys();
+        self.entries.keys().any(|key| !known.contains(&key.get_ref().as_ref()))
     }
 
     /// Complains about the keys that nobody asked for.
@@ -162,10 +209,11 @@ impl<'a> Table<'a> {
         if self.lenient {
             return;
         }
-        for key in self.entries.keys().map(|key| key.get_ref().as_ref()).filter(|key| !self.known.contains(key)) {
+        let known = self.keys();
+        for key in self.entries.keys().map(|key| key.get_ref().as_ref()).filter(|key| !known.contains(key)) {
             // A key that is already given cannot be the one that was meant.
-            let free: Vec<_> = self.known.iter().copied().filter(|known| !self.has(known)).collect();
-            let problem = Problem::unknown_key(self.title, nearest(key, &free), &self.known);
+            let free: Vec<_> = known.iter().copied().filter(|known| !self.has(known)).collect();
+            let problem = Problem::unknown_key(self.title, nearest(key, &free), &known);
             self.complaints.add(&join(&self.key, key), problem);
         }
     }
@@ -210,12 +258,6 @@ impl<T> Kind for Each<T> {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<Vec<T>> {
-        let Some(items) = value.items() else { return value.wrong_type(self) };
-        if items.is_empty() {
-            return value.complain(Problem::empty(&self.wanted()));
-        }
-        // All items are read before the first failure counts, so that every bad one is reported.
-        let tables: Vec<_> = items.iter().map(|item| self.0.read(item)).collect();
-        tables.into_iter().collect()
+        value.each(&self.0, self)
     }
 }

@@ -56,34 +56,29 @@ impl Effect {
         Self::Radiation,
     ];
 
+    /// The effect in words, and in one.
+    const fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Texture => ["texture across the width", "texture"],
+            Self::SliceCoupling => ["slice coupling", "slices"],
+            Self::TreadCoupling => ["tread coupling", "tread"],
+            Self::AxleMotion => ["axle motion", "axle"],
+            Self::TreadVibration => ["tread vibration", "vibration"],
+            Self::BeltVibration => ["belt vibration", "belt"],
+            Self::TangentialMotion => ["tangential motion", "tangential"],
+            Self::CentrifugalTension => ["centrifugal tension", "tension"],
+            Self::Radiation => ["radiation", "radiation"],
+        }
+    }
+
     /// The effect in words.
     pub const fn title(self) -> &'static str {
-        match self {
-            Self::Texture => "texture across the width",
-            Self::SliceCoupling => "slice coupling",
-            Self::TreadCoupling => "tread coupling",
-            Self::AxleMotion => "axle motion",
-            Self::TreadVibration => "tread vibration",
-            Self::BeltVibration => "belt vibration",
-            Self::TangentialMotion => "tangential motion",
-            Self::CentrifugalTension => "centrifugal tension",
-            Self::Radiation => "radiation",
-        }
+        self.words()[0]
     }
 
     /// The effect in a word.
     pub const fn short(self) -> &'static str {
-        match self {
-            Self::Texture => "texture",
-            Self::SliceCoupling => "slices",
-            Self::TreadCoupling => "tread",
-            Self::AxleMotion => "axle",
-            Self::TreadVibration => "vibration",
-            Self::BeltVibration => "belt",
-            Self::TangentialMotion => "tangential",
-            Self::CentrifugalTension => "tension",
-            Self::Radiation => "radiation",
-        }
+        self.words()[1]
     }
 
     /// Switches it in a scene.

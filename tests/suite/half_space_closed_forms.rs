@@ -84,7 +84,7 @@ fn a_strip_punch_has_the_closed_forms_pressure() {
             let pitch = 2.0 * half_width / cells as f64;
             let line = LineInfluence::love(cells, 1e4 * half_width, pitch);
             let mut contact = GrowingContact::default();
-            contact.follow(&line, &vec![0.0; cells], f64::INFINITY);
+            contact.follow(&line, &vec![0.0; cells]);
             let mut pressure = vec![0.0; cells];
             contact.pressure_at(1e-5, &mut pressure);
             let load: f64 = pressure.iter().map(|p| p * pitch).sum();
@@ -122,7 +122,7 @@ fn the_middle_of_many_waves_follows_westergaard_to_full_contact() {
     let least = depths.iter().copied().fold(f64::MAX, f64::min);
     let depths: Vec<f64> = depths.iter().map(|depth| depth - least).collect();
     let mut contact = GrowingContact::default();
-    contact.follow(&line, &depths, f64::INFINITY);
+    contact.follow(&line, &depths);
     let full = contact.events()[cells - 1].0;
     let middle = waves / 2 * per_wave..(waves / 2 + 1) * per_wave;
     let full_pressure = PI * amplitude / wavelength;

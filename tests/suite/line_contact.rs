@@ -29,7 +29,7 @@ fn agrees_with_the_general_search_at_a_hundred_levels_of_two_hundred_slices() {
         let cells = 2 + case / 5;
         let line = LineInfluence::love(cells, 10f64.powf(rng.random_range(-4.0..-2.0)), 2e-3);
         let depths = profile(&mut rng, cells, case);
-        growing.follow(&line, &depths, f64::INFINITY);
+        growing.follow(&line, &depths);
         let deepest = growing.events().last().unwrap().0;
         let mut pressure = vec![0.0; cells];
         for _ in 0..100 {
@@ -59,7 +59,7 @@ fn a_curve_costs_one_factorisation() {
     for case in 0..20 {
         let depths = profile(&mut rng, cells, case);
         let mut growing = GrowingContact::default();
-        growing.follow(&line, &depths, f64::INFINITY);
+        growing.follow(&line, &depths);
         followed += growing.multiply_adds();
         let deepest = growing.events()[cells - 1].0;
         let mut guess: Option<Vec<bool>> = None;

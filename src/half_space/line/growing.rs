@@ -43,11 +43,11 @@ pub struct GrowingContact {
 }
 
 impl GrowingContact {
-    /// Follows a profile up to the penetration `limit` (infinity: until every cell is in contact).
+    /// Follows a profile until every cell is in contact.
     ///
     /// `depths`: depth >= 0 of each cell below the highest \[m\], one per cell of `line`; finite. Meaningful where
     /// [`LineInfluence::only_grows`] holds.
-    pub fn follow(&mut self, line: &LineInfluence, depths: &[f64], limit: f64) {
+    pub fn follow(&mut self, line: &LineInfluence, depths: &[f64]) {
         debug_assert_eq!(depths.len(), line.cells());
         let (n, arch) = (depths.len(), Arch::new());
         self.prepare(n, depths);
@@ -56,7 +56,7 @@ impl GrowingContact {
         for k in 0..n {
             // Ties may come out of order by rounding.
             let y = f64::max(touch, last);
-            if y > limit || touch.is_infinite() {
+            if touch.is_infinite() {
                 break;
             }
             last = y;
@@ -93,7 +93,7 @@ impl GrowingContact {
         self.multiply_adds
     }
 
-    /// Pressure/E* of every cell at penetration `y` >= 0, of the profile followed last (up to its limit).
+    /// Pressure/E* of every cell at penetration `y` >= 0, of the profile followed last.
     ///
     /// `pressure`: one per cell, overwritten. Cost: half a square of the cells in contact.
     pub fn pressure_at(&self, y: f64, pressure: &mut [f64]) {
@@ -281,7 +281,7 @@ mod tests {
             let y: Vec<f64> = (0..cells).map(|i| (i as f64 - 0.5 * (cells as f64 - 1.0)) * pitch).collect();
             let depths: Vec<f64> = y.iter().map(|y| y * y / (2.0 * radius)).collect();
             let mut growing = GrowingContact::default();
-            growing.follow(&line, &depths, f64::INFINITY);
+            growing.follow(&line, &depths);
             // Penetration at which the pressure has Hertz's half-width a = 1 mm: load per length f = pi a^2 E*/(4 R).
             let half_width = 1e-3;
             let force = std::f64::consts::PI * half_width * half_width / (4.0 * radius);
@@ -311,7 +311,7 @@ mod tests {
         let mut depths = vec![5e-3; 50];
         depths[20] = 0.0;
         let mut growing = GrowingContact::default();
-        growing.follow(&line, &depths, f64::INFINITY);
+        growing.follow(&line, &depths);
         let events = growing.events();
         assert!((events[0].1 * line.row()[0] - 1.0).abs() < 1e-14);
         // The spike's dent holds its neighbours off longer than the far cells.

@@ -256,21 +256,21 @@ fn from_scaled(
     PartialFractions { poles: poles.to_vec(), residues, constant }
 }
 
-/// Starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to `highest`
-/// angular frequency \[rad/s\], and a real pole at the lowest.
-pub fn starting_poles(pairs: usize, lowest: f64, highest: f64) -> Vec<Complex64> {
-    let step = (highest / lowest).ln() / (pairs.max(2) - 1) as f64;
-    let mut poles: Vec<Complex64> = (0..pairs)
-        .map(|i| lowest * (step * i as f64).exp())
-        .map(|frequency| Complex64::new(-0.05 * frequency, frequency))
-        .collect();
-    poles.push(Complex64::new(-lowest, 0.0));
-    poles
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to
+    /// `highest` angular frequency \[rad/s\], and a real pole at the lowest.
+    fn starting_poles(pairs: usize, lowest: f64, highest: f64) -> Vec<Complex64> {
+        let step = (highest / lowest).ln() / (pairs.max(2) - 1) as f64;
+        let mut poles: Vec<Complex64> = (0..pairs)
+            .map(|i| lowest * (step * i as f64).exp())
+            .map(|frequency| Complex64::new(-0.05 * frequency, frequency))
+            .collect();
+        poles.push(Complex64::new(-lowest, 0.0));
+        poles
+    }
 
     fn model() -> PartialFractions {
         PartialFractions {

@@ -51,7 +51,7 @@ pub(super) fn follow(
     let own = highest(heights);
     depths.clear();
     depths.extend(heights.iter().map(|&height| own - height));
-    contact.follow(line, depths, f64::INFINITY);
+    contact.follow(line, depths);
     peak - own
 }
 

@@ -27,20 +27,21 @@ type Opened = (NpyFile<BufReader<File>>, (usize, usize), u64);
 /// The file behind its header, rows and columns, bytes per height.
 fn open(spec: &GridRoad) -> Result<Opened, RoadError> {
     let path = &spec.file;
-    let file = File::open(path).map_err(|source| RoadError::Io { path: path.clone(), source })?;
-    let found = NpyFile::new(BufReader::new(file)).map_err(|source| RoadError::Npy { path: path.clone(), source })?;
+    let fault = |fault: FileFault| RoadError::file(path, fault);
+    let file = File::open(path).map_err(|source| fault(source.into()))?;
+    let found = NpyFile::new(BufReader::new(file)).map_err(|source| fault(FileFault::Npy(source)))?;
     let bytes = match found.dtype() {
         DType::Plain(kind) if kind.type_char() == TypeChar::Float && matches!(kind.size_field(), 4 | 8) => {
             kind.size_field()
         }
-        other => return Err(RoadError::file(path, FileFault::NpyType { found: other.descr() })),
+        other => return Err(fault(FileFault::NpyType { found: other.descr() })),
     };
     let &[rows, columns] = found.shape() else {
-        return Err(RoadError::file(path, FileFault::NpyShape { shape: found.shape().to_vec() }));
+        return Err(fault(FileFault::NpyShape { shape: found.shape().to_vec() }));
     };
     let shape = (rows as usize, columns as usize);
     if rows < 2 || columns < 1 {
-        return Err(RoadError::file(path, FileFault::TooFewPoints { found: shape.0.min(shape.1), needed: 2 }));
+        return Err(fault(FileFault::TooFewPoints { found: shape.0.min(shape.1), needed: 2 }));
     }
     Ok((found, shape, bytes))
 }
@@ -57,14 +58,14 @@ pub fn read(spec: &GridRoad, contact_width: f64, limit: u64, report: &mut RoadRe
     let (file, (rows, columns), bytes) = open(spec)?;
     let needed = (rows as u64).saturating_mul(columns as u64).saturating_mul(8);
     if needed > limit {
-        return Err(RoadError::TooLarge { path: path.clone(), needed, limit });
+        return Err(RoadError::file(path, FileFault::TooLarge { needed, limit }));
     }
     let width = columns as f64 * spec.dy;
     if width < contact_width * (1.0 - 1e-9) {
         return Err(RoadError::Narrow { path: path.clone(), needed: contact_width, available: width });
     }
     let order = file.order();
-    let fault = |source| RoadError::Npy { path: path.clone(), source };
+    let fault = |source| RoadError::file(path, FileFault::Npy(source));
     let stored: Vec<f64> = if bytes == 8 {
         file.into_vec().map_err(fault)?
     } else {

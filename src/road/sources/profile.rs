@@ -38,9 +38,9 @@ struct Point {
 /// No such file, no numbers where they should be (with line and column), no units, too few points, too many missing.
 pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
-    let bytes = read_file(path, limit)?;
-    let captif = captif_data(&bytes);
     let fault = |fault| RoadError::file(path, fault);
+    let bytes = read_file(path, limit).map_err(fault)?;
+    let captif = captif_data(&bytes);
     let points = match captif {
         Some((offset, line)) => captif_points(&bytes[offset..], line).map_err(fault)?,
         None => csv_points(spec, &bytes)?,

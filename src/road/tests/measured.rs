@@ -177,7 +177,7 @@ fn faulty_profiles_are_refused_with_the_place() {
     let absent = Road::Profile(profile(folder.path().join("absent.csv")));
     assert!(refused(&absent, line()).to_string().contains("absent.csv"));
     let directory = Road::Profile(profile(folder.path().to_owned()));
-    assert!(matches!(refused(&directory, line()), RoadError::Io { .. }));
+    assert!(matches!(refused(&directory, line()), RoadError::File { fault: FileFault::Io(_), .. }));
     let captif = fault(
         b"Road Name\tCAPTIF\t\n*****DATA*****\t\t\nData Point No:\tDistance (mm)\tDepth (mm)\n1\t0.0\t1.0\n2\tx\t1.0\n",
     );
@@ -190,7 +190,7 @@ fn faulty_profiles_are_refused_with_the_place() {
     let large = Road::Profile(profile(write(&folder, "large.csv", b"0,1\n")));
     assert!(matches!(
         RoadSurface::open(&large, line(), Limits { bytes: 3 }),
-        Err(RoadError::TooLarge { needed: 4, limit: 3, .. })
+        Err(RoadError::File { fault: FileFault::TooLarge { needed: 4, limit: 3 }, .. })
     ));
 }
 
@@ -250,9 +250,9 @@ fn faulty_grids_are_refused() {
         fault(&npy(&[10, 4], order, 0..40_i32)),
         RoadError::File { fault: FileFault::NpyType { .. }, .. }
     ));
-    assert!(matches!(fault(b"not an array"), RoadError::Npy { .. }));
+    assert!(matches!(fault(b"not an array"), RoadError::File { fault: FileFault::Npy(_), .. }));
     let whole = npy(&[10, 4], order, level(40));
-    assert!(matches!(fault(&whole[..whole.len() - 3]), RoadError::Npy { .. }), "cut off");
+    assert!(matches!(fault(&whole[..whole.len() - 3]), RoadError::File { fault: FileFault::Npy(_), .. }), "cut off");
     let with =
         |value: f64| npy(&[10, 4], order, level(40).enumerate().map(move |(i, z)| if i == 22 { value } else { z }));
     assert!(matches!(
@@ -283,7 +283,7 @@ fn faulty_grids_are_refused() {
     let few = Road::Grid(grid(folder.path().join("h.npy"), 0.004, 0.05));
     assert!(matches!(
         RoadSurface::open(&few, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 }, Limits { bytes: 100 }),
-        Err(RoadError::TooLarge { .. })
+        Err(RoadError::File { fault: FileFault::TooLarge { .. }, .. })
     ));
 }
 

@@ -1,60 +1,78 @@
-//! Contact laws of tread and road slices.
+//! `[contact]`: contact laws of tread and road slices.
 
 use serde::{Deserialize, Serialize};
 
-/// Contact laws.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Contact {
-    /// How the tread deforms.
-    pub tread: Tread,
-    /// How the road under an element deforms the tread.
-    pub slices: Slices,
-    /// By how much a slice yields more than the element as a whole.
-    pub slice_coupling: SliceCoupling,
-    /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of compliance
-    /// kappa/(dx b). Default: from the tread's modulus and the road's texture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub local_compliance: Option<f64>,
-    /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits exactly
-    /// keeps its own).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cells_across: Option<usize>,
-    /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly keeps
-    /// its own).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cells_along: Option<usize>,
-    /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it exact.
-    pub slice_tolerance: f64,
-    /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
-    /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bedding_stiffness: Option<f64>,
-    /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic
-    /// tread.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub equal_stiffness: bool,
-}
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Flag, OneOf, Optional, Whole};
+use crate::scene::table::{Nested, Table};
 
-impl Contact {
-    /// That of the standard preset. Thinned curves err to the same side in every slice: 1e-6 m changes levels by 0.1
-    /// dB, 1e-5 m by 6 dB (measured at N = 512).
-    pub const SLICE_TOLERANCE: f64 = 3e-7;
-}
-
-impl Default for Contact {
-    fn default() -> Self {
-        Self {
-            tread: Tread::default(),
-            slices: Slices::default(),
-            slice_coupling: SliceCoupling::default(),
-            local_compliance: None,
-            cells_across: None,
-            cells_along: None,
-            slice_tolerance: Self::SLICE_TOLERANCE,
-            bedding_stiffness: None,
-            equal_stiffness: false,
-        }
+keys! {
+    /// Contact laws.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Contact {
+        /// How the tread deforms.
+        tread: Tread = Tread::default() => OneOf::new(),
+        /// How the road under an element deforms the tread.
+        slices: Slices = Slices::default() => OneOf::new(),
+        /// By how much a slice yields more than the element as a whole.
+        slice_coupling: SliceCoupling = SliceCoupling::default() => OneOf::new(),
+        /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
+        /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        local_compliance: Option<f64> = None => Optional(Bounds::positive("m/Pa")),
+        /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits
+        /// exactly keeps its own).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cells_across: Option<usize> = None => Optional(Whole::least(1)),
+        /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly
+        /// keeps its own).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cells_along: Option<usize> = None => Optional(Whole::least(1)),
+        /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it
+        /// exact. The default is that of the standard preset: thinned curves err to the same side in every slice,
+        /// 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
+        slice_tolerance: f64 = 3e-7 => Bounds::between(0.0, 1e-3, "m"),
+        /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
+        /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        bedding_stiffness: Option<f64> = None => Optional(Bounds::positive("N/m^3")),
+        /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic
+        /// tread.
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        equal_stiffness: bool = false => Flag,
     }
+}
+
+pub(in crate::scene) const CONTACT: Nested<Contact> =
+    Nested { title: "[contact]", wanted: "the table [contact]", read: contact };
+
+fn contact(table: &mut Table<'_>) -> Option<Contact> {
+    let tread = table.peek("tread", &OneOf::<Tread>::new()).map(Option::unwrap_or_default);
+    let coupling = table.peek("slice_coupling", &OneOf::<SliceCoupling>::new()).map(Option::unwrap_or_default);
+    if matches!(coupling, Some(SliceCoupling::Explicit | SliceCoupling::Implicit)) {
+        let owner = "the paper's slice couplings, whose compliance is G0_ii";
+        table.refuse(&["local_compliance"], owner, "remove it, or choose slice_coupling = \"local\"");
+    }
+    let (elastic, bedding) = ("tread = \"elastic\"", "remove it, or choose tread = \"bedding\"");
+    match tread {
+        Some(Tread::Elastic) => {
+            table.refuse(&["bedding_stiffness"], elastic, bedding);
+            table.refuse(&["equal_stiffness"], elastic, "remove it: the others are scaled to this one");
+        }
+        Some(Tread::Uncoupled) => table.refuse(&["bedding_stiffness"], "tread = \"uncoupled\"", bedding),
+        Some(Tread::Bedding) => {
+            let right = "remove it: the springs have that stiffness unless bedding_stiffness is given";
+            table.refuse(&["equal_stiffness"], "tread = \"bedding\"", right);
+        }
+        None => {}
+    }
+    let read = Contact::read(table)?;
+    if read.tread == Tread::Uncoupled && read.slice_coupling == SliceCoupling::Implicit {
+        let right = "remove it: no point feels the others within a step, both couplings are the same";
+        return table.complain("slice_coupling", Problem::does_not_belong("tread = \"uncoupled\"", right));
+    }
+    Some(read)
 }
 
 /// Tread law.

@@ -1,6 +1,11 @@
-//! What is simulated beside the contact itself, effect by effect.
+//! `[effects]`: what is simulated beside the contact itself, effect by effect.
 
 use serde::{Deserialize, Serialize};
+
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::OneOf;
+use crate::scene::table::{Nested, Table};
 
 /// Whether an effect is simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
@@ -15,38 +20,39 @@ pub enum Switch {
     Auto,
 }
 
-/// Effects, each on, off or `auto`. The laws of tread and slices stand in [`super::Contact`], what holds the axle in
-/// [`super::Axle`].
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Effects {
-    /// Texture across the contact width, with the slice law; without it the road is its middle line, level across.
-    /// `auto`: off for roads that are level across anyway.
-    pub texture: Switch,
-    /// Normal vibration of the tread surface, local deformation included. `auto`: where an output asks for it.
-    pub tread_vibration: Switch,
-    /// Normal vibration of the belt. `auto`: where an output asks for it.
-    pub belt_vibration: Switch,
-    /// Tangential vibration of the tread surface. `auto`: where an output asks for it.
-    pub tangential_motion: Switch,
-    /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for it.
-    /// `auto`: on where it adds more than a tenth to the tension.
-    pub centrifugal_tension: Switch,
-    /// Sound radiation. `auto`: where there is a receiver.
-    pub radiation: Switch,
-    /// Tangential friction; not there yet: `on` is refused.
-    pub friction: Switch,
+keys! {
+    /// Effects, each on, off or `auto`. The laws of tread and slices stand in [`super::Contact`], what holds the axle
+    /// in [`super::Axle`].
+    #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+    Effects {
+        /// Texture across the contact width, with the slice law; without it the road is its middle line, level across.
+        /// `auto`: off for roads that are level across anyway.
+        texture: Switch = Switch::Auto => OneOf::new(),
+        /// Normal vibration of the tread surface, local deformation included. `auto`: where an output asks for it.
+        tread_vibration: Switch = Switch::Auto => OneOf::new(),
+        /// Normal vibration of the belt. `auto`: where an output asks for it.
+        belt_vibration: Switch = Switch::Auto => OneOf::new(),
+        /// Tangential vibration of the tread surface. `auto`: where an output asks for it.
+        tangential_motion: Switch = Switch::Auto => OneOf::new(),
+        /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for
+        /// it. `auto`: on where it adds more than a tenth to the tension.
+        centrifugal_tension: Switch = Switch::Off => OneOf::new(),
+        /// Sound radiation. `auto`: where there is a receiver.
+        radiation: Switch = Switch::Auto => OneOf::new(),
+        /// Tangential friction; not there yet: `on` is refused.
+        friction: Switch = Switch::Auto => OneOf::new(),
+    }
 }
 
-impl Default for Effects {
-    fn default() -> Self {
-        Self {
-            texture: Switch::Auto,
-            tread_vibration: Switch::Auto,
-            belt_vibration: Switch::Auto,
-            tangential_motion: Switch::Auto,
-            centrifugal_tension: Switch::Off,
-            radiation: Switch::Auto,
-            friction: Switch::Auto,
-        }
+pub(in crate::scene) const EFFECTS: Nested<Effects> =
+    Nested { title: "[effects]", wanted: "the table [effects]", read: effects };
+
+fn effects(table: &mut Table<'_>) -> Option<Effects> {
+    let read = Effects::read(table);
+    if table.peek("friction", &OneOf::<Switch>::new()) == Some(Some(Switch::On)) {
+        let wrong = "tangential friction in the contact is not there yet: this version has normal forces only";
+        let right = "\"off\", or \"auto\", which takes it in once it is there";
+        return table.complain("friction", Problem::new(wrong, right));
     }
+    read
 }

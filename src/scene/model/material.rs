@@ -1,30 +1,45 @@
-//! Viscoelastic materials.
+//! Viscoelastic materials of a tyre's layers.
 
+use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 
-/// An isotropic viscoelastic material.
-///
-/// Keys that mean nothing under its law keep their defaults and are neither read nor written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Material {
-    /// How the modulus depends on frequency.
-    pub law: Law,
-    /// Young's modulus \[Pa\]: at the reference frequency (`power-law`), at rest (`prony`), or at all frequencies.
-    pub modulus: f64,
-    /// Loss factor eta (`power-law`, `hysteretic`) \[1\].
-    pub loss_factor: f64,
-    /// Poisson's ratio, frequency independent, in (-1, 0.5).
-    pub poisson: f64,
-    /// Density \[kg/m^3\].
-    pub density: f64,
-    /// Frequency at which the modulus is as given (`power-law`) \[Hz\].
-    pub reference_frequency: f64,
-    /// Frequency below which the modulus levels off (`power-law`) \[Hz\].
-    pub corner_frequency: f64,
-    /// Relative strengths g_j (`prony`).
-    pub weights: Vec<f64>,
-    /// Relaxation times tau_j (`prony`) \[s\].
-    pub times: Vec<f64>,
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Numbers, OneOf};
+use crate::scene::table::{Kind, Nested, Table};
+
+const LOSS: Bounds = Bounds::not_negative("");
+/// The corner may not be 0: the static stiffness of a power law would be 0.
+const FREQUENCY: Bounds = Bounds::positive("Hz");
+const WEIGHTS: Numbers = Numbers(Bounds::positive(""));
+const TIMES: Numbers = Numbers(Bounds::positive("s"));
+
+keys! {
+    /// An isotropic viscoelastic material.
+    ///
+    /// Keys that mean nothing under its law keep their defaults and are neither read nor written.
+    #[derive(Clone, Debug, PartialEq)]
+    Material {
+        /// How the modulus depends on frequency.
+        law: Law = Law::default() => OneOf::new(),
+        /// Young's modulus \[Pa\]: at the reference frequency (`power-law`), at rest (`prony`), or at all frequencies.
+        modulus: f64 => Bounds::positive("Pa"),
+        /// Poisson's ratio, frequency independent. At -1 the shear modulus of an isotropic material is infinite, at 0.5
+        /// its compressional one.
+        poisson: f64 => Bounds::inside(-1.0, 0.5, ""),
+        /// Density \[kg/m^3\].
+        density: f64 => Bounds::positive("kg/m^3"),
+        /// Loss factor eta (`power-law`, `hysteretic`) \[1\].
+        loss_factor: f64 = 0.0 => LOSS,
+        /// Frequency at which the modulus is as given (`power-law`) \[Hz\].
+        reference_frequency: f64 = Material::REFERENCE_FREQUENCY => FREQUENCY,
+        /// Frequency below which the modulus levels off (`power-law`) \[Hz\].
+        corner_frequency: f64 = Material::CORNER_FREQUENCY => FREQUENCY,
+        /// Relative strengths g_j (`prony`).
+        weights: Vec<f64> = Vec::new() => WEIGHTS,
+        /// Relaxation times tau_j (`prony`) \[s\].
+        times: Vec<f64> = Vec::new() => TIMES,
+    }
 }
 
 /// Viscoelastic law; see [`crate::tyre`] for the formulas.
@@ -50,49 +65,84 @@ impl Material {
     pub const CORNER_FREQUENCY: f64 = 1.0;
 }
 
-/// A material as it is written: the keys of its law and no others.
-#[derive(Serialize)]
-#[serde(tag = "law", rename_all = "kebab-case")]
-enum Written<'a> {
-    Elastic {
-        modulus: f64,
-        poisson: f64,
-        density: f64,
-    },
-    PowerLaw {
-        modulus: f64,
-        loss_factor: f64,
-        poisson: f64,
-        density: f64,
-        reference_frequency: f64,
-        corner_frequency: f64,
-    },
-    Prony {
-        modulus: f64,
-        poisson: f64,
-        density: f64,
-        weights: &'a [f64],
-        times: &'a [f64],
-    },
-    Hysteretic {
-        modulus: f64,
-        loss_factor: f64,
-        poisson: f64,
-        density: f64,
-    },
+impl Law {
+    /// Its word, and the keys that a material has by it beside those of all.
+    const fn own(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Elastic => ("elastic", &[]),
+            Self::PowerLaw => ("power-law", &["loss_factor", "reference_frequency", "corner_frequency"]),
+            Self::Prony => ("prony", &["weights", "times"]),
+            Self::Hysteretic => ("hysteretic", &["loss_factor"]),
+        }
+    }
 }
 
 impl Serialize for Material {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { law, modulus, loss_factor, poisson, density, reference_frequency, corner_frequency, .. } = *self;
-        match law {
-            Law::Elastic => Written::Elastic { modulus, poisson, density },
-            Law::PowerLaw => {
-                Written::PowerLaw { modulus, loss_factor, poisson, density, reference_frequency, corner_frequency }
+        let (word, own) = self.law.own();
+        let mut map = serializer.serialize_map(Some(4 + own.len()))?;
+        map.serialize_entry("law", word)?;
+        for (key, value) in [
+            ("modulus", self.modulus),
+            ("loss_factor", self.loss_factor),
+            ("poisson", self.poisson),
+            ("density", self.density),
+            ("reference_frequency", self.reference_frequency),
+            ("corner_frequency", self.corner_frequency),
+        ] {
+            if matches!(key, "modulus" | "poisson" | "density") || own.contains(&key) {
+                map.serialize_entry(key, &value)?;
             }
-            Law::Prony => Written::Prony { modulus, poisson, density, weights: &self.weights, times: &self.times },
-            Law::Hysteretic => Written::Hysteretic { modulus, loss_factor, poisson, density },
         }
-        .serialize(serializer)
+        if self.law == Law::Prony {
+            map.serialize_entry("weights", &self.weights)?;
+            map.serialize_entry("times", &self.times)?;
+        }
+        map.end()
     }
+}
+
+pub(super) const MATERIAL: Nested<Material> = Nested {
+    title: "a material",
+    wanted: "a table, { law = ..., modulus = ..., loss_factor = ..., poisson = ..., density = ... }",
+    read: material,
+};
+
+fn material(table: &mut Table<'_>) -> Option<Material> {
+    let law = table.peek("law", &OneOf::<Law>::new()).map(Option::unwrap_or_default);
+    if law.is_none() {
+        table.be_lenient();
+    }
+    let of_losses = match law {
+        Some(Law::Prony) => "remove it: weights and times describe the losses of a prony material",
+        _ => "remove it, or choose law = \"power-law\" for a material with losses",
+    };
+    let of_power_law = "remove it, or choose law = \"power-law\"";
+    let of_prony = "remove it, or choose law = \"prony\"";
+    for (key, right) in [
+        ("loss_factor", of_losses),
+        ("reference_frequency", of_power_law),
+        ("corner_frequency", of_power_law),
+        ("weights", of_prony),
+        ("times", of_prony),
+    ] {
+        match law.map(Law::own) {
+            None => table.pass(&[key]),
+            Some((word, own)) if !own.contains(&key) => table.refuse(&[key], &format!("law = \"{word}\""), right),
+            Some(_) => {}
+        }
+    }
+    let mut complete = Some(());
+    if law == Some(Law::Prony) {
+        for (key, kind) in [("weights", WEIGHTS), ("times", TIMES)].into_iter().filter(|(key, _)| !table.has(key)) {
+            complete = table.complain(key, Problem::missing(&kind.wanted()));
+        }
+    }
+    let read = Material::read(table)?;
+    complete?;
+    if read.weights.len() != read.times.len() {
+        let problem = Problem::length_mismatch(read.times.len(), "weights", read.weights.len());
+        return table.complain("times", problem);
+    }
+    Some(read)
 }

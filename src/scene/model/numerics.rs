@@ -1,52 +1,67 @@
-//! Resolution, tolerances, and what is written.
+//! `[numerics]` and `[outputs]`: resolution, tolerances, and what is written.
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{TimeRule, Vibration};
+use super::vibration::{VIBRATION, Vibration};
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
+use crate::scene::table::{Kind, Nested, Table, Value};
+use crate::time_rule::TimeRule;
 
-/// Resolution and tolerances.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Numerics {
-    /// Highest frequency wanted \[Hz\]: the plan chooses elements and substeps by it where they are not given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fmax: Option<f64>,
-    /// The row of the plan's table of accuracy against time that what is not given is taken from.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub preset: Option<Preset>,
-    /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that keeps
-    /// it.
-    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional_decibels")]
-    pub accuracy: Option<f64>,
-    /// Elements N round the tyre; even.
-    pub elements: usize,
-    /// Time steps q per element rolled.
-    pub substeps: usize,
-    /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
-    pub time_rule: TimeRule,
-    /// How the past is carried along; by default by poles, or as a sum where a `memory` is given.
-    pub history: History,
-    /// Length of the force history that is kept, `direct` only \[s\].
-    pub memory: f64,
-    /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or to
-    /// 0.003 of its largest where that is more.
-    pub pole_tolerance: f64,
-    /// Relative tolerance of the wavenumber sums, of the influence function's static value.
-    pub influence_tolerance: f64,
-    /// Tolerance of the contact conditions, relative to the largest required displacement.
-    pub contact_tolerance: f64,
-    /// A fixed number of odd lateral terms m, instead of the tolerance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lateral_terms: Option<usize>,
-    /// A fixed largest alias |p|, instead of the tolerance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wavenumber_aliases: Option<usize>,
-    /// Largest number of cached factorisations; fewer where they would take more than 256 MB.
-    pub cached_factors: usize,
-    /// Memory that the run may plan to use \[GB\].
-    pub memory_limit: f64,
-    /// Computing time on one core that the run may plan to use \[h\].
-    pub time_limit: f64,
+keys! {
+    /// Resolution and tolerances.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Numerics {
+        /// Highest frequency wanted \[Hz\]: the plan chooses elements and substeps by it where they are not given.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        fmax: Option<f64> = None => Optional(FMAX),
+        /// The row of the plan's table of accuracy against time that what is not given is taken from.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        preset: Option<Preset> = None => Optional(OneOf::new()),
+        /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that
+        /// keeps it. From what no road is known to, up to what is hardly an accuracy.
+        #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional_decibels")]
+        accuracy: Option<f64> = None => Optional(Decibels(Bounds::between(0.05, 12.0, "dB"))),
+        /// Elements N round the tyre; even.
+        elements: usize = 512 => Elements,
+        /// Time steps q per element rolled.
+        substeps: usize = 1 => Whole::least(1),
+        /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
+        time_rule: TimeRule = TimeRule::Sdirk2 => OneOf::new(),
+        /// How the past is carried along; by default by poles, or as a sum where a `memory` is given.
+        history: History = History::Modal => OneOf::new(),
+        /// Length of the force history that is kept, `direct` only \[s\].
+        memory: f64 = 0.7 => Bounds::positive("s"),
+        /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or
+        /// to 0.003 of its largest where that is more. From what a fit in double precision can reach to what still is
+        /// one.
+        pole_tolerance: f64 = 1e-5 => Bounds::between(1e-10, 1e-2, ""),
+        /// Relative tolerance of the wavenumber sums, of the influence function's static value. Below a few units of
+        /// rounding no sum of thousands of terms converges.
+        influence_tolerance: f64 = 1e-7 => Bounds::between(1e-14, 0.1, ""),
+        /// Tolerance of the contact conditions, relative to the largest required displacement. Less than rounding no
+        /// linear solve can leave; above, a contact condition would say nothing.
+        contact_tolerance: f64 = 1e-12 => Bounds::between(1e-15, 1e-3, ""),
+        /// A fixed number of odd lateral terms m, instead of the tolerance.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lateral_terms: Option<usize> = None => Optional(Whole::least(1)),
+        /// A fixed largest alias |p|, instead of the tolerance.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        wavenumber_aliases: Option<usize> = None => Optional(Whole::least(0)),
+        /// Largest number of cached factorisations; fewer where they would take more than 256 MB.
+        cached_factors: usize = 32 => Whole::least(1),
+        /// Memory that the run may plan to use \[GB\].
+        memory_limit: f64 = 8.0 => Bounds::positive("GB"),
+        /// Computing time on one core that the run may plan to use \[h\].
+        time_limit: f64 = 24.0 => Bounds::positive("h"),
+    }
 }
+
+const FMAX: Bounds = Bounds::positive("Hz");
+
+pub(in crate::scene) const NUMERICS: Nested<Numerics> =
+    Nested { title: "[numerics]", wanted: "the table [numerics]", read: numerics };
 
 impl Numerics {
     /// Fewer elements do not even resolve the patch of a car tyre by two.
@@ -63,25 +78,50 @@ impl Numerics {
     }
 }
 
-impl Default for Numerics {
-    fn default() -> Self {
-        Self {
-            fmax: None,
-            preset: None,
-            accuracy: None,
-            elements: 512,
-            substeps: 1,
-            time_rule: TimeRule::Sdirk2,
-            history: History::Modal,
-            memory: 0.7,
-            pole_tolerance: 1e-5,
-            influence_tolerance: 1e-7,
-            contact_tolerance: 1e-12,
-            lateral_terms: None,
-            wavenumber_aliases: None,
-            cached_factors: 32,
-            memory_limit: 8.0,
-            time_limit: 24.0,
+fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
+    let read = Numerics::read(table);
+    if table.has("preset") && table.has("accuracy") {
+        let wrong = "this and `preset` both choose a row of the same table";
+        return table.complain("accuracy", Problem::new(wrong, "either this or `preset`"));
+    }
+    if let Some(key) = ["preset", "accuracy"].into_iter().find(|key| table.has(key))
+        && !table.has("fmax")
+    {
+        let wanted = format!("{FMAX}, the highest frequency that numerics.{key} is meant for");
+        return table.complain("fmax", Problem::missing(&wanted));
+    }
+    let mut read = read?;
+    // A memory to be summed over is a wish for the sum; sums have weights for multistep rules only.
+    if table.has("memory") && !table.has("history") {
+        read.history = History::Direct;
+    }
+    if read.history == History::Direct && !table.has("time_rule") {
+        read.time_rule = TimeRule::Bdf2;
+    }
+    Some(read)
+}
+
+/// An even number of elements.
+struct Elements;
+
+impl Kind for Elements {
+    type Output = usize;
+
+    fn wanted(&self) -> String {
+        format!("an even whole number of at least {}", Numerics::FEWEST_ELEMENTS)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<usize> {
+        if value.get().as_integer().is_none() {
+            return value.wrong_type(self);
+        }
+        let elements: usize = Whole::least(Numerics::FEWEST_ELEMENTS as u64).read(value)?;
+        // Wavenumbers run from -N/2 to N/2 - 1.
+        if elements.is_multiple_of(2) {
+            Some(elements)
+        } else {
+            let right = format!("write an even number, such as {}", elements - 1);
+            value.complain(Problem::new(format!("{elements} is odd"), right))
         }
     }
 }
@@ -135,24 +175,23 @@ pub enum History {
     Modal,
 }
 
-/// What is written to the results folder beside `summary.json`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Outputs {
-    /// `time.npy`, `total_force.npy`, `patch_force.npy`, `patch_element.npy`.
-    pub arrays: bool,
-    /// `spectra.csv`.
-    pub spectra: bool,
-    /// SVG plots.
-    pub plots: bool,
-    /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
-    pub checkpoint_interval: f64,
-    /// Vibration of the tyre; none is computed without it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub vibration: Option<Vibration>,
-}
-
-impl Default for Outputs {
-    fn default() -> Self {
-        Self { arrays: true, spectra: true, plots: true, checkpoint_interval: 60.0, vibration: None }
+keys! {
+    /// What is written to the results folder beside `summary.json`.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Outputs {
+        /// `time.npy`, `total_force.npy`, `patch_force.npy`, `patch_element.npy`.
+        arrays: bool = true => Flag,
+        /// `spectra.csv`.
+        spectra: bool = true => Flag,
+        /// SVG plots.
+        plots: bool = true => Flag,
+        /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
+        checkpoint_interval: f64 = 60.0 => Bounds::not_negative("s"),
+        /// Vibration of the tyre; none is computed without it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        vibration: Option<Vibration> = None => Optional(VIBRATION),
     }
 }
+
+pub(in crate::scene) const OUTPUTS: Nested<Outputs> =
+    Nested { title: "[outputs]", wanted: "the table [outputs]", read: Outputs::read };

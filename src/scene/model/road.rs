@@ -1,8 +1,17 @@
-//! The road: its kinds and what happens at its end.
+//! `[road]`: its kinds, and what happens at its end.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+
+use super::made_road::{MadeRoad, made};
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Column, Exactly, File, OneOf, Optional, Whole};
+use crate::scene::table::{Nested, Table};
+
+const LENGTH: Bounds = Bounds::positive("m");
+const COORDINATE: Bounds = Bounds::any("m");
 
 /// The road and what happens at its end.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -55,94 +64,6 @@ impl Road {
     }
 }
 
-/// A random isotropic texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the
-/// default dense asphalt.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MadeRoad {
-    /// Seed of the random numbers.
-    pub seed: u64,
-    /// Third-octave mid-wavelengths \[m\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wavelengths: Option<Vec<f64>>,
-    /// Third-octave texture levels of a profile, dB re 1e-6 m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub levels: Option<Vec<f64>>,
-    /// Power-law spectrum instead of levels.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub power_law: Option<PowerLawTexture>,
-    /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\].
-    pub spacing: f64,
-    /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps.
-    pub skewness: f64,
-    /// Kurtosis of the heights: 3 for Gaussian ones.
-    pub kurtosis: f64,
-}
-
-impl MadeRoad {
-    /// Kurtosis of Gaussian heights.
-    pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
-
-    /// Default lattice spacing \[m\]: a quarter of the shortest wavelength of the default dense asphalt, 4 mm.
-    pub const SPACING: f64 = 0.001;
-    /// Shortest third-octave mid-wavelength of the default dense asphalt \[m\].
-    pub const DENSE_ASPHALT_SHORTEST: f64 = 0.004;
-}
-
-impl Default for MadeRoad {
-    fn default() -> Self {
-        Self {
-            seed: 0,
-            wavelengths: None,
-            levels: None,
-            power_law: None,
-            spacing: Self::SPACING,
-            skewness: 0.0,
-            kurtosis: Self::GAUSSIAN_KURTOSIS,
-        }
-    }
-}
-
-/// Profile spectrum proportional to wavenumber^(-exponent) between two wavelengths.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PowerLawTexture {
-    /// Root-mean-square height \[m\].
-    pub rms: f64,
-    /// Decay exponent of the one-sided profile spectrum.
-    pub exponent: f64,
-    /// Longest wavelength \[m\].
-    pub longest: f64,
-    /// Shortest wavelength \[m\].
-    pub shortest: f64,
-}
-
-/// A measured longitudinal profile from a file of columns.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ProfileRoad {
-    /// CAPTIF `.dat` or CSV; relative to the scene.
-    pub file: PathBuf,
-    /// Unit of the distance column of a CSV \[m, mm, um\]; CAPTIF files state theirs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub distance_unit: Option<LengthUnit>,
-    /// Unit of the height column of a CSV.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub height_unit: Option<LengthUnit>,
-    /// Name or number (from 1) of the distance column; default: the first.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub distance_column: Option<String>,
-    /// Name or number (from 1) of the height column; default: the second.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub height_column: Option<String>,
-    /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub range: Option<[f64; 2]>,
-    /// How a line becomes a surface.
-    pub lateral: Lateral,
-    /// Seed of the random phases (`lateral = "isotropic"`).
-    pub seed: u64,
-    /// What happens past the end.
-    pub at_end: AtEnd,
-}
-
 /// Unit of a length in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum LengthUnit {
@@ -181,32 +102,68 @@ pub enum AtEnd {
     Mirror,
 }
 
-/// An OpenCRG road.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OpenCrgRoad {
-    /// The `.crg` file; relative to the scene.
-    pub file: PathBuf,
-    /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lateral_position: Option<f64>,
-    /// Whether the slow trend (longer than `longest_wavelength`) is removed, as for texture.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub longest_wavelength: Option<f64>,
-    /// What happens past the end.
-    pub at_end: AtEnd,
+keys! {
+    /// A measured longitudinal profile from a file of columns.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    ProfileRoad {
+        /// CAPTIF `.dat` or CSV; relative to the scene.
+        file: PathBuf => File,
+        /// Unit of the distance column of a CSV \[m, mm, um\]; CAPTIF files state theirs.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        distance_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        /// Unit of the height column of a CSV.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        height_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        /// Name or number (from 1) of the distance column; default: the first.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        distance_column: Option<String> = None => Optional(Column),
+        /// Name or number (from 1) of the height column; default: the second.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        height_column: Option<String> = None => Optional(Column),
+        /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        range: Option<[f64; 2]> = None => Optional(RANGE),
+        /// How a line becomes a surface.
+        lateral: Lateral = Lateral::default() => OneOf::new(),
+        /// Seed of the random phases (`lateral = "isotropic"`).
+        seed: u64 = 0 => Whole::least(0),
+        /// What happens past the end.
+        at_end: AtEnd = AtEnd::default() => OneOf::new(),
+    }
 }
 
-/// A height map. Rows run along x from road coordinate 0, columns across, centred on the tyre, cell-centred.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct GridRoad {
-    /// A two-dimensional `.npy` array of heights \[m\]; relative to the scene.
-    pub file: PathBuf,
-    /// Row spacing \[m\]: row r lies at road coordinate r dx.
-    pub dx: f64,
-    /// Column spacing \[m\].
-    pub dy: f64,
-    /// What happens past the end.
-    pub at_end: AtEnd,
+const RANGE: Exactly<2> = Exactly(COORDINATE);
+
+keys! {
+    /// An OpenCRG road.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    OpenCrgRoad {
+        /// The `.crg` file; relative to the scene.
+        file: PathBuf => File,
+        /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        lateral_position: Option<f64> = None => Optional(COORDINATE),
+        /// Whether the slow trend (longer than `longest_wavelength`) is removed, as for texture.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        longest_wavelength: Option<f64> = None => Optional(LENGTH),
+        /// What happens past the end.
+        at_end: AtEnd = AtEnd::default() => OneOf::new(),
+    }
+}
+
+keys! {
+    /// A height map. Rows run along x from road coordinate 0, columns across, centred on the tyre, cell-centred.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    GridRoad {
+        /// A two-dimensional `.npy` array of heights \[m\]; relative to the scene.
+        file: PathBuf => File,
+        /// Row spacing \[m\]: row r lies at road coordinate r dx.
+        dx: f64 => LENGTH,
+        /// Column spacing \[m\].
+        dy: f64 => LENGTH,
+        /// What happens past the end.
+        at_end: AtEnd = AtEnd::default() => OneOf::new(),
+    }
 }
 
 impl Road {
@@ -228,5 +185,45 @@ impl Road {
             Self::OpenCrg(road) => Some(&mut road.file),
             Self::Grid(road) => Some(&mut road.file),
         }
+    }
+}
+
+pub(in crate::scene) const ROAD: Nested<Road> =
+    Nested { title: "the road", wanted: "the table [road] with a kind and its keys", read: road };
+
+/// The words accepted as `kind`; the tags of [`Road`].
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RoadKind {
+    Smooth,
+    Made,
+    Profile,
+    OpenCrg,
+    Grid,
+}
+
+fn road(table: &mut Table<'_>) -> Option<Road> {
+    let Some(kind) = table.required("kind", &OneOf::<RoadKind>::new()) else {
+        table.be_lenient();
+        return None;
+    };
+    let (title, read): (_, fn(&mut Table<'_>) -> Option<Road>) = match kind {
+        RoadKind::Smooth => ("a smooth road", |_| Some(Road::Smooth)),
+        RoadKind::Made => ("a made road", |table| made(table).map(Road::Made)),
+        RoadKind::Profile => ("a profile road", |table| profile(table).map(Road::Profile)),
+        RoadKind::OpenCrg => ("an opencrg road", |table| OpenCrgRoad::read(table).map(Road::OpenCrg)),
+        RoadKind::Grid => ("a grid road", |table| GridRoad::read(table).map(Road::Grid)),
+    };
+    table.rename(title);
+    read(table)
+}
+
+fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
+    let read = ProfileRoad::read(table);
+    match table.peek("range", &RANGE) {
+        Some(Some([begin, end])) if begin >= end => {
+            table.complain("range", Problem::not_below(begin, end, "the end of the range"))
+        }
+        _ => read,
     }
 }

@@ -1,6 +1,12 @@
-//! Sound: where it is heard, and how its way there is computed.
+//! `[[receiver]]` and `[radiation]`: where sound is heard, and how its way there is computed.
 
 use serde::{Deserialize, Serialize};
+
+use super::numerics::decibels;
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Decibels, Exactly, Flag, OneOf, Optional, Text, Whole};
+use crate::scene::table::{Each, Nested, Table};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
 ///
@@ -62,51 +68,35 @@ impl StandardReceiver {
     pub const HEIGHT: f64 = 1.2;
 }
 
-/// How sound gets from the tread to the receivers.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Radiation {
-    /// Boundary elements, or a draft.
-    pub quality: RadiationQuality,
-    /// Highest frequency \[Hz\]; above it nothing is radiated.
-    pub fmax: f64,
-    /// Nodes of the boundary elements a wavelength.
-    pub nodes_per_wavelength: f64,
-    /// Largest error of the interpolation between the frequencies that are solved for \[dB\].
-    #[serde(serialize_with = "super::numerics::decibels")]
-    pub frequency_tolerance: f64,
-    /// Lateral numbers of the tread's waves that are followed.
-    pub lateral_waves: usize,
-    /// Radius of the shoulders, outside the tread's width \[m\].
-    pub shoulder: f64,
-    /// Length of the contact patch that the body of the tyre has; that of the static contact where it is left out
-    /// \[m\].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub patch_length: Option<f64>,
-    /// Height of the slit that a rough road leaves between itself and the patch \[m\]; 0: sealed.
-    pub acoustic_gap: f64,
-    /// What the air at the tread moves with.
-    pub air: AirMotion,
-    /// Of the air \[degrees Celsius\].
-    pub temperature: f64,
-    /// Whether files to listen to are written.
-    pub audio: bool,
-}
-
-impl Default for Radiation {
-    fn default() -> Self {
-        Self {
-            quality: RadiationQuality::Full,
-            fmax: 2500.0,
-            nodes_per_wavelength: 9.0,
-            frequency_tolerance: 0.2,
-            lateral_waves: 8,
-            shoulder: 0.02,
-            patch_length: None,
-            acoustic_gap: 0.0,
-            air: AirMotion::Axle,
-            temperature: 20.0,
-            audio: true,
-        }
+keys! {
+    /// How sound gets from the tread to the receivers.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Radiation {
+        /// Boundary elements, or a draft.
+        quality: RadiationQuality = RadiationQuality::Full => OneOf::new(),
+        /// Highest frequency \[Hz\]; above it nothing is radiated.
+        fmax: f64 = 2500.0 => Bounds::between(50.0, 2e4, "Hz"),
+        /// Nodes of the boundary elements a wavelength.
+        nodes_per_wavelength: f64 = 9.0 => Bounds::between(3.0, 40.0, ""),
+        /// Largest error of the interpolation between the frequencies that are solved for \[dB\].
+        #[serde(serialize_with = "decibels")]
+        frequency_tolerance: f64 = 0.2 => Decibels(Bounds::between(1e-3, 6.0, "dB")),
+        /// Lateral numbers of the tread's waves that are followed.
+        lateral_waves: usize = 8 => Whole::least(1),
+        /// Radius of the shoulders, outside the tread's width \[m\].
+        shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m"),
+        /// Length of the contact patch that the body of the tyre has; that of the static contact where it is left out
+        /// \[m\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        patch_length: Option<f64> = None => Optional(LENGTH),
+        /// Height of the slit that a rough road leaves between itself and the patch \[m\]; 0: sealed.
+        acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
+        /// What the air at the tread moves with.
+        air: AirMotion = AirMotion::Axle => OneOf::new(),
+        /// Of the air \[degrees Celsius\].
+        temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
+        /// Whether files to listen to are written.
+        audio: bool = true => Flag,
     }
 }
 
@@ -130,4 +120,78 @@ pub enum AirMotion {
     Axle,
     /// With the tread: a measure of the doubt about the layer of air that the tread drags along.
     WithTread,
+}
+
+pub(in crate::scene) const RECEIVERS: Each<Receiver> =
+    Each(Nested { title: "[[receiver]]", wanted: "tables [[receiver]], one for each place", read: receiver });
+pub(in crate::scene) const RADIATION: Nested<Radiation> =
+    Nested { title: "[radiation]", wanted: "the table [radiation]", read: Radiation::read };
+
+/// What no microphone stands beyond.
+const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
+const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m");
+
+/// The words of `standard`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Standard {
+    CoastBy,
+    Cpx,
+    Circle,
+    Hemisphere,
+}
+
+fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
+    let name = table.or("name", &Text, String::new());
+    let place = match (table.has("position"), table.has("standard")) {
+        (true, false) => {
+            let position = table.required("position", &Exactly::<3>(COORDINATE));
+            table.refuse(&["standard", "distance", "height", "radius"], "position", "leave this out");
+            position.map(|position| ReceiverPlace::Position { position })
+        }
+        (true, true) => table.complain("standard", Problem::new("`position` is given, too", "one of the two")),
+        (false, false) => {
+            for key in ["position", "standard", "distance", "height", "radius"] {
+                table.take(key);
+            }
+            // A slip in the key's name is told by itself, with the name that was meant.
+            if table.has_unknown() {
+                return None;
+            }
+            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\" or \
+                         \"hemisphere\"";
+            table.complain_here(Problem::new("it says nowhere where the receiver is", right))
+        }
+        (false, true) => standard(table).map(ReceiverPlace::Standard),
+    };
+    if place.is_none() {
+        table.be_lenient();
+    }
+    Some(Receiver { name: name?, place: place? })
+}
+
+fn standard(table: &mut Table<'_>) -> Option<StandardReceiver> {
+    let standard = table.required("standard", &OneOf::<Standard>::new())?;
+    let right = "leave this out";
+    Some(match standard {
+        Standard::CoastBy => {
+            table.refuse(&["radius"], "standard = \"coast-by\"", right);
+            let distance = table.or("distance", &LENGTH, StandardReceiver::DISTANCE);
+            let height = table.or("height", &LENGTH, StandardReceiver::HEIGHT);
+            StandardReceiver::CoastBy { distance: distance?, height: height? }
+        }
+        Standard::Cpx => {
+            table.refuse(&["radius", "distance", "height"], "standard = \"cpx\"", right);
+            StandardReceiver::Cpx
+        }
+        Standard::Circle => {
+            table.refuse(&["distance"], "standard = \"circle\"", right);
+            let (radius, height) = (table.required("radius", &LENGTH), table.required("height", &LENGTH));
+            StandardReceiver::Circle { radius: radius?, height: height? }
+        }
+        Standard::Hemisphere => {
+            table.refuse(&["distance", "height"], "standard = \"hemisphere\"", right);
+            StandardReceiver::Hemisphere { radius: table.required("radius", &LENGTH)? }
+        }
+    })
 }

@@ -1,34 +1,46 @@
-//! The tyre: shape, layers, foundation and what is in it.
+//! `[tyre]`: shape, layers, foundation and what is in it.
 
 use serde::{Deserialize, Serialize};
+use toml::de::DeValue;
 
-use super::{Material, is_default};
+use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls};
+use super::material::{MATERIAL, Material};
+use crate::scene::Problem;
+use crate::scene::keys::{is_default, keys};
+use crate::scene::kind::{Bounds, Exactly, Flag, OneOf, Optional, Text};
+use crate::scene::problem::short;
+use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
-/// The tyre: layers round its circumference, flat or curved, between two sides.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tyre {
-    /// Circumference L = 2 pi R \[m\].
-    pub circumference: f64,
-    /// Width B between the sides \[m\].
-    pub width: f64,
-    /// Width b of the contact strip, centred \[m\].
-    pub contact_width: f64,
-    /// What the sides allow.
-    #[serde(skip_serializing_if = "is_default")]
-    pub sides: Sides,
-    /// Whether the layers are a hollow cylinder; a flat plate otherwise.
-    #[serde(skip_serializing_if = "is_default")]
-    pub curvature: bool,
-    /// The pressure within and the sidewalls that bear it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inflation: Option<Inflation>,
-    /// The air within, as a resonator.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cavity: Option<Cavity>,
-    /// The air cushion and carcass under the innermost layer.
-    pub foundation: Foundation,
-    /// Layers from the rim outwards; the last one is the tread.
-    pub layers: Vec<Layer>,
+const LENGTH: Bounds = Bounds::positive("m");
+const BED: Bounds = Bounds::not_negative("N/m^3");
+
+keys! {
+    /// The tyre: layers round its circumference, flat or curved, between two sides.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Tyre {
+        /// Circumference L = 2 pi R \[m\].
+        circumference: f64 => LENGTH,
+        /// Width B between the sides \[m\].
+        width: f64 => LENGTH,
+        /// Width b of the contact strip, centred \[m\].
+        contact_width: f64 => LENGTH,
+        /// What the sides allow.
+        #[serde(skip_serializing_if = "is_default")]
+        sides: Sides = Sides::default() => OneOf::new(),
+        /// Whether the layers are a hollow cylinder; a flat plate otherwise.
+        #[serde(skip_serializing_if = "is_default")]
+        curvature: bool = false => Flag,
+        /// The pressure within and the sidewalls that bear it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        inflation: Option<Inflation> = None => Optional(INFLATION),
+        /// The air within, as a resonator.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cavity: Option<Cavity> = None => Optional(CAVITY),
+        /// The air cushion and carcass under the innermost layer; may be left out where the sidewalls' arcs give it.
+        foundation: Foundation = Foundation::default() => FOUNDATION,
+        /// Layers from the rim outwards; the last one is the tread.
+        layers: Vec<Layer> => LAYERS,
+    }
 }
 
 /// What the sides of the tyre allow.
@@ -42,114 +54,37 @@ pub enum Sides {
     Guided,
 }
 
-/// The inflation pressure and, where they are given, the sidewalls that it stretches between rim and belt.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Inflation {
-    /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns; a flat one feels
-    /// it through its sidewalls only.
-    pub pressure: f64,
-    /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\]; a curved tyre's.
-    #[serde(skip_serializing_if = "is_default")]
-    pub sidewall_mass: f64,
-    /// The arcs of the sidewalls: what tension and foundation come from where they are not given.
-    #[serde(flatten)]
-    pub sidewalls: Option<Sidewalls>,
-}
-
-/// Two sidewalls as membranes: circular arcs from rim to belt, see [`Sidewalls::carry`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Sidewalls {
-    /// Radius r_s of an arc \[m\].
-    #[serde(rename = "sidewall_radius")]
-    pub radius: f64,
-    /// Half its angle, phi, between 0 and pi \[rad\].
-    #[serde(rename = "sidewall_angle")]
-    pub angle: f64,
-    /// Shear stiffness G t of the wall \[N/m\].
-    #[serde(rename = "sidewall_shear")]
-    pub shear: f64,
-}
-
-/// What the inflation gives the belt through its sidewalls, see [`Sidewalls::carry`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Carried {
-    /// Tension along the belt, per width \[N/m\]; below 0 it would be compressed.
-    pub tension: f64,
-    /// Normal stiffness per area \[N/m^3\].
-    pub normal: f64,
-    /// Tangential stiffness per area \[N/m^3\].
-    pub tangential: f64,
-}
-
-impl Sidewalls {
-    /// What sidewalls under the pressure p give a belt of width B whose inner face has the radius R_b.
-    ///
-    /// A wall of length l = 2 phi r_s does not stretch; the pressure makes it an arc under the membrane force p r_s.
-    /// Both walls pull a length of the belt inwards by 2 p r_s cos(phi) = p l cos(phi)/phi over the chord l
-    /// sin(phi)/phi from rim to belt:
-    ///
-    /// 1. equilibrium of half the belt under pressure and pull: T = R_b (p - 2 p r_s cos(phi)/B);
-    /// 2. the derivative of the pull by the chord, both by phi: kn = p (cos phi + phi sin phi)/((sin phi - phi cos phi)
-    ///    B);
-    /// 3. along the belt a wall is a string of length l under p r_s, and a strip in shear: kt = (p/phi + G t/(phi
-    ///    r_s))/B.
-    ///
-    /// The radius is that of the inner face since the pressure acts there: with it the first equation is exact for a
-    /// belt of any thickness.
-    pub fn carry(&self, pressure: f64, width: f64, inner_radius: f64) -> Carried {
-        let Self { radius, angle, shear } = *self;
-        let (sine, cosine) = angle.sin_cos();
-        Carried {
-            tension: inner_radius * pressure * (1.0 - 2.0 * radius * cosine / width),
-            normal: pressure * (cosine + angle * sine) / ((sine - angle * cosine) * width),
-            tangential: (pressure + shear / radius) / (angle * width),
-        }
+keys! {
+    /// Elastic foundation under the innermost layer; its loss follows the same power law as the materials.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Foundation {
+        /// Normal stiffness per area at the reference frequency \[N/m^3\].
+        normal: f64 = 0.0 => BED,
+        /// Tangential stiffness per area at the reference frequency \[N/m^3\].
+        tangential: f64 = 0.0 => BED,
+        /// Loss factor eta \[1\].
+        loss_factor: f64 = 0.0 => Bounds::not_negative(""),
+        /// Frequency at which the stiffness is as given \[Hz\].
+        reference_frequency: f64 = Material::REFERENCE_FREQUENCY => Bounds::positive("Hz"),
+        /// Frequency below which the power law levels off \[Hz\].
+        corner_frequency: f64 = Material::CORNER_FREQUENCY => Bounds::positive("Hz"),
     }
 }
 
-/// The air in a tyre, which the fields without variation across the width compress.
-///
-/// Under a pressure p above that of the atmosphere its density is near 1.4 (p + 1.013e5 Pa)/c^2: 3.8 kg/m^3 at 2.2 bar.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Cavity {
-    /// Mean radius R_c \[m\].
-    pub radius: f64,
-    /// Depth between rim and tyre \[m\].
-    pub depth: f64,
-    /// Density of the air \[kg/m^3\].
-    pub density: f64,
-    /// Speed of sound c \[m/s\].
-    pub sound_speed: f64,
-    /// Time of relaxation tau \[s\]: its waves have the loss factor w tau; 0 where nothing damps them.
-    pub relaxation: f64,
-}
-
-/// Elastic foundation under the innermost layer; its loss follows the same power law as the materials.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Foundation {
-    /// Normal stiffness per area at the reference frequency \[N/m^3\].
-    pub normal: f64,
-    /// Tangential stiffness per area at the reference frequency \[N/m^3\].
-    pub tangential: f64,
-    /// Loss factor eta \[1\].
-    pub loss_factor: f64,
-    /// Frequency at which the stiffness is as given \[Hz\].
-    pub reference_frequency: f64,
-    /// Frequency below which the power law levels off \[Hz\].
-    pub corner_frequency: f64,
-}
-
-/// One elastic layer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Layer {
-    /// What people call it: belt, tread, ...
-    pub name: String,
-    /// Thickness h \[m\].
-    pub thickness: f64,
-    /// Tension per width along x and y \[N/m\]; the prestress is T/h.
-    pub tension: [f64; 2],
-    /// What it is made of.
-    pub material: Material,
+keys! {
+    /// One elastic layer.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Layer {
+        /// What people call it: belt, tread, ...
+        name: String => Text,
+        /// Thickness h \[m\].
+        thickness: f64 => LENGTH,
+        /// Tension per width along x and y \[N/m\]; the prestress is T/h. Compression could buckle the layer, which is
+        /// outside of a linear model.
+        tension: [f64; 2] = [0.0; 2] => Exactly(Bounds::not_negative("N/m")),
+        /// What it is made of.
+        material: Material => MATERIAL,
+    }
 }
 
 impl Layer {
@@ -157,11 +92,6 @@ impl Layer {
     pub fn is_tense(&self) -> bool {
         self.tension.iter().any(|tension| tension.abs() > 0.0)
     }
-}
-
-impl Cavity {
-    /// Speed of sound in air at 20 degrees \[m/s\].
-    pub const SOUND_SPEED: f64 = 343.0;
 }
 
 impl Tyre {
@@ -189,44 +119,136 @@ impl Tyre {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The tyre: a table; the path of a tyre file was replaced by the table in it before.
+pub(in crate::scene) struct TyreKind;
 
-    const WALLS: Sidewalls = Sidewalls { radius: 0.05, angle: 1.1, shear: 8e3 };
-    const PRESSURE: f64 = 2.2e5;
-    const WIDTH: f64 = 0.136;
+const TYRE: Nested<Tyre> =
+    Nested { title: "the tyre", wanted: "the table [tyre], or the path of a tyre file in quotes", read: tyre };
+const FOUNDATION: Nested<Foundation> = Nested {
+    title: "the foundation",
+    wanted: "a table, { normal = ..., tangential = ..., loss_factor = ... }",
+    read: Foundation::read,
+};
+const LAYERS: Each<Layer> = Each(Nested {
+    title: "a layer",
+    wanted: "one table [[tyre.layers]] ([[layers]] in a tyre file) for each layer",
+    read: Layer::read,
+});
 
-    #[test]
-    fn a_car_tyres_sidewalls_give_the_tension_and_stiffness_of_a_car_tyre() {
-        let inner_radius = 1.95 / std::f64::consts::TAU - 0.019;
-        let Carried { tension, normal, tangential } = WALLS.carry(PRESSURE, WIDTH, inner_radius);
-        for (found, expected) in [(tension, 4.3e4), (normal, 5.9e6), (tangential, 2.5e6)] {
-            assert!((found / expected - 1.0).abs() < 0.02, "{found} is not {expected} to its two digits");
+impl Kind for TyreKind {
+    type Output = Tyre;
+
+    fn wanted(&self) -> String {
+        TYRE.wanted()
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<Tyre> {
+        // A path is still here only if its file could not be read, which was complained about.
+        if matches!(value.get(), DeValue::String(_)) { None } else { TYRE.read(value) }
+    }
+}
+
+fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
+    let read = Tyre::read(table);
+    let bed = bed_is_whole(table);
+    if let (Some(Some(value)), Some(Some(limit))) = (table.peek("contact_width", &LENGTH), table.peek("width", &LENGTH))
+        && value > limit
+    {
+        return table.complain("contact_width", Problem::exceeds(value, limit, "the tyre's width"));
+    }
+    bed?;
+    let tyre = read?;
+    check(&tyre, table)?;
+    inflated(tyre, table)
+}
+
+/// Checks that the foundation has all of its stiffness where nothing else gives it; `None` after complaints.
+fn bed_is_whole(table: &Table<'_>) -> Option<()> {
+    match (table.peek("inflation", &INFLATION), table.peek("foundation", &FOUNDATION)) {
+        // Sidewalls that are themselves wrong might have given it.
+        (None | Some(Some(Inflation { sidewalls: Some(_), .. })), _) | (_, None) => Some(()),
+        (_, Some(None)) => table.complain("foundation", Problem::missing(&FOUNDATION.wanted())),
+        (_, Some(Some(_))) => {
+            let missing = || Problem::missing(&BED.wanted());
+            let part = |key: &str| if table.gives(key) { Some(()) } else { table.complain(key, missing()) };
+            ["foundation.normal", "foundation.tangential"].map(part).into_iter().collect()
         }
     }
+}
 
-    #[test]
-    fn the_normal_stiffness_is_the_change_of_pull_with_the_chord_of_an_arc_that_keeps_its_length() {
-        for angle in [0.05, 0.6, 1.1, 1.6, 2.4, 3.0] {
-            let walls = Sidewalls { angle, ..WALLS };
-            let length = 2.0 * angle * walls.radius;
-            // Both walls; a step of the angle that loses as many digits to rounding as to the parabola's neglect.
-            let pull = |angle: f64| PRESSURE * length * angle.cos() / angle;
-            let chord = |angle: f64| length * angle.sin() / angle;
-            let (less, more) = (angle * (1.0 - 1e-4), angle * (1.0 + 1e-4));
-            let expected = (pull(more) - pull(less)) / (chord(more) - chord(less)) / WIDTH;
-            let found = walls.carry(PRESSURE, WIDTH, 0.3).normal;
-            assert!((found / expected - 1.0).abs() < 1e-5, "{found} is not {expected} at {angle}");
+/// Checks what is in a tyre against its shape; `None` after complaints.
+fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
+    let mut sound = Some(());
+    let mut complain = |key: &str, problem| sound = table.complain(key, problem);
+    let flat = || Problem::does_not_belong("a flat tyre", "write curvature = true, or leave this out");
+    if !tyre.curvature && tyre.cavity.is_some() {
+        complain("cavity", flat());
+    }
+    if !tyre.curvature && tyre.inflation.as_ref().is_some_and(|inflation| inflation.sidewall_mass > 0.0) {
+        complain("inflation.sidewall_mass", flat());
+    }
+    if tyre.sides == Sides::Supported && tyre.cavity.is_some() {
+        let wrong = "sides = \"supported\" has no wave that is constant across the width, which is what the air feels";
+        complain("cavity", Problem::new(wrong, "write sides = \"guided\", or leave this out"));
+    }
+    let (thickness, radius) = (tyre.thickness(), tyre.radius());
+    if (tyre.curvature || tyre.carried().is_some()) && thickness >= radius {
+        let (thickness, radius) = (short(thickness), short(radius));
+        let wrong = format!("the layers are {thickness} m thick together, and the tyre's radius is {radius} m");
+        complain("layers", Problem::new(wrong, "make the layers thinner, or the circumference longer"));
+    }
+    if let Some(cavity) = &tyre.cavity
+        && cavity.radius >= radius
+    {
+        complain("cavity.radius", Problem::not_below(cavity.radius, radius, "the tyre's radius"));
+    }
+    sound
+}
+
+/// A tyre with what was left out taken from its inflation; `None` after complaints.
+fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
+    let (Some(Carried { tension, normal, tangential }), Some(Inflation { pressure, sidewalls: Some(arc), .. })) =
+        (tyre.carried(), &tyre.inflation)
+    else {
+        return Some(tyre);
+    };
+    let mut sound = Some(());
+    let mut complain = |key, wrong, right| sound = table.complain(key, Problem::new(wrong, right));
+    let [no_tension, no_normal, no_tangential] =
+        ["layers[0].tension", "foundation.normal", "foundation.tangential"].map(|key| !table.gives(key));
+    if no_tension && !(tension >= 0.0 && tension.is_finite()) {
+        let Sidewalls { radius, angle, .. } = *arc;
+        let pull = 2.0 * pressure * radius * angle.cos() / tyre.width;
+        let wrong = format!(
+            "the sidewalls pull the belt inwards by {pull:.3e} Pa, the pressure is {} Pa: a tension of {tension:.3e} \
+             N/m would buckle it",
+            short(*pressure)
+        );
+        let right = format!(
+            "write a number above {:.4} rad, a sidewall_radius below {:.4} m, or the innermost layer's tension",
+            (0.5 * tyre.width / radius).acos(),
+            0.5 * tyre.width / angle.cos()
+        );
+        complain("inflation.sidewall_angle", wrong, right);
+    }
+    let bears = |stiffness: f64| stiffness > 0.0 && stiffness.is_finite();
+    for (key, is_left_out, stiffness) in
+        [("foundation.normal", no_normal, normal), ("foundation.tangential", no_tangential, tangential)]
+    {
+        if is_left_out && !bears(stiffness) {
+            let wrong = format!("sidewalls of this angle give {key} = {stiffness:.3e} N/m^3, which bears nothing");
+            complain("inflation.sidewall_angle", wrong, format!("write a number from 0.01 to 2.79 rad, or give {key}"));
         }
     }
-
-    #[test]
-    fn walls_that_leave_the_belt_sideways_do_not_pull_it_inwards() {
-        let sideways = Sidewalls { angle: std::f64::consts::FRAC_PI_2, ..WALLS };
-        let hoop = PRESSURE * 0.3;
-        assert!((sideways.carry(PRESSURE, WIDTH, 0.3).tension / hoop - 1.0).abs() < 1e-12);
-        assert!(WALLS.carry(PRESSURE, 0.1, 0.3).tension > 0.0);
-        assert!(WALLS.carry(PRESSURE, 0.04, 0.3).tension < 0.0, "the pull exceeds the pressure");
+    sound?;
+    if no_tension {
+        tyre.layers[0].tension = [tension, 0.0];
     }
+    if no_normal {
+        tyre.foundation.normal = normal;
+    }
+    if no_tangential {
+        tyre.foundation.tangential = tangential;
+    }
+    Some(tyre)
 }

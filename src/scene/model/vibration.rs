@@ -1,51 +1,60 @@
-//! Vibration of the tyre: what is wanted of it.
+//! `[outputs.vibration]`: what is wanted of the tyre's vibration.
 
 use serde::{Deserialize, Serialize};
 
-/// Which velocities are computed from the contact forces, and how they are shown. A scene without this table computes
-/// none.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Vibration {
-    /// Normal velocity of the tread surface, local deformation included.
-    pub tread: bool,
-    /// Normal velocity of the belt's inner face.
-    pub belt: bool,
-    /// Tangential velocity of the tread surface under the normal forces.
-    pub tangential: bool,
-    /// The frames of the spectra.
-    pub frames: Frames,
-    /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the
-    /// non-rotating frame are wanted \[m\].
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub points: Vec<f64>,
-    /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre. The
-    /// element e meets the road at the distance e dx from its beginning.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub elements: Vec<usize>,
-    /// Maps over wavenumber and frequency.
-    pub map: bool,
-    /// Length of the averaged segments, brought to whole revolutions \[s\].
-    pub segment: f64,
-}
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Flag, Numbers, OneOf, Whole};
+use crate::scene::table::{Nested, Table};
 
-impl Vibration {
-    /// Default length of the averaged segments \[s\]: a resolution of 1 Hz, fine beside any resonance of rubber.
-    pub const SEGMENT: f64 = 1.0;
-}
-
-impl Default for Vibration {
-    fn default() -> Self {
-        Self {
-            tread: true,
-            belt: true,
-            tangential: false,
-            frames: Frames::Both,
-            points: Vec::new(),
-            elements: Vec::new(),
-            map: false,
-            segment: Self::SEGMENT,
-        }
+keys! {
+    /// Which velocities are computed from the contact forces, and how they are shown. A scene without this table
+    /// computes none.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Vibration {
+        /// Normal velocity of the tread surface, local deformation included.
+        tread: bool = true => Flag,
+        /// Normal velocity of the belt's inner face.
+        belt: bool = true => Flag,
+        /// Tangential velocity of the tread surface under the normal forces.
+        tangential: bool = false => Flag,
+        /// The frames of the spectra.
+        frames: Frames = Frames::Both => OneOf::new(),
+        /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the
+        /// non-rotating frame are wanted \[m\].
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        points: Vec<f64> = Vec::new() => Numbers(Bounds::any("m")),
+        /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre.
+        /// The element e meets the road at the distance e dx from its beginning.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        elements: Vec<usize> = Vec::new() => Numbers(Whole::least(0)),
+        /// Maps over wavenumber and frequency.
+        map: bool = false => Flag,
+        /// Length of the averaged segments, brought to whole revolutions \[s\]; by default for a resolution of 1 Hz,
+        /// fine beside any resonance of rubber.
+        segment: f64 = 1.0 => Bounds::positive("s"),
     }
+}
+
+pub(in crate::scene) const VIBRATION: Nested<Vibration> =
+    Nested { title: "[outputs.vibration]", wanted: "the table [outputs.vibration]", read: vibration };
+
+fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
+    let read = Vibration::read(table)?;
+    if !(read.tread || read.belt || read.tangential) {
+        let wrong = "neither tread, belt nor tangential velocity is wanted";
+        let right = "tread = true, belt = true or tangential = true, or leave the table out";
+        return table.complain_here(Problem::new(wrong, right));
+    }
+    if !read.points.is_empty() && !read.frames.non_rotating() {
+        let right = "frames = \"both\" or \"non-rotating\", or leave the points out";
+        return table.complain("points", Problem::does_not_belong("frames = \"material\"", right));
+    }
+    if !read.elements.is_empty() && !read.frames.material() {
+        let right = "frames = \"both\" or \"material\", or leave the elements out";
+        return table.complain("elements", Problem::does_not_belong("frames = \"non-rotating\"", right));
+    }
+    Some(read)
 }
 
 /// Who looks at the tyre.

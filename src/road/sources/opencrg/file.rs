@@ -48,7 +48,7 @@ impl Crg {
         let mut root = None;
         loop {
             let fault = |fault| RoadError::file(&current, fault);
-            let bytes = read_file(&current, limit)?;
+            let bytes = read_file(&current, limit).map_err(fault)?;
             let header = Header::parse(&bytes).map_err(fault)?;
             modifiers = modifiers.or_else(|| header.modifiers.clone());
             let Some(name) = &header.include else {

@@ -1,0 +1,184 @@
+//! What has to fit together in a scene, over the bounds of its tables.
+
+use super::problem::Problem;
+use super::table::Table;
+use super::{
+    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, Switch, Tread, Vibration,
+};
+
+/// Reads a whole scene; `None` after a complaint.
+pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
+    let scene = Scene::read(table)?;
+    let effects = [texture(&scene, table), centrifugal_tension(&scene, table), vibration_effects(&scene, table)];
+    effects.into_iter().collect::<Option<()>>()?;
+    vibration(&scene, table)?;
+    sound(&scene, table)?;
+    // Pushed in by more than its radius the rigid circle has no outline left to speak of.
+    let radius = scene.tyre.radius();
+    match scene.rolling.axle {
+        Axle::Indentation { indentation, .. } if indentation > radius => {
+            table.complain("rolling.axle.indentation", Problem::exceeds(indentation, radius, "the tyre's radius"))
+        }
+        _ => Some(scene),
+    }
+}
+
+fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let complain = |key: &str, wrong: &str, right: &str| table.complain(key, Problem::new(wrong, right));
+    match scene.effects.texture {
+        Switch::On => {
+            let right = "\"off\", \"auto\", or a road with texture across";
+            match &scene.road {
+                Road::Smooth => complain("effects.texture", "a smooth road has no texture", right),
+                Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => {
+                    complain("effects.texture", "a profile that is the same all across has no texture across", right)
+                }
+                _ if scene.contact.cells_across == Some(1) => complain(
+                    "effects.texture",
+                    "one cell across (contact.cells_across) holds no texture",
+                    "more cells, or \"off\"",
+                ),
+                _ => Some(()),
+            }
+        }
+        Switch::Off if scene.contact.cells_across.is_some_and(|points| points > 1) => complain(
+            "contact.cells_across",
+            "cells across the width mean nothing with effects.texture = \"off\"",
+            "leave this out, or effects.texture = \"auto\"",
+        ),
+        Switch::Off | Switch::Auto => Some(()),
+    }
+}
+
+fn centrifugal_tension(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    if scene.effects.centrifugal_tension == Switch::Auto && !scene.tyre.is_tense_along() {
+        let wrong = "no layer carries tension along the circumference: there is nothing to compare m'' V^2 with";
+        let right = "\"on\" or \"off\", or a layer with tension";
+        return table.complain("effects.centrifugal_tension", Problem::new(wrong, right));
+    }
+    Some(())
+}
+
+fn vibration_effects(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Scene { effects, outputs, contact, .. } = scene;
+    let asked = |field: fn(&Vibration) -> bool| outputs.vibration.as_ref().map(field);
+    let fields = [
+        ("tread_vibration", effects.tread_vibration, "tread", asked(|vibration| vibration.tread)),
+        ("belt_vibration", effects.belt_vibration, "belt", asked(|vibration| vibration.belt)),
+        ("tangential_motion", effects.tangential_motion, "tangential", asked(|vibration| vibration.tangential)),
+    ];
+    let mut sound = Some(());
+    for (effect, switch, output, asked) in fields {
+        let (key, wrong, right) = match (switch, asked) {
+            (Switch::Off, Some(true)) => (
+                format!("outputs.vibration.{output}"),
+                format!("this asks for what effects.{effect} = \"off\" leaves out"),
+                format!("{output} = false, or effects.{effect} = \"auto\""),
+            ),
+            (Switch::On, Some(false)) => (
+                format!("effects.{effect}"),
+                format!("outputs.vibration.{output} = false: nothing of it would be seen"),
+                format!("\"auto\", or outputs.vibration.{output} = true"),
+            ),
+            (Switch::On, _) if output == "tangential" && contact.tread == Tread::Bedding => (
+                format!("effects.{effect}"),
+                "a bedding's springs have no tangential motion".to_owned(),
+                "\"off\", or contact.tread = \"elastic\"".to_owned(),
+            ),
+            _ => continue,
+        };
+        sound = table.complain(&key, Problem::new(wrong, right));
+    }
+    sound
+}
+
+/// Complains about what the tyre or the tread law cannot give; `None` then.
+fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Some(vibration) = &scene.outputs.vibration else { return Some(()) };
+    let half = 0.5 * scene.tyre.circumference;
+    let outside = vibration.points.iter().enumerate().filter(|(_, position)| position.abs() > half);
+    let mut fits = true;
+    for (index, position) in outside {
+        let wrong = format!("{position} m is outside the tyre, which reaches {half} m to either side of the axle");
+        let right = format!("write a position from -{half} to {half} m along the circumference");
+        table.complain::<()>(&format!("outputs.vibration.points[{index}]"), Problem::new(wrong, right));
+        fits = false;
+    }
+    if vibration.tangential && scene.contact.tread == Tread::Bedding {
+        let wrong = "a bedding's springs have no tangential motion";
+        let right = "tangential = false, or contact.tread = \"elastic\"";
+        return table.complain("outputs.vibration.tangential", Problem::new(wrong, right));
+    }
+    fits.then_some(())
+}
+
+/// Complains about what a draft does not have, where it is not what it is by default.
+fn draft(radiation: &Radiation, table: &Table<'_>) -> Option<()> {
+    let default = Radiation::default();
+    let differs = |value: f64, default: f64| (value - default).abs() > 0.0;
+    let solved = "a draft solves no equations: there are no elements and no frequencies to choose";
+    let sealed = "a draft's horn is fitted to a sealed patch";
+    let contradictions = [
+        ("nodes_per_wavelength", differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength), solved),
+        ("frequency_tolerance", differs(radiation.frequency_tolerance, default.frequency_tolerance), solved),
+        ("acoustic_gap", differs(radiation.acoustic_gap, default.acoustic_gap), sealed),
+    ];
+    let mut sound = Some(());
+    for (key, differs, wrong) in contradictions {
+        if differs && radiation.quality == RadiationQuality::Draft {
+            let right = "leave this out, or quality = \"full\"";
+            sound = table.complain(&format!("radiation.{key}"), Problem::new(wrong, right));
+        }
+    }
+    sound
+}
+
+/// Complains about sound that nobody hears, that an effect forbids, or that cannot be; `None` then.
+fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let heard = !scene.receivers.is_empty();
+    match scene.effects.radiation {
+        Switch::On if !heard => {
+            let right = "\"auto\", or a place to hear it: [[receiver]] with position = [x, y, z]";
+            return table.complain("effects.radiation", Problem::new("there is no [[receiver]] to hear it", right));
+        }
+        Switch::Off if heard => {
+            let wrong = "this asks for what effects.radiation = \"off\" leaves out";
+            return table.complain("receiver", Problem::new(wrong, "leave it out, or effects.radiation = \"auto\""));
+        }
+        _ => {}
+    }
+    if !heard && scene.radiation != Radiation::default() {
+        let wrong = "there is no [[receiver]]: nothing of this would be computed";
+        return table.complain("radiation", Problem::new(wrong, "add a [[receiver]], or leave this table out"));
+    }
+    if !heard {
+        return Some(());
+    }
+    let (patch, radius) = (scene.radiation.patch_length.unwrap_or(0.0), scene.tyre.radius());
+    if patch >= radius {
+        let limit = Problem::exceeds(patch, radius, "the tyre's radius");
+        return table.complain("radiation.patch_length", limit);
+    }
+    if scene.radiation.shoulder >= 0.5 * radius {
+        let limit = Problem::exceeds(scene.radiation.shoulder, 0.5 * radius, "half of the tyre's radius");
+        return table.complain("radiation.shoulder", limit);
+    }
+    let mut sound = draft(&scene.radiation, table);
+    for (index, receiver) in scene.receivers.iter().enumerate() {
+        let ReceiverPlace::Position { position: [x, y, z] } = receiver.place else { continue };
+        let key = format!("receiver[{index}].position");
+        let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
+        if z < 0.0 {
+            let right = "z is the height above the road, 0 or more";
+            sound = table.complain(&key, Problem::new(format!("z = {z} m is below the road"), right));
+        } else if y.abs() <= half_width && x.hypot(z - radius) <= radius {
+            let right = format!(
+                "x forward, y to the left, z up from the road under the axle; the tyre reaches {half_width:.2} m to \
+                 either side and {:.2} m up",
+                2.0 * radius
+            );
+            sound = table.complain(&key, Problem::new("this is inside the tyre", right));
+        }
+    }
+    sound
+}

@@ -1,0 +1,141 @@
+//! `[road]` of `kind = "made"`: a random texture.
+
+use serde::Serialize;
+
+use crate::scene::Problem;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Numbers, Optional, Whole};
+use crate::scene::problem::short;
+use crate::scene::table::{Nested, Table};
+
+const LENGTH: Bounds = Bounds::positive("m");
+/// 120 dB re 1e-6 m are one metre: nothing that a tyre rolls on, and far from overflow.
+const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
+/// Ratio of a third-octave band's mid-wavelength to its lower edge.
+const HALF_BAND: f64 = 1.122_018_454_301_963_3;
+
+keys! {
+    /// A random isotropic texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the default dense
+    /// asphalt.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    MadeRoad {
+        /// Seed of the random numbers.
+        seed: u64 = 0 => Whole::least(0),
+        /// Third-octave mid-wavelengths \[m\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        wavelengths: Option<Vec<f64>> = None => Optional(Numbers(LENGTH)),
+        /// Third-octave texture levels of a profile, dB re 1e-6 m.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        levels: Option<Vec<f64>> = None => Optional(Numbers(LEVEL)),
+        /// Power-law spectrum instead of levels.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        power_law: Option<PowerLawTexture> = None => Optional(POWER_LAW),
+        /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\]; by default a
+        /// quarter of the shortest wavelength of the default dense asphalt, 4 mm.
+        spacing: f64 = 0.001 => LENGTH,
+        /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps. Which
+        /// pairs with the kurtosis a road can have is told when it is opened.
+        skewness: f64 = 0.0 => Bounds::between(-3.0, 3.0, ""),
+        /// Kurtosis of the heights: 3 for Gaussian ones.
+        kurtosis: f64 = MadeRoad::GAUSSIAN_KURTOSIS => Bounds::between(1.0, 30.0, ""),
+    }
+}
+
+impl MadeRoad {
+    /// Kurtosis of Gaussian heights.
+    pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
+    /// Shortest third-octave mid-wavelength of the default dense asphalt \[m\].
+    pub const DENSE_ASPHALT_SHORTEST: f64 = 0.004;
+}
+
+keys! {
+    /// Profile spectrum proportional to wavenumber^(-exponent) between two wavelengths.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    PowerLawTexture {
+        /// Root-mean-square height \[m\].
+        rms: f64 => LENGTH,
+        /// Decay exponent of the one-sided profile spectrum.
+        exponent: f64 => Bounds::between(0.0, 10.0, ""),
+        /// Longest wavelength \[m\].
+        longest: f64 => LENGTH,
+        /// Shortest wavelength \[m\].
+        shortest: f64 => LENGTH,
+    }
+}
+
+const POWER_LAW: Nested<PowerLawTexture> = Nested {
+    title: "a power-law texture",
+    wanted: "a table, { rms = ..., exponent = ..., longest = ..., shortest = ... }",
+    read: power_law,
+};
+
+pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
+    let read = MadeRoad::read(table);
+    if table.has("power_law") && (table.has("levels") || table.has("wavelengths")) {
+        let other = if table.has("levels") { "levels" } else { "wavelengths" };
+        return table.complain("power_law", Problem::conflict(other));
+    }
+    let road = read?;
+    match (&road.wavelengths, &road.levels) {
+        (Some(_), None) => {
+            return table.complain("levels", Problem::missing("one third-octave level for each of the wavelengths"));
+        }
+        (None, Some(_)) => {
+            let wanted = "the third-octave mid-wavelength of each of the levels";
+            return table.complain("wavelengths", Problem::missing(wanted));
+        }
+        (Some(wavelengths), Some(levels)) if wavelengths.len() != levels.len() => {
+            let problem = Problem::length_mismatch(levels.len(), "wavelengths", wavelengths.len());
+            return table.complain("levels", problem);
+        }
+        (Some(wavelengths), Some(_)) => bands(table, wavelengths, road.spacing)?,
+        (None, None) => match &road.power_law {
+            Some(texture) => resolved(table, "power_law.shortest", texture.shortest, 2.0 * road.spacing, road.spacing)?,
+            None => {
+                let (shortest, least) = (MadeRoad::DENSE_ASPHALT_SHORTEST, 2.0 * HALF_BAND * road.spacing);
+                resolved(table, "spacing", shortest, least, road.spacing)?;
+            }
+        },
+    }
+    Some(road)
+}
+
+/// Checks that the bands run one way, each once, and that the lattice carries the lower edge of each.
+fn bands(table: &Table<'_>, wavelengths: &[f64], spacing: f64) -> Option<()> {
+    let falling = wavelengths.first() > wavelengths.last();
+    for (number, pair) in wavelengths.windows(2).enumerate() {
+        let in_order = if falling { pair[1] < pair[0] } else { pair[1] > pair[0] };
+        if !in_order {
+            let wrong = format!("{} after {} breaks the order", short(pair[1]), short(pair[0]));
+            let right = "list the values from short to long or from long to short, each one once";
+            return table.complain(&format!("wavelengths[{}]", number + 1), Problem::new(wrong, right));
+        }
+    }
+    // Every one is checked before the first failure counts.
+    let checked: Vec<_> = wavelengths
+        .iter()
+        .enumerate()
+        .map(|(number, &wavelength)| {
+            resolved(table, &format!("wavelengths[{number}]"), wavelength, 2.0 * HALF_BAND * spacing, spacing)
+        })
+        .collect();
+    checked.into_iter().collect()
+}
+
+/// Checks a wavelength against the shortest one that a lattice carries: two spacings, of its band's lower edge.
+fn resolved(table: &Table<'_>, key: &str, wavelength: f64, least: f64, spacing: f64) -> Option<()> {
+    // Two spacings exactly are meant to pass, also where 2 x 0.001 is not 0.002 to the last bit.
+    if wavelength >= least * (1.0 - 1e-12) {
+        return Some(());
+    }
+    let wrong = format!("a wavelength of {} m needs a finer lattice than {} m", short(wavelength), short(spacing));
+    let coarsest = short(spacing * wavelength / least);
+    let right = format!("leave shorter wavelengths out, or set road.spacing to at most {coarsest} m");
+    table.complain(key, Problem::new(wrong, right))
+}
+
+fn power_law(table: &mut Table<'_>) -> Option<PowerLawTexture> {
+    let read = PowerLawTexture::read(table);
+    table.below("shortest", "longest", &LENGTH, "the longest wavelength")?;
+    read
+}

@@ -1,0 +1,42 @@
+//! A complete scene.
+
+use serde::Serialize;
+
+use super::contact::{CONTACT, Contact};
+use super::effects::{EFFECTS, Effects};
+use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
+use super::road::{ROAD, Road};
+use super::rolling::{ROLLING, Rolling};
+use super::sound::{RADIATION, RECEIVERS, Radiation, Receiver};
+use super::tyre::{Tyre, TyreKind};
+use crate::scene::keys::{is_default, keys};
+use crate::scene::kind::Text;
+
+keys! {
+    /// A complete scene: what rolls, on what, how fast, and what is wanted from it.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Scene {
+        /// Free text, shown in results and plots.
+        title: String = String::new() => Text,
+        /// The tyre: given in place or, in the file, by the path of a tyre file.
+        tyre: Tyre => TyreKind,
+        /// The road.
+        road: Road = Road::default() => ROAD,
+        /// Speed, duration and axle.
+        rolling: Rolling => ROLLING,
+        /// Contact law of tread and road slices.
+        contact: Contact = Contact::default() => CONTACT,
+        /// What is simulated beside the contact itself.
+        effects: Effects = Effects::default() => EFFECTS,
+        /// Resolution and tolerances.
+        numerics: Numerics = Numerics::default() => NUMERICS,
+        /// What is written.
+        outputs: Outputs = Outputs::default() => OUTPUTS,
+        /// Where the sound pressure is wanted; `[[receiver]]` in the file.
+        #[serde(rename = "receiver", skip_serializing_if = "Vec::is_empty")]
+        receivers as "receiver": Vec<Receiver> = Vec::new() => RECEIVERS,
+        /// How sound gets there.
+        #[serde(skip_serializing_if = "is_default")]
+        radiation: Radiation = Radiation::default() => RADIATION,
+    }
+}

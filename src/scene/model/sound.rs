@@ -38,6 +38,10 @@ pub enum StandardReceiver {
         distance: f64,
         /// Above the road \[m\].
         height: f64,
+        /// The vehicle whose four tyres are heard; one tyre alone where it is left out. The distance is from the middle
+        /// of the vehicle's path then.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        vehicle: Option<Vehicle>,
     },
     /// Two microphones close to the tyre, moving along (ISO 11819-2).
     Cpx,
@@ -60,6 +64,27 @@ impl StandardReceiver {
     pub const DISTANCE: f64 = 7.5;
     /// Height of the coast-by microphone \[m\].
     pub const HEIGHT: f64 = 1.2;
+}
+
+/// Where the four tyres of a vehicle are. They roll alike but know nothing of each other: their mean squares add.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Vehicle {
+    /// From the front to the rear axle \[m\].
+    pub wheelbase: f64,
+    /// From the left to the right tyre of an axle, centre to centre \[m\].
+    pub track: f64,
+}
+
+impl Vehicle {
+    /// Tyres that are heard.
+    pub const TYRES: usize = 4;
+}
+
+/// Those of a car of the middle class.
+impl Default for Vehicle {
+    fn default() -> Self {
+        Self { wheelbase: 2.7, track: 1.55 }
+    }
 }
 
 /// How sound gets from the tread to the receivers.

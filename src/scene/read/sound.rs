@@ -5,17 +5,23 @@ use serde::Deserialize;
 use super::super::kind::{Bounds, Count, Decibels, Exactly, Flag, OneOf, Text};
 use super::super::table::{Each, Nested, Table};
 use super::super::{
-    AirMotion, Problem, Radiation, RadiationQuality, Receiver, ReceiverPlace, Scene, StandardReceiver, Switch,
+    AirMotion, Problem, Radiation, RadiationQuality, Receiver, ReceiverPlace, Scene, StandardReceiver, Switch, Vehicle,
 };
 
 pub(super) const RECEIVERS: Each<Receiver> =
     Each(Nested { title: "[[receiver]]", wanted: "tables [[receiver]], one for each place", read: receiver });
 pub(super) const RADIATION: Nested<Radiation> =
     Nested { title: "[radiation]", wanted: "the table [radiation]", read: radiation };
+const VEHICLE: Nested<Vehicle> =
+    Nested { title: "the vehicle", wanted: "a table, { wheelbase = 2.7, track = 1.55 }", read: vehicle };
 
 /// What no microphone stands beyond.
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
 const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m");
+
+/// From axle to axle of anything that rolls.
+const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");
+const TRACK: Bounds = Bounds::inside(0.0, 5.0, "m");
 
 /// The words of `standard`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -32,12 +38,12 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     let place = match (table.has("position"), table.has("standard")) {
         (true, false) => {
             let position = table.required("position", &Exactly::<3>(COORDINATE));
-            table.refuse(&["standard", "distance", "height", "radius"], "position", "leave this out");
+            table.refuse(&["standard", "distance", "height", "radius", "vehicle"], "position", "leave this out");
             position.map(|position| ReceiverPlace::Position { position })
         }
         (true, true) => table.complain("standard", Problem::new("`position` is given, too", "one of the two")),
         (false, false) => {
-            for key in ["position", "standard", "distance", "height", "radius"] {
+            for key in ["position", "standard", "distance", "height", "radius", "vehicle"] {
                 table.take(key);
             }
             // A slip in the key's name is told by itself, with the name that was meant.
@@ -64,22 +70,30 @@ fn standard(table: &mut Table<'_>) -> Option<StandardReceiver> {
             table.refuse(&["radius"], "standard = \"coast-by\"", right);
             let distance = table.or("distance", &LENGTH, StandardReceiver::DISTANCE);
             let height = table.or("height", &LENGTH, StandardReceiver::HEIGHT);
-            StandardReceiver::CoastBy { distance: distance?, height: height? }
+            let vehicle = table.optional("vehicle", &VEHICLE);
+            StandardReceiver::CoastBy { distance: distance?, height: height?, vehicle: vehicle? }
         }
         Standard::Cpx => {
-            table.refuse(&["radius", "distance", "height"], "standard = \"cpx\"", right);
+            table.refuse(&["radius", "distance", "height", "vehicle"], "standard = \"cpx\"", right);
             StandardReceiver::Cpx
         }
         Standard::Circle => {
-            table.refuse(&["distance"], "standard = \"circle\"", right);
+            table.refuse(&["distance", "vehicle"], "standard = \"circle\"", right);
             let (radius, height) = (table.required("radius", &LENGTH), table.required("height", &LENGTH));
             StandardReceiver::Circle { radius: radius?, height: height? }
         }
         Standard::Hemisphere => {
-            table.refuse(&["distance", "height"], "standard = \"hemisphere\"", right);
+            table.refuse(&["distance", "height", "vehicle"], "standard = \"hemisphere\"", right);
             StandardReceiver::Hemisphere { radius: table.required("radius", &LENGTH)? }
         }
     })
+}
+
+fn vehicle(table: &mut Table<'_>) -> Option<Vehicle> {
+    let default = Vehicle::default();
+    let wheelbase = table.or("wheelbase", &WHEELBASE, default.wheelbase);
+    let track = table.or("track", &TRACK, default.track);
+    Some(Vehicle { wheelbase: wheelbase?, track: track? })
 }
 
 fn radiation(table: &mut Table<'_>) -> Option<Radiation> {
@@ -163,10 +177,15 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
         return table.complain("radiation.shoulder", limit);
     }
     let mut sound = draft(&scene.radiation, table);
+    let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
     for (index, receiver) in scene.receivers.iter().enumerate() {
+        if let ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, vehicle: Some(vehicle), .. }) =
+            receiver.place
+        {
+            sound = sound.and(beside(vehicle, distance, half_width, index, table));
+        }
         let ReceiverPlace::Position { position: [x, y, z] } = receiver.place else { continue };
         let key = format!("receiver[{index}].position");
-        let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
         if z < 0.0 {
             let right = "z is the height above the road, 0 or more";
             sound = table.complain(&key, Problem::new(format!("z = {z} m is below the road"), right));
@@ -180,4 +199,25 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
         }
     }
     sound
+}
+
+/// Complains about a vehicle whose left and right tyres overlap, or whose left tyres reach as far as the microphone.
+fn beside(vehicle: Vehicle, distance: f64, half_width: f64, index: usize, table: &Table<'_>) -> Option<()> {
+    let track = vehicle.track;
+    let (least, most) = (2.0 * half_width, 2.0 * (distance - half_width));
+    if track > least && track < most {
+        return Some(());
+    }
+    let wrong = if track > least {
+        format!("the left tyres of a track of {track} m reach as far as the microphone, {distance} m from its middle")
+    } else {
+        format!("tyres {least:.2} m wide overlap with a track of {track} m")
+    };
+    let right = if least < most {
+        format!("write a number above {least:.2} and below {most:.2}")
+    } else {
+        format!("write a number above {least:.2}, and a distance that leaves it room")
+    };
+    // The table may have left it to the default, and then stands in its place.
+    table.complain(&format!("receiver[{index}].vehicle"), Problem::new(wrong, right))
 }

@@ -11,6 +11,10 @@ use num_complex::{Complex32, Complex64};
 use rustfft::{Fft, FftPlanner};
 
 use crate::numeric::{lagrange, legendre, sinc, single};
+use crate::radiation::elements::distance;
+use crate::radiation::transfer::{across_points, half_tread};
+use crate::radiation::{Body, Transfer};
+use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::Waves;
 
 /// G of one receiver.
@@ -26,6 +30,24 @@ pub struct SurfaceGreen {
     pub half_width: f64,
     /// G exp(i k r0), frequency by frequency, point by point, cell by cell \[1/m\].
     pub values: Vec<Complex32>,
+}
+
+impl SurfaceGreen {
+    /// Of the transfers from a body's tread to one receiver at rising frequencies \[Hz\], even across.
+    pub fn of<'a>(body: &Body, known: impl Iterator<Item = (f64, &'a Transfer)>) -> Self {
+        let half_width = half_tread(body);
+        let mut green = Self { frequencies: Vec::new(), around: 0, across: Vec::new(), half_width, values: Vec::new() };
+        for (frequency, transfer) in known {
+            if green.frequencies.is_empty() {
+                green.around = transfer.grid.around;
+                green.across = across_points(half_width, transfer.grid.across).into_iter().map(|[y, _]| y).collect();
+            }
+            let turn = Complex64::from_polar(1.0, transfer.wavenumber * distance(transfer.receiver, [0.0; 3]));
+            green.frequencies.push(frequency);
+            green.values.extend(transfer.values.iter().map(|value| single(turn * value)));
+        }
+        green
+    }
 }
 
 /// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m \[m\].
@@ -63,22 +85,25 @@ impl WaveIntegrals {
         self.most_around
     }
 
+    /// Largest |n| that elements can tell apart, too.
+    pub(super) fn most_under(&self, layout: &SegmentLayout) -> usize {
+        self.most_around.min(layout.elements / 2 - 1)
+    }
+
+    /// The integral of a wave over the first cell \[m\].
+    pub(super) fn mean(&self, n: i64) -> Complex64 {
+        self.means[(n + self.most_around as i64) as usize]
+    }
+
     /// Those of a receiver at the G's frequency of an index.
     pub(super) fn of(&self, green: &SurfaceGreen, frequency: usize) -> Vec<Complex32> {
-        let SurfaceGreen { around, across, values, .. } = green;
-        let values = values.chunks_exact(around * across.len()).nth(frequency).unwrap_or_default();
+        let around = &green.around;
         let lateral = self.shapes.len();
         let mut integrals = vec![Complex32::ZERO; self.means.len() * lateral];
         let mut cells = vec![Complex64::ZERO; *around];
         let mut scratch = vec![Complex64::ZERO; self.transform.get_inplace_scratch_len()];
-        for (index, shape) in self.shapes.iter().enumerate() {
-            cells.fill(Complex64::ZERO);
-            for (points, weight) in values.chunks_exact(*around).zip(shape) {
-                for (cell, value) in cells.iter_mut().zip(points) {
-                    cell.re += weight * f64::from(value.re);
-                    cell.im += weight * f64::from(value.im);
-                }
-            }
+        for index in 0..lateral {
+            self.across(green, frequency, index, &mut cells);
             self.transform.process_with_scratch(&mut cells, &mut scratch);
             // From n = -most_around: the transform has negative numbers behind the others.
             let turned = cells[around - self.most_around..].iter().chain(&cells[..=self.most_around]);
@@ -87,6 +112,19 @@ impl WaveIntegrals {
             }
         }
         integrals
+    }
+
+    /// Int G cos(ky_m y) dy across the tread of the lateral number of an index, cell by cell \[1\].
+    pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
+        let SurfaceGreen { around, across, values, .. } = green;
+        let values = values.chunks_exact(around * across.len()).nth(frequency).unwrap_or_default();
+        cells.fill(Complex64::ZERO);
+        for (points, weight) in values.chunks_exact(*around).zip(&self.shapes[index]) {
+            for (cell, value) in cells.iter_mut().zip(points) {
+                cell.re += weight * f64::from(value.re);
+                cell.im += weight * f64::from(value.im);
+            }
+        }
     }
 }
 

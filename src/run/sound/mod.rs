@@ -26,6 +26,7 @@ use crate::run::progress::Progress;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
 use passing::Passing;
+pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
 /// Takes in the patch forces of every step.

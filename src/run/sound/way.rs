@@ -2,15 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::numeric::single;
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::elements::distance;
-use crate::radiation::transfer::{across_points, half_tread};
 use crate::radiation::{Body, RadiationError, TransferSet, Watch, draft, transfers};
 use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
@@ -23,7 +20,7 @@ use crate::sound::Air;
 use crate::tyre::influence::SurfaceWaves;
 
 /// Tolerance of the waves' compliances.
-const WAVES: f64 = 1e-4;
+pub(crate) const WAVES: f64 = 1e-4;
 /// What is left of the way when its transfers are made.
 pub(super) struct Way {
     /// The air.
@@ -168,21 +165,9 @@ fn reach(position: [f64; 3]) -> f64 {
 
 /// What a set of transfers is to the tread's waves.
 fn surface_greens(set: &TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
-    let (half_width, grid) = (half_tread(body), Sound::GRID);
-    let green = |receiver: usize| {
-        let reach = reach(sound.positions[receiver]);
-        let values = set.frequencies().iter().flat_map(|found| {
-            let transfer = &found.transfers[receiver];
-            let turn = Complex64::from_polar(1.0, transfer.wavenumber * reach);
-            transfer.values.iter().map(move |value| single(turn * value))
-        });
-        SurfaceGreen {
-            frequencies: set.frequencies().iter().map(|found| found.frequency).collect(),
-            around: grid.around,
-            across: across_points(half_width, grid.across).into_iter().map(|[y, _]| y).collect(),
-            half_width,
-            values: values.collect(),
-        }
+    let known = |receiver: usize| {
+        let transfers = set.frequencies().iter().map(move |found| (found.frequency, &found.transfers[receiver]));
+        SurfaceGreen::of(body, transfers)
     };
-    (0..sound.points()).into_par_iter().map(green).collect()
+    (0..sound.points()).into_par_iter().map(known).collect()
 }

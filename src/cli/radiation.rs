@@ -7,8 +7,9 @@ use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::{Plan, bytes};
 use tyrewave::radiation::{Cost, RadiationError, cases};
+use tyrewave::response::pressure::PressureShares;
 use tyrewave::results::PlotError;
-use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::results::plots::{Axis, LinePlot, Series, ShareMap};
 use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
 use tyrewave::study::loads::Standing;
@@ -26,10 +27,16 @@ of the patch, in the middle of the tyre: the level of the transfer from its volu
 horn's amplification there (over the same source and receiver without the tyre, the road's reflection included), the \
 directivity on a circle, and what solving it costs, frequency by frequency.
 
+What radiates is shown for the whole tread, as a unit force in the middle of the patch moves it while it rolls. The \
+pressure at a receiver is a sum over the waves round the tyre, n periods each, or over the circumference: p = sum p_n. \
+The share of a part is Re(p_n conj(p))/|p|^2. Shares add up to one; a part out of phase with the whole has a negative \
+one, and others then more than one. A part is enough where the share so far stays within 10 % of all from there on.
+
 Of the scene its tyre, its load and [radiation] count; receivers are these: in the tyre's plane, a cpx microphone, the \
 coast-by microphone beside the tyre.
 
-Results: radiation.json (all numbers, SI units), radiation.csv; horn.svg, transfer.svg, directivity.svg, cost.svg.
+Results: radiation.json (all numbers, SI units), radiation.csv; horn.svg, transfer.svg, directivity.svg, cost.svg; \
+radiating_waves_*.svg and radiating_angles_*.svg, shares so far by receiver.
 
 Examples:
   tyrewave radiation scenes/default.toml
@@ -46,6 +53,18 @@ Examples:
 
 /// Frequencies of the directivity \[Hz\].
 const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
+/// Angles round the tyre that shares are told up to.
+const ANGLES: usize = 72;
+/// Waves that are drawn, from n = 0 on.
+const MOST_WAVES: usize = 129;
+/// The receivers' names in the table.
+const NAMES: [&str; 3] = ["in_plane", "cpx_front", "coast_by"];
+/// Names of pictures, by receiver: shares of waves, of the circumference.
+const PICTURES: [[&str; 2]; 3] = [
+    ["radiating_waves_in_plane.svg", "radiating_angles_in_plane.svg"],
+    ["radiating_waves_cpx_front.svg", "radiating_angles_cpx_front.svg"],
+    ["radiating_waves_coast_by.svg", "radiating_angles_coast_by.svg"],
+];
 /// Lowest frequency \[Hz\].
 const LOWEST: f64 = 100.0;
 
@@ -98,6 +117,11 @@ impl RadiationArguments {
         let transfer = views.over_frequency("Transfer |G| [dB re 1/m]", |at, index| level(at.transfers[index]));
         side.picture("transfer.svg", transfer)?;
         side.picture("directivity.svg", views.directivity())?;
+        let length = radiator.wavelength(1.0);
+        for (receiver, [waves, angles]) in PICTURES.into_iter().enumerate() {
+            side.picture(waves, views.waves(receiver, scene.tyre.circumference / length))?;
+            side.picture(angles, views.angles(receiver))?;
+        }
         let costs = costs(&radiator, highest).map_err(failed)?;
         side.picture("cost.svg", cost_picture(&costs, &title))?;
         side.file("radiation.csv", views.csv());
@@ -112,6 +136,9 @@ impl RadiationArguments {
                 "transfer": at.transfers,
                 "horn": at.horn,
                 "circle": at.circle,
+                "pressure": at.shares.iter().map(|shares| shares.pressure.norm()).collect::<Vec<_>>(),
+                "share_up_to_wave": at.shares.iter().map(PressureShares::up_to_wave).collect::<Vec<_>>(),
+                "share_up_to_angle": at.shares.iter().map(|shares| shares.up_to_angle(ANGLES)).collect::<Vec<_>>(),
                 "unknowns": at.unknowns,
                 "reciprocal_condition": at.reciprocal_condition,
             })).collect::<Vec<_>>(),
@@ -121,6 +148,8 @@ impl RadiationArguments {
         let mut report = Report::default();
         report.text(format!("{title}\nPatch {:.1} mm long\n\n", 1e3 * radiator.patch_length()));
         report.append(views.table());
+        report.text("\nEnough of the tread: waves round the tyre, degrees to either side of the contact\n\n");
+        report.append(views.enough());
         report.text("\n");
         side.answer(context, &report, json.then_some(answer))
     }
@@ -163,15 +192,71 @@ impl Views<'_> {
         report
     }
 
+    /// How much of the tread makes the pressure.
+    fn enough(&self) -> Report {
+        let header = ["Hz"].into_iter().chain(self.named().map(|(name, _)| name));
+        let row = |at: &AtFrequency| -> Vec<String> {
+            let one = |shares: &PressureShares| format!("{}, {:.0}", shares.enough_waves(), shares.enough_angle());
+            [format!("{:.0}", at.frequency)].into_iter().chain(at.shares.iter().map(one)).collect()
+        };
+        let mut report = Report::default();
+        report.table(aligned(header, self.found.iter().map(row)));
+        report
+    }
+
+    /// A map of shares at a receiver.
+    fn shares(
+        &self,
+        receiver: usize,
+        x: Axis,
+        quantity: &str,
+        so_far: impl Fn(&PressureShares) -> Vec<f64>,
+        curves: &[Vec<(f64, f64)>],
+    ) -> Result<String, PlotError> {
+        let frequencies: Vec<f64> = self.found.iter().map(|at| at.frequency).collect();
+        let so_far: Vec<Vec<f64>> = self.found.iter().map(|at| so_far(&at.shares[receiver])).collect();
+        let title = format!("{}: {}", self.title, self.named()[receiver].0);
+        ShareMap { title: &title, x, quantity, frequencies: &frequencies, so_far: &so_far, curves }.to_svg()
+    }
+
+    /// Shares of waves up to |n|, under the waves as long as those in the air: so many round the tyre a hertz.
+    fn waves(&self, receiver: usize, in_air: f64) -> Result<String, PlotError> {
+        let title = "Waves round the tyre, up to |n|; white: as long as in the air";
+        let x = Axis::linear(title, -0.5..MOST_WAVES as f64 - 0.5);
+        let curve = self.found.iter().map(|at| (in_air * at.frequency, at.frequency)).collect();
+        let so_far = |shares: &PressureShares| {
+            let mut so_far = shares.up_to_wave();
+            // A tyre with few elements has fewer.
+            so_far.resize(MOST_WAVES, 1.0);
+            so_far
+        };
+        self.shares(receiver, x, "Share of the pressure so far", so_far, &[curve])
+    }
+
+    /// Shares of the circumference from the top by the rear as far as each angle.
+    fn angles(&self, receiver: usize) -> Result<String, PlotError> {
+        let title = "From the top by the rear up to this angle ahead of the contact [degrees]";
+        let x = Axis::linear(title, -180.0..180.0);
+        let so_far = |shares: &PressureShares| shares.up_to_angle(5 * ANGLES);
+        self.shares(receiver, x, "Share of the pressure so far", so_far, &[])
+    }
+
     fn csv(&self) -> String {
-        let names = ["in_plane", "cpx_front", "coast_by"];
         let header = std::iter::once("frequency_hz".to_owned())
-            .chain(names.iter().map(|name| format!("transfer_{name}_1_m")))
-            .chain(names.iter().map(|name| format!("horn_{name}_db")));
-        let rows = self
-            .found
-            .iter()
-            .map(|at| [at.frequency].into_iter().chain(at.transfers.iter().copied()).chain(at.horn.iter().copied()));
+            .chain(NAMES.iter().map(|name| format!("transfer_{name}_1_m")))
+            .chain(NAMES.iter().map(|name| format!("horn_{name}_db")))
+            .chain(NAMES.iter().map(|name| format!("pressure_{name}_pa_n")))
+            .chain(NAMES.iter().map(|name| format!("enough_waves_{name}")))
+            .chain(NAMES.iter().map(|name| format!("enough_angle_{name}_degrees")));
+        let rows = self.found.iter().map(|at| {
+            [at.frequency]
+                .into_iter()
+                .chain(at.transfers.iter().copied())
+                .chain(at.horn.iter().copied())
+                .chain(at.shares.iter().map(|shares| shares.pressure.norm()))
+                .chain(at.shares.iter().map(|shares| shares.enough_waves() as f64))
+                .chain(at.shares.iter().map(PressureShares::enough_angle))
+        });
         csv(header, rows)
     }
 

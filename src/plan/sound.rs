@@ -9,7 +9,7 @@ use crate::radiation::{
 };
 use crate::response::vibration::SegmentLayout;
 use crate::results::sound::SoundError;
-use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver};
+use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Vehicle};
 use crate::sound::Air;
 use crate::sound::power::Iso3744;
 use crate::sound::receivers::{self, CoastByLine, Side};
@@ -29,8 +29,8 @@ const SPACING: f64 = 0.25;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
 /// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
 const ELEMENTS_ERROR: f64 = 0.1;
-/// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met by intervals of twice
-/// the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).
+/// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met by intervals of
+/// twice the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).
 const FREQUENCIES_ERROR: f64 = 0.05;
 /// Error of a third octave at the default lateral waves \[dB\]: 0.004 found against 24 waves, 0.016 with half as many
 /// (the same runs), so it falls with their number's square.
@@ -57,6 +57,32 @@ impl Heard {
     /// Whether the tyre passes it.
     pub fn is_passed(&self) -> bool {
         matches!(self.place, ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }))
+    }
+
+    /// The vehicle whose four tyres it hears, if it hears more than one.
+    pub fn vehicle(&self) -> Option<Vehicle> {
+        match self.place {
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { vehicle, .. }) => vehicle,
+            _ => None,
+        }
+    }
+
+    /// Tyres that it hears.
+    pub fn tyres(&self) -> usize {
+        self.vehicle().map_or(1, |_| Vehicle::TYRES)
+    }
+
+    /// The points by line that a microphone beside the road glides along, as many each: those of the tyre, or of a
+    /// vehicle's left tyres and then of its right ones, which are farther away. None of a receiver that moves along.
+    pub fn lines(&self) -> Vec<Range<usize>> {
+        let sides = match (self.is_passed(), self.vehicle()) {
+            (false, _) => 0,
+            (true, None) => 1,
+            (true, Some(_)) => 2,
+        };
+        let length = self.points.len() / sides.max(1);
+        let first = |side: usize| self.points.start + side * length;
+        (0..sides).map(|side| first(side)..first(side + 1)).collect()
     }
 }
 
@@ -151,6 +177,23 @@ impl Plan {
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
     }
 
+    /// Blocks of the forces; columns, phase and first position are the run's to say.
+    pub(crate) fn sound_layout(&self) -> SegmentLayout {
+        let Scene { numerics, tyre, .. } = &self.scene;
+        let revolution = (numerics.elements * numerics.substeps) as f64 * self.time_step;
+        SegmentLayout {
+            elements: numerics.elements,
+            substeps: numerics.substeps,
+            revolutions: (BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize,
+            columns: 0,
+            rule: numerics.time_rule,
+            time_step: self.time_step,
+            phase: 0,
+            first_position: 0.0,
+            circumference: tyre.circumference,
+        }
+    }
+
     /// What the length of a body's patch is rounded to \[m\].
     pub(crate) fn patch_step(&self) -> f64 {
         PATCH_STEP * self.radius
@@ -162,6 +205,7 @@ impl Plan {
         let fmax = radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step);
         let radiation = Radiation { fmax, ..radiation.clone() };
         let Scene { numerics, tyre, receivers, .. } = &self.scene;
+        let layout = self.sound_layout();
         let mut positions = Vec::new();
         let mut files: Vec<String> = Vec::new();
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
@@ -177,18 +221,6 @@ impl Plan {
             Heard { name, file, place: receiver.place, points: first..positions.len() }
         });
         let heard: Vec<Heard> = heard.collect();
-        let revolution = (numerics.elements * numerics.substeps) as f64 * self.time_step;
-        let layout = SegmentLayout {
-            elements: numerics.elements,
-            substeps: numerics.substeps,
-            revolutions: (BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize,
-            columns: 0,
-            rule: numerics.time_rule,
-            time_step: self.time_step,
-            phase: 0,
-            first_position: 0.0,
-            circumference: tyre.circumference,
-        };
         let row = numerics.preset.map(FrontRow::of).or_else(|| numerics.accuracy.and_then(FrontRow::within));
         Some(Sound { radiation, heard, positions, stated: row.map(|row| row.error), layout })
     }
@@ -198,15 +230,22 @@ impl Plan {
 fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
     match *place {
         ReceiverPlace::Position { position } => vec![position],
-        ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height }) => {
-            let line = CoastByLine {
-                half_length: PASSED,
-                receivers: 2 * (PASSED / SPACING) as usize + 1,
-                distance,
-                height,
-                ..Default::default()
+        ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle }) => {
+            let line = |passed: f64, offset: f64| {
+                // As many points as reach so far.
+                let steps = (passed / SPACING - 1e-9).ceil();
+                let half_length = steps * SPACING;
+                let receivers = 2 * steps as usize + 1;
+                CoastByLine { half_length, receivers, distance, height, offset, ..Default::default() }.positions()
             };
-            line.positions()
+            match vehicle {
+                None => line(PASSED, 0.0),
+                // Tyres of one side see the microphone on the same line, the front ones later by the wheelbase.
+                Some(Vehicle { wheelbase, track }) => {
+                    let sides = [0.5 * track, -0.5 * track];
+                    sides.into_iter().flat_map(|offset| line(PASSED + 0.5 * wheelbase, offset)).collect()
+                }
+            }
         }
         ReceiverPlace::Standard(StandardReceiver::Cpx) => {
             receivers::close_proximity(2.0 * half_width, Side::Left).to_vec()
@@ -236,12 +275,43 @@ mod tests {
     use super::*;
     use crate::scene::{DEFAULT, Receiver};
 
+    fn coast_by(vehicle: Option<Vehicle>) -> StandardReceiver {
+        let (distance, height) = (StandardReceiver::DISTANCE, StandardReceiver::HEIGHT);
+        StandardReceiver::CoastBy { distance, height, vehicle }
+    }
+
+    #[test]
+    fn a_vehicle_is_heard_along_a_line_for_either_side_that_reaches_past_both_axles() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let vehicle = Vehicle { wheelbase: 2.7, track: 1.5 };
+        let place = |vehicle| Receiver { name: String::new(), place: ReceiverPlace::Standard(coast_by(vehicle)) };
+        scene.receivers = vec![place(None), place(Some(vehicle)), place(Some(Vehicle { wheelbase: 2.0, ..vehicle }))];
+        let sound = Plan::new(&scene).sound().unwrap();
+        let [one, four, short] = [0, 1, 2].map(|receiver| &sound.heard[receiver]);
+        assert_eq!((one.points.clone(), one.lines().len(), one.tyres()), (0..129, 1, 1));
+        // 16 m and half of 2.7 m are 17.35 m: 70 steps of 0.25 m to either side.
+        assert_eq!((four.points.clone(), four.tyres()), (129..411, 4));
+        assert_eq!(four.lines(), [129..270, 270..411]);
+        assert_eq!((sound.positions[129], sound.positions[269]), ([17.5, 6.75, 1.2], [-17.5, 6.75, 1.2]));
+        assert_eq!((sound.positions[270], sound.positions[410]), ([17.5, 8.25, 1.2], [-17.5, 8.25, 1.2]));
+        assert_eq!(short.points.len(), 2 * 137, "17 m are 68 steps, and no more");
+        // Each tyre finds the microphone on its side's line, up to the ends of what one tyre passes.
+        for x in [16.0, -16.0] {
+            for (tyre, [ahead, aside, _]) in vehicle.seen_from_tyres([x, 7.5, 1.2]).into_iter().enumerate() {
+                let line = &sound.positions[four.lines()[tyre % 2].clone()];
+                assert!(ahead.abs() <= line[0][0] && (aside - line[0][1]).abs() < 1e-12, "tyre {tyre}: {ahead}");
+            }
+        }
+        let files: Vec<&str> = sound.heard.iter().map(|heard| heard.file.as_str()).collect();
+        assert_eq!(files, ["coast-by", "coast-by-2", "coast-by-3"]);
+    }
+
     #[test]
     fn places_of_the_standards_are_in_the_air_and_a_scene_without_any_has_no_sound() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         assert_eq!(Plan::new(&scene).sound(), None);
         let standards = [
-            StandardReceiver::CoastBy { distance: StandardReceiver::DISTANCE, height: StandardReceiver::HEIGHT },
+            coast_by(None),
             StandardReceiver::Cpx,
             StandardReceiver::Circle { radius: 2.0, height: 0.3 },
             StandardReceiver::Hemisphere { radius: 3.0 },

@@ -13,7 +13,7 @@ pub const SOUND_FILE: &str = "sound.csv";
 /// Narrow band.
 pub const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
 
-/// The spectrum at a receiver, the mean over its points.
+/// The spectrum at a receiver: the mean over its points, times the tyres that it hears.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceiverSpectrum {
     /// The receiver's name.
@@ -125,6 +125,9 @@ pub struct ReceiverSummary {
     pub name: String,
     /// Its points.
     pub points: usize,
+    /// Tyres of a vehicle that it hears, their mean squares added; absent where it hears the one that rolls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tyres: Option<usize>,
     /// Mean level \[dB re 20 uPa\] of the bands that the run vouches for.
     pub level: f64,
     /// The same, A-weighted \[dB(A)\].
@@ -151,20 +154,27 @@ impl ReceiverSummary {
         let error = self.level_a_error;
         let mut text = match self.pass_by {
             Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{maximum:.1} +- {error:.1} dB(A) at most as the tyre passes, F (mean of {passages}), {:.1} dB(A) \
-                 along the line",
+                "{maximum:.1} +- {error:.1} dB(A) at most as the {} passes, F (mean of {passages}), {:.1} dB(A) along \
+                 the line",
+                if self.tyres.is_some() { "vehicle" } else { "tyre" },
                 self.level_a
             ),
             None => format!("{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),
         };
+        if let Some(tyres) = self.tyres {
+            text.push_str(&format!(", {tyres} tyres"));
+        }
         if let Some(why) = &self.no_pass_by {
             text.push_str(&format!(", {why}"));
         }
         if let Some(power) = self.power_level_a {
             text.push_str(&format!(", sound power {power:.1} dB(A)"));
         }
-        if let Some(AudioSummary { file, .. }) = &self.audio {
+        if let Some(AudioSummary { file, tyres, .. }) = &self.audio {
             text.push_str(&format!(", {file}"));
+            if *tyres == Some(1) {
+                text.push_str(" (of one tyre: the run is too short for the others)");
+            }
         }
         text
     }
@@ -190,4 +200,8 @@ pub struct AudioSummary {
     pub full_scale: f64,
     /// Its length \[s\].
     pub seconds: f64,
+    /// Tyres of a vehicle that are in it: all, each from a stretch of the run of its own, or the front left one where
+    /// the run has fewer stretches; absent where one tyre is heard.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tyres: Option<usize>,
 }

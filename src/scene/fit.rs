@@ -3,7 +3,8 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, Switch, Tread, Vibration,
+    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, StandardReceiver, Switch,
+    Tread, Vehicle, Vibration,
 };
 
 /// Reads a whole scene; `None` after a complaint.
@@ -164,10 +165,15 @@ fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
         return table.complain("radiation.shoulder", limit);
     }
     let mut sound = draft(&scene.radiation, table);
+    let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
     for (index, receiver) in scene.receivers.iter().enumerate() {
+        if let ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, vehicle: Some(vehicle), .. }) =
+            receiver.place
+        {
+            sound = sound.and(beside(vehicle, distance, half_width, index, table));
+        }
         let ReceiverPlace::Position { position: [x, y, z] } = receiver.place else { continue };
         let key = format!("receiver[{index}].position");
-        let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
         if z < 0.0 {
             let right = "z is the height above the road, 0 or more";
             sound = table.complain(&key, Problem::new(format!("z = {z} m is below the road"), right));
@@ -181,4 +187,25 @@ fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
         }
     }
     sound
+}
+
+/// Complains about a vehicle whose left and right tyres overlap, or whose left tyres reach as far as the microphone.
+fn beside(vehicle: Vehicle, distance: f64, half_width: f64, index: usize, table: &Table<'_>) -> Option<()> {
+    let track = vehicle.track;
+    let (least, most) = (2.0 * half_width, 2.0 * (distance - half_width));
+    if track > least && track < most {
+        return Some(());
+    }
+    let wrong = if track > least {
+        format!("the left tyres of a track of {track} m reach as far as the microphone, {distance} m from its middle")
+    } else {
+        format!("tyres {least:.2} m wide overlap with a track of {track} m")
+    };
+    let right = if least < most {
+        format!("write a number above {least:.2} and below {most:.2}")
+    } else {
+        format!("write a number above {least:.2}, and a distance that leaves it room")
+    };
+    // The table may have left it to the default, and then stands in its place.
+    table.complain(&format!("receiver[{index}].vehicle"), Problem::new(wrong, right))
 }

@@ -22,7 +22,7 @@ pub fn mean_square(level: f64) -> f64 {
 }
 
 /// Level of several sources that know nothing of each other \[dB\], such as the four tyres of a car, each at its own
-/// receiver position ([`super::receivers::Vehicle`]): 10 lg sum 10^(L/10). Minus infinity for none.
+/// receiver position ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for none.
 ///
 /// ```
 /// use tyrewave::sound::levels::energetic_sum;

@@ -9,7 +9,7 @@
 //!              0         width/2 + 0.2 m                 7.5 m - offset
 //! ```
 
-use crate::scene::StandardReceiver;
+use crate::scene::{StandardReceiver, Vehicle};
 
 /// Where a microphone is \[m\]: x forward, y to the left, z up from the road below the axle's centre.
 pub type Position = [f64; 3];
@@ -57,8 +57,9 @@ pub struct CoastByLine {
     pub distance: f64,
     /// Of the microphone over the road \[m\].
     pub height: f64,
-    /// How far the tyre runs from the centre of the track towards the microphone \[m\]. 0, the default: one tyre stands
-    /// for the vehicle. Tyres at +-0.75 m have, at equal power, a mean of their mean squares 0.12 dB above that.
+    /// How far the tyre runs from the centre of the track towards the microphone \[m\], less than 0 for one on the far
+    /// side. 0, the default: one tyre stands for the vehicle. Tyres at +-0.75 m have, at equal power, a mean of their
+    /// mean squares 0.12 dB above that.
     pub offset: f64,
     /// On which side of the tyre the microphone is.
     pub side: Side,
@@ -113,21 +114,12 @@ pub fn circle(radius: f64, height: f64, count: usize) -> Vec<Position> {
     (0..count).map(|index| angle(index).sin_cos()).map(|(sin, cos)| [radius * cos, radius * sin, height]).collect()
 }
 
-/// Where the four tyres of a vehicle are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vehicle {
-    /// From the front to the rear axle \[m\].
-    pub wheelbase: f64,
-    /// From the left to the right tyre of an axle, centre to centre \[m\].
-    pub track: f64,
-}
-
 impl Vehicle {
     /// A microphone as each tyre sees it, in its own frame: front left, front right, rear left, rear right. The
     /// microphone is given in the frame of the vehicle, whose origin is on the road in the middle of the four.
     ///
     /// Bodywork is not there, and each tyre is that of the run, not its mirror image.
-    pub fn seen_from_tyres(&self, microphone: Position) -> [Position; 4] {
+    pub fn seen_from_tyres(&self, microphone: Position) -> [Position; Self::TYRES] {
         [(0.5, 0.5), (0.5, -0.5), (-0.5, 0.5), (-0.5, -0.5)].map(|(axle, side)| {
             let [x, y, z] = microphone;
             [x - axle * self.wheelbase, y - side * self.track, z]

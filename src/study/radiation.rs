@@ -1,8 +1,9 @@
 //! How a scene's tyre radiates: transfers from its tread to some receivers, the horn's amplification, directivity, and
 //! what it costs to know them.
 //!
-//! Everything is for a small piece of the tread in front of the patch, in the middle of the tyre: by reciprocity what a
-//! receiver hears of it is what it would feel of a source at the receiver.
+//! Horn, transfers and directivity are for a small piece of the tread in front of the patch, in the middle of the tyre:
+//! by reciprocity what a receiver hears of it is what it would feel of a source at the receiver. Shares of waves and of
+//! the circumference are for the whole tread, as a force in the middle of the patch moves it while it rolls.
 
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,9 +12,13 @@ use rayon::prelude::*;
 
 use crate::numeric::double;
 use crate::plan::{Plan, Sound};
-use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferGrid, TransferProblem};
-use crate::scene::Scene;
+use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferProblem};
+use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
+use crate::response::vibration::SegmentLayout;
+use crate::run::sound::WAVES;
+use crate::scene::{AirMotion, Scene, Tyre};
 use crate::sound::{Air, receivers};
+use crate::tyre::influence::SurfaceWaves;
 
 /// How far in front of the patch's edge the piece of tread is \[m\].
 pub const AHEAD: f64 = 0.015;
@@ -40,6 +45,8 @@ pub struct AtFrequency {
     pub transfers: Vec<f64>,
     /// Over what it is without the tyre, by receiver \[dB\].
     pub horn: Vec<f64>,
+    /// What the tread's motion gives there under a unit force in the middle of the patch, by receiver.
+    pub shares: Vec<PressureShares>,
     /// |G| round the circle \[1/m\], from straight ahead by the left.
     pub circle: Vec<f64>,
     /// Unknowns of a block.
@@ -57,6 +64,10 @@ pub struct AtFrequency {
 pub struct Radiator {
     body: Body,
     air: Air,
+    tyre: Tyre,
+    layout: SegmentLayout,
+    waves: SurfaceWaves,
+    motion: AirMotion,
     resolution: Resolution,
     width: f64,
     memory_limit: u64,
@@ -70,10 +81,16 @@ impl Radiator {
     pub fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
         let radiation = &scene.radiation;
         let body = plan.radiating_body(radiation, at_rest)?;
-        let width = plan.decisions.tyre.width + 2.0 * radiation.shoulder;
+        let tyre = plan.decisions.tyre.clone();
+        let width = tyre.width + 2.0 * radiation.shoulder;
         let memory_limit = scene.numerics.memory_bytes();
         let resolution = Resolution::of(radiation.nodes_per_wavelength);
-        let radiator = |air| Self { body, air, resolution, width, memory_limit };
+        let (layout, motion) = (plan.sound_layout(), radiation.air);
+        let highest = 0.5 / layout.time_step;
+        let radiator = |air| {
+            let waves = SurfaceWaves::new(&tyre, Sound::GRID.around / 2, radiation.lateral_waves, highest, WAVES);
+            Self { body, air, tyre, layout, waves, motion, resolution, width, memory_limit }
+        };
         Ok(Air::at(radiation.temperature).map(radiator))
     }
 
@@ -87,6 +104,11 @@ impl Radiator {
         self.width
     }
 
+    /// Length of sound in the air at a frequency \[m\].
+    pub fn wavelength(&self, frequency: f64) -> f64 {
+        self.air.sound_speed / frequency
+    }
+
     /// Expected cost at a frequency \[Hz\].
     ///
     /// # Errors
@@ -94,6 +116,20 @@ impl Radiator {
     pub fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
         let wavenumber = TAU * frequency / self.air.sound_speed;
         Cost::expected(&self.body, wavenumber, wavenumber, &self.resolution, &Block::EVEN_ACROSS)
+    }
+
+    /// The rolling tyre, up to half of its sampling rate.
+    fn model(&self) -> PressureModel<'_> {
+        PressureModel {
+            layout: self.layout,
+            waves: &self.waves,
+            scale: 1.0,
+            contact_width: self.tyre.contact_width,
+            density: self.air.density,
+            air: self.motion,
+            highest: f64::INFINITY,
+            delays: &[],
+        }
     }
 
     /// Everything at each frequency \[Hz\]; `done` is told after each.
@@ -110,7 +146,7 @@ impl Radiator {
         let [radius, height] = CIRCLE;
         let mut positions: Vec<[f64; 3]> = named.iter().map(|(_, position)| *position).collect();
         positions.extend(receivers::circle(radius, height, receivers::CIRCLE_POSITIONS));
-        let grid = TransferGrid { across: 2, ..Sound::GRID };
+        let grid = Sound::GRID;
         let problem = TransferProblem {
             body: &self.body,
             receivers: &positions,
@@ -127,12 +163,17 @@ impl Radiator {
             if stop.load(Ordering::Relaxed) {
                 return Err(RadiationError::Interrupted);
             }
+            let shares = |transfer: &Transfer| {
+                let green = SurfaceGreen::of(&self.body, [(frequency, transfer.clone())]);
+                PressureShares::at(&self.model(), &green, 0)
+            };
             let (transfers, report) = problem.solve(TAU * frequency / self.air.sound_speed)?;
             done();
             Ok(AtFrequency {
                 frequency,
                 transfers: transfers[..named.len()].iter().map(strength).collect(),
                 horn: transfers[..named.len()].iter().map(|found| found.horn(&self.body, 0, 0, cell)).collect(),
+                shares: transfers[..named.len()].iter().map(shares).collect(),
                 circle: transfers[named.len()..].iter().map(strength).collect(),
                 unknowns: report.unknowns,
                 reciprocal_condition: report.reciprocal_condition,

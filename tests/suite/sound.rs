@@ -59,19 +59,71 @@ fn cold_and_warm_on_one_thread_and_on_two_are_the_same_bytes() {
     assert!(!String::from_utf8_lossy(&listed.stdout).contains("not usable"));
 }
 
-#[test]
-fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
-    // A washboard of 0.1 m makes a tone of V/0.1 m = 222.2 Hz.
-    let folder = tempfile::tempdir().unwrap();
+/// A washboard of 0.1 m, which makes a tone of V/0.1 m = 222.2 Hz.
+fn washboard(folder: &Path) -> String {
     let rows = (0..40_000).map(|n| {
         let x = f64::from(n) * 0.005;
         format!("{x:.4},{:.9}\n", 2e-4 * (TAU * x / 0.1).sin())
     });
-    fs::write(folder.path().join("washboard.csv"), format!("x,z\n{}", rows.collect::<String>())).unwrap();
-    let road = "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\n\
-                at_end = \"repeat\"\nlateral = \"extruded\"";
+    fs::write(folder.join("washboard.csv"), format!("x,z\n{}", rows.collect::<String>())).unwrap();
+    "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\n\
+     at_end = \"repeat\"\nlateral = \"extruded\""
+        .to_owned()
+}
+
+#[test]
+fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say() {
+    let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
+    let beside = |name: &str, keys: &str| format!("[[receiver]]\nname = \"{name}\"\nstandard = \"coast-by\"\n{keys}\n");
+    let vehicle = "vehicle = { wheelbase = 2.5, track = 1.5 }";
+    let receivers = [
+        beside("one", "distance = 300.0"),
+        beside("four", &format!("distance = 300.0\n{vehicle}")),
+        beside("left", "distance = 6.75"),
+        beside("right", "distance = 8.25"),
+        beside("near", vehicle),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let road = washboard(folder.path());
+    for (name, duration, tyres) in [("long", 8.0, 4), ("short", 4.5, 1)] {
+        let text = scene_text(128, &road, &rolling(duration), MODAL, &format!("{}{way}", receivers.concat()));
+        fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
+        let told = program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
+        let told = String::from_utf8_lossy(&told.stdout).into_owned();
+        assert!(told.contains("at most as the vehicle passes") && told.contains("4 tyres"), "{told}");
+        let sound = read_summary(&folder.path().join(name))["sound"].clone();
+        let number = |receiver: usize, pointer: &str| sound["receivers"][receiver].pointer(pointer).unwrap().as_f64();
+        let [level, maximum] = ["/level", "/pass_by/maximum"]
+            .map(|pointer| (0..5).map(|receiver| number(receiver, pointer).unwrap()).collect::<Vec<f64>>());
+        // Four equal tyres as far away as each other, whenever they are heard: the washboard sounds the same all along.
+        for levels in [&level, &maximum] {
+            let gain = levels[1] - levels[0];
+            assert!((gain - 10.0 * 4.0_f64.log10()).abs() < 0.1, "{name}: {gain} dB");
+        }
+        // Two on the near side and two on the far one, each pair a line of its own.
+        let pairs = |levels: &[f64]| 10.0 * (10.0_f64.powf(0.1 * levels[2]) + 10.0_f64.powf(0.1 * levels[3])).log10();
+        let apart = level[4] - pairs(&level) - 10.0 * 2.0_f64.log10();
+        // Its lines are longer by half the wheelbase at either end.
+        assert!((-0.4..0.0).contains(&apart), "{name}: {apart} dB");
+        // A pair is loudest when both are 1.25 m from the microphone, a little less than one abreast.
+        let apart = maximum[4] - pairs(&maximum) - 10.0 * 2.0_f64.log10();
+        assert!((-0.8..0.0).contains(&apart), "{name}: {apart} dB at most");
+        assert_eq!(sound["receivers"][1]["tyres"], 4);
+        assert_eq!(sound["receivers"][1]["audio"]["tyres"], tyres);
+        assert!(sound["receivers"][0].get("tyres").is_none() && sound["receivers"][0]["audio"].get("tyres").is_none());
+        let table = fs::read_to_string(folder.path().join(name).join("pass_by_near.csv")).unwrap();
+        let mut rows = table.lines();
+        assert_eq!(rows.next(), Some("time_s,vehicle_ahead_of_microphone_m,level_db_a_fast"));
+        let places: Vec<f64> = rows.map(|row| row.split(',').nth(1).unwrap().parse().unwrap()).collect();
+        assert!((places[0] + 16.0).abs() < 0.01 && (places[places.len() - 1] - 16.0).abs() < 0.2, "{places:?}");
+    }
+}
+
+#[test]
+fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
+    let folder = tempfile::tempdir().unwrap();
     let receiver = "[[receiver]]\nstandard = \"coast-by\"";
-    let text = scene_text(128, road, &rolling(3.0), MODAL, &format!("{receiver}\n{LOW}"));
+    let text = scene_text(128, &washboard(folder.path()), &rolling(3.0), MODAL, &format!("{receiver}\n{LOW}"));
     fs::write(folder.path().join("tone.toml"), text).unwrap();
     program(folder.path(), &["run", "tone.toml", "--out", "tone"]);
     let wav = fs::read(folder.path().join("tone/sound_coast-by.wav")).unwrap();

@@ -45,7 +45,7 @@ impl Components {
     /// For so many receivers with G that is known where this one is.
     pub(super) fn new(model: &PressureModel<'_>, green: &SurfaceGreen, receivers: usize) -> Self {
         let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
-        let most = integrals.most_around().min(model.layout.elements / 2 - 1);
+        let most = integrals.most_under(&model.layout);
         let strip = model.strip();
         let held = vec![None; green.frequencies.len().min(4)];
         let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * strip.len() * receivers];

@@ -18,6 +18,7 @@
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
 //! - [`transfer`]: the pressure for unit force at each place, by way of `components`, for unit amplitude of each
 //!   wavenumber, and `window`, from these to places;
+//! - [`shares`]: which waves and which part of the circumference make it;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
 //! Of the propagation delay r0/c from the contact to the receiver whole time steps are taken off: a response then
@@ -26,6 +27,7 @@
 
 mod components;
 pub mod model;
+pub mod shares;
 pub mod stream;
 pub mod surface;
 #[cfg(test)]
@@ -34,6 +36,7 @@ pub mod transfer;
 mod window;
 
 pub use model::PressureModel;
+pub use shares::PressureShares;
 pub use stream::{PressureState, PressureStream};
 pub use surface::SurfaceGreen;
 pub use transfer::PlaceTransfers;

@@ -54,12 +54,25 @@ impl PressureModel<'_> {
     /// What makes pressure at a bin of the integrals of G, m by m, for unit amplitude of the forces' component n at
     /// each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
     pub(super) fn factors(&self, bin: usize, n: i64, mean: f64, strip: &[f64], out: &mut [Complex64]) {
+        let resolution = self.layout.resolution();
+        let material = self.layout.material_bin(bin, n) as f64 * resolution;
+        self.factors_at([bin as f64 * resolution, material], n, mean, strip, out);
+    }
+
+    /// The same at any frequency beside the road and the one that it is to the material \[Hz\].
+    pub(super) fn factors_at(
+        &self,
+        [frequency, material]: [f64; 2],
+        n: i64,
+        mean: f64,
+        strip: &[f64],
+        out: &mut [Complex64],
+    ) {
         let layout = &self.layout;
-        let frequency = bin as f64 * layout.resolution();
         let angular = std::f64::consts::TAU * frequency;
         // p = i w rho Int G v dS, v = -i w u: outwards.
         let radiated = angular * self.density * self.taper(frequency) * self.scale;
-        self.compliances(n, layout.material_bin(bin, n) as f64 * layout.resolution(), out);
+        self.compliances(n, material, out);
         let rate = match self.air {
             AirMotion::Axle => angular,
             AirMotion::WithTread => {
@@ -68,6 +81,13 @@ impl PressureModel<'_> {
         };
         let factor = radiated * rate * mean / layout.circumference;
         out.iter_mut().zip(strip).for_each(|(value, strip)| *value *= factor * strip);
+    }
+
+    /// What a frequency beside the road is to the material in the wave n, within the Nyquist interval \[Hz\].
+    pub(super) fn material_frequency(&self, frequency: f64, n: i64) -> f64 {
+        let SegmentLayout { revolutions, time_step, .. } = self.layout;
+        let shifted = frequency - n as f64 * revolutions as f64 * self.layout.resolution();
+        shifted - (shifted * time_step).round() / time_step
     }
 
     /// By receiver, what the rest of its delay is at a bin.

@@ -10,7 +10,11 @@ use std::sync::Arc;
 use num_complex::{Complex32, Complex64};
 use rustfft::{Fft, FftPlanner};
 
-use crate::numeric::{lagrange, legendre, sinc, single};
+use crate::numeric::{double, lagrange, legendre, sinc, single};
+use crate::radiation::elements::distance;
+use crate::radiation::transfer::{across_points, half_tread};
+use crate::radiation::{Body, Transfer};
+use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::Waves;
 
 /// G of one receiver.
@@ -26,6 +30,26 @@ pub struct SurfaceGreen {
     pub half_width: f64,
     /// G exp(i k r0) by frequency, point by point, cell by cell \[1/m\].
     pub values: Vec<Vec<Complex32>>,
+}
+
+impl SurfaceGreen {
+    /// Of the transfers from a body's tread to one receiver at rising frequencies \[Hz\], even across.
+    pub fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
+        let half_width = half_tread(body);
+        let mut green = Self { frequencies: Vec::new(), around: 0, across: Vec::new(), half_width, values: Vec::new() };
+        for (frequency, transfer) in known {
+            if green.frequencies.is_empty() {
+                green.around = transfer.grid.around;
+                green.across = across_points(half_width, transfer.grid.across).into_iter().map(|[y, _]| y).collect();
+            }
+            let turn = Complex64::from_polar(1.0, transfer.wavenumber * distance(transfer.receiver, [0.0; 3]));
+            let mut values = transfer.values;
+            values.iter_mut().for_each(|value| *value = single(turn * double(*value)));
+            green.frequencies.push(frequency);
+            green.values.push(values);
+        }
+        green
+    }
 }
 
 /// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m \[m\].
@@ -63,6 +87,16 @@ impl WaveIntegrals {
         self.most_around
     }
 
+    /// Largest |n| that elements can tell apart, too.
+    pub(super) fn most_under(&self, layout: &SegmentLayout) -> usize {
+        self.most_around.min(layout.elements / 2 - 1)
+    }
+
+    /// The integral of a wave over the first cell \[m\].
+    pub(super) fn mean(&self, n: i64) -> Complex64 {
+        self.means[(n + self.most_around as i64) as usize]
+    }
+
     /// Numbers that those of a receiver are.
     pub(super) fn count(&self) -> usize {
         self.means.len() * self.shapes.len()
@@ -81,23 +115,26 @@ impl WaveIntegrals {
         [cells, scratch]: &mut [Vec<Complex64>; 2],
         integrals: &mut [Complex32],
     ) {
-        let SurfaceGreen { around, across, values, .. } = green;
-        let values = &values[frequency];
-        debug_assert_eq!(values.len(), around * across.len());
+        let around = green.around;
         let lateral = self.shapes.len();
-        for (index, shape) in self.shapes.iter().enumerate() {
-            cells.fill(Complex64::ZERO);
-            for (points, weight) in values.chunks_exact(*around).zip(shape) {
-                for (cell, value) in cells.iter_mut().zip(points) {
-                    cell.re += weight * f64::from(value.re);
-                    cell.im += weight * f64::from(value.im);
-                }
-            }
+        for index in 0..lateral {
+            self.across(green, frequency, index, cells);
             self.transform.process_with_scratch(cells, scratch);
             // From n = -most_around: the transform has negative numbers behind the others.
             let turned = cells[around - self.most_around..].iter().chain(&cells[..=self.most_around]);
             for ((out, mean), cell) in integrals.iter_mut().skip(index).step_by(lateral).zip(&self.means).zip(turned) {
                 *out = single(mean * cell);
+            }
+        }
+    }
+
+    /// Int G cos(ky_m y) dy across the tread of the lateral number of an index, cell by cell \[1\].
+    pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
+        cells.fill(Complex64::ZERO);
+        for (points, weight) in green.values[frequency].chunks_exact(green.around).zip(&self.shapes[index]) {
+            for (cell, value) in cells.iter_mut().zip(points) {
+                cell.re += weight * f64::from(value.re);
+                cell.im += weight * f64::from(value.im);
             }
         }
     }

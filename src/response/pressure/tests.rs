@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use num_complex::{Complex32, Complex64};
 
 use super::model::PressureModel;
+use super::shares::PressureShares;
 use super::stream::PressureStream;
 use super::surface::SurfaceGreen;
 use super::transfer::PlaceTransfers;
@@ -135,6 +136,50 @@ fn transfers_are_the_integral_over_the_moving_tread() {
             assert!(error < 1e-5, "{rule:?}, {air:?}, stage {stage}: {found} {expected}");
         }
         assert!(transfers.row(0, 0)[0].norm() < 1e-30, "what stands still is silent");
+    }
+}
+
+#[test]
+fn shares_of_waves_and_of_the_circumference_add_up_to_the_transfer_of_the_middle_place() {
+    let tyre = plate_tyre();
+    let waves = SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6);
+    for (rule, air, bin) in [
+        (TimeRule::Bdf2, AirMotion::Axle, 9),
+        (TimeRule::Bdf2, AirMotion::WithTread, 3),
+        (TimeRule::Bdf1, AirMotion::Axle, 3),
+    ] {
+        // The middle column is the contact's centre.
+        let layout = SegmentLayout { first_position: -2.0 * tyre.circumference / 32.0, ..layout(rule, 1) };
+        let model = PressureModel {
+            layout,
+            waves: &waves,
+            scale: 1.1,
+            contact_width: tyre.contact_width,
+            density: 1.2,
+            air,
+            highest: 150.0,
+            delays: &[0.0],
+        };
+        let known = surface_green(0.5 * tyre.width);
+        let value = PlaceTransfers::new(&model, std::slice::from_ref(&known)).row(bin, 2)[0];
+        let expected = Complex64::new(f64::from(value.re), f64::from(value.im));
+        let green = SurfaceGreen { frequencies: vec![bin as f64 * layout.resolution()], ..known };
+        let shares = PressureShares::at(&model, &green, 0);
+        let error = (shares.pressure - expected).norm() / expected.norm();
+        assert!(error < 1e-5, "{rule:?}: {} {expected}", shares.pressure);
+        assert_eq!((shares.most(), shares.cells.len()), (15, AROUND));
+        let round: Complex64 = shares.cells.iter().sum();
+        assert!((round - shares.pressure).norm() < 1e-6 * round.norm(), "{round} {}", shares.pressure);
+        let all: f64 = shares.of_waves().iter().sum();
+        let (by_wave, by_angle) = (shares.up_to_wave(), shares.up_to_angle(10));
+        for sum in [all, by_wave[15], by_angle[9]] {
+            assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+        }
+        // The test's G has periods 0, 1 and 2 round the tyre and no others: waves beyond do not radiate.
+        assert!(shares.enough_waves() <= 2 && (by_wave[2] - 1.0).abs() < 1e-4, "{by_wave:?}");
+        // Half of the way round is the contact, whatever the number of angles.
+        assert!((by_angle[4] - shares.up_to_angle(2)[0]).abs() < 1e-12);
+        assert!((0.0..=180.0).contains(&shares.enough_angle()));
     }
 }
 

@@ -4,6 +4,7 @@
 //! Without a receiver there is no recorder, no body, no table.
 
 mod passages;
+mod passing;
 mod pictures;
 mod results;
 mod way;
@@ -24,7 +25,8 @@ use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
-use passages::Passages;
+use passing::Passing;
+pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
 /// Takes in the patch forces of every step.
@@ -90,8 +92,8 @@ impl SoundRecorder {
         let (way, transfers) = seeking.find(prepared, progress, meter)?;
         let kept = sound.kept_samples().min(samples as usize);
         for heard in sound.heard.iter().filter(|heard| heard.is_passed()) {
-            let passages = Passages::of(&sound, &way, heard, loaded.scene.rolling.speed());
-            let missing = passages.and_then(|passages| passages.missing(&sound, kept));
+            let passing = Passing::of(&sound, &way, heard, loaded.scene.rolling.speed());
+            let missing = passing.and_then(|passing| passing.missing(&sound, kept));
             prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
         }
         let points = sound.points();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::way::Way;
-use crate::plan::{Heard, Sound};
+use crate::plan::Sound;
 use crate::response::pressure::PressureStream;
 use crate::sound::PassBy;
 use crate::sound::pass_by::Passage;
@@ -20,11 +20,11 @@ pub(super) struct Passages {
 }
 
 impl Passages {
-    /// Of the points of a receiver that the tyre passes; `None` where they are no line.
-    pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64) -> Option<Self> {
+    /// Of points that the tyre passes; `None` where they are no line.
+    pub(super) fn of(sound: &Sound, way: &Way, points: Range<usize>, speed: f64) -> Option<Self> {
         let rate = 1.0 / sound.layout.time_step;
         let passing = PassBy::new(Passage {
-            receivers: sound.positions[heard.points.clone()].to_vec(),
+            receivers: sound.positions[points.clone()].to_vec(),
             speed,
             sound_speed: way.air.sound_speed,
             input_rate: rate,
@@ -32,7 +32,7 @@ impl Passages {
             amplification: true,
         });
         let passing = passing.ok()?;
-        let delays = way.delays[heard.points.clone()].iter().enumerate();
+        let delays = way.delays[points].iter().enumerate();
         let needed = delays.map(|(receiver, &delay)| {
             let Range { start, end } = passing.needed(receiver);
             start - delay as i64..end - delay as i64
@@ -48,10 +48,16 @@ impl Passages {
         first..self.needed.iter().map(|needed| needed.end).max().unwrap_or(0)
     }
 
+    /// Samples that one takes.
+    pub(super) fn length(&self) -> i64 {
+        let Range { start, end } = self.span();
+        end - start
+    }
+
     /// How many fit into so many samples, one after the other.
     pub(super) fn within(&self, kept: usize) -> i64 {
-        let (kept, Range { start, end }) = (kept as i64, self.span());
-        if kept < end - start { 0 } else { (kept - (end - start)) / self.hop + 1 }
+        let (kept, length) = (kept as i64, self.length());
+        if kept < length { 0 } else { (kept - length) / self.hop + 1 }
     }
 
     /// Samples of a point that a passage takes, among those that are kept.
@@ -66,14 +72,14 @@ impl Passages {
         if self.within(kept) > 0 {
             return None;
         }
-        let (layout, Range { start, end }) = (&sound.layout, self.span());
-        if end - start > sound.kept_samples() as i64 {
+        let (layout, length) = (&sound.layout, self.length());
+        if length > sound.kept_samples() as i64 {
             return Some("no passage: at this speed one takes longer than pressures are kept for".to_owned());
         }
         // Pressures come in blocks.
-        let hops = (end - start - 1) / layout.hop() as i64;
+        let hops = (length - 1) / layout.hop() as i64;
         let steps = layout.length() as i64 + hops * layout.hop() as i64;
-        debug_assert!(PressureStream::samples(layout, steps as u64) as i64 >= end - start);
+        debug_assert!(PressureStream::samples(layout, steps as u64) as i64 >= length);
         let seconds = steps as f64 * layout.time_step;
         Some(format!("no passage: the run is too short for one, which takes a rolling.duration of {seconds:.2} s"))
     }

@@ -35,7 +35,7 @@ pub(super) fn draw_levels(
     Ok(())
 }
 
-/// Level against the place of the tyre; rows are time, place, level.
+/// Level against the place of the tyre, or of the vehicle's middle; rows are time, place, level.
 pub(super) fn draw_pass_by(
     loaded: &LoadedScene,
     heard: &Heard,
@@ -43,10 +43,11 @@ pub(super) fn draw_pass_by(
     folder: &ResultsFolder,
 ) -> Result<(), RunError> {
     let title = format!("{}: {}", loaded.title(), heard.name);
+    let who = if heard.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
     let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
     let plot = LinePlot {
         title: &title,
-        x: Axis::linear_around("Tyre ahead of the microphone [m]", points.iter().map(|point| point.0)),
+        x: Axis::linear_around(format!("{who} ahead of the microphone [m]"), points.iter().map(|point| point.0)),
         y: Axis::linear_around("A-weighted level, F [dB(A)]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };

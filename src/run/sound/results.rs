@@ -12,16 +12,14 @@ use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::csv;
 use crate::run::error::RunError;
 use crate::run::sound::SoundRecorder;
-use crate::run::sound::passages::Passages;
+use crate::run::sound::passing::{HeardPassing, Passing};
 use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
-use crate::sound::detector::meter_levels;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::power::{Iso3744, power_level};
-use crate::sound::receivers::COAST_BY_HALF_LENGTH;
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, WavError, full_scale_for};
-use crate::sound::{FrequencyWeighting, Recording, SoundLevels, TimeWeighting};
+use crate::sound::{Recording, SoundLevels};
 
 /// Points of a pass-by's level that are written and drawn, a second.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -61,10 +59,15 @@ impl SoundRecorder {
         Ok(all?.into_iter().map(|spectrum| spectrum.valid_to(self.valid_to)).collect())
     }
 
-    /// By receiver the mean over its points.
+    /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
-        let receivers = self.sound.heard.iter().filter_map(|heard| Some((heard, mean(&points[heard.points.clone()])?)));
-        receivers.map(|(heard, spectrum)| ReceiverSpectrum { name: heard.name.clone(), spectrum }).collect()
+        let one = |heard: &Heard| {
+            let mut spectrum = mean(&points[heard.points.clone()])?;
+            let tyres = heard.tyres() as f64;
+            spectrum.power.iter_mut().for_each(|power| *power *= tyres);
+            Some(ReceiverSpectrum { name: heard.name.clone(), spectrum })
+        };
+        self.sound.heard.iter().filter_map(one).collect()
     }
 
     fn receiver(
@@ -79,6 +82,7 @@ impl SoundRecorder {
         let mut summary = ReceiverSummary {
             name: heard.name.clone(),
             points: heard.points.len(),
+            tyres: heard.vehicle().map(|_| heard.tyres()),
             level: levels.overall,
             level_a: levels.overall_a,
             level_a_error: self.sound.error().level_a,
@@ -102,12 +106,14 @@ impl SoundRecorder {
             }
             ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }) => {
                 let kept = self.signals[heard.points.start].len();
-                summary.no_pass_by =
-                    self.passages(loaded, heard).and_then(|passages| passages.missing(&self.sound, kept));
-                if let Some((pass_by, sound)) = self.pass_by(loaded, heard, folder)? {
-                    summary.pass_by = Some(pass_by);
+                let Some(passing) = Passing::of(&self.sound, &self.way, heard, loaded.scene.rolling.speed()) else {
+                    return Ok(summary);
+                };
+                summary.no_pass_by = passing.missing(&self.sound, kept);
+                if let Some(found) = passing.hear(&self.signals) {
+                    summary.pass_by = Some(write_pass_by(loaded, heard, &passing, &found.levels, folder)?);
                     if audio {
-                        summary.audio = Some(write_audio(folder, &heard.file, vec![sound], "a tyre passing by")?);
+                        summary.audio = Some(write_passing_audio(folder, heard, found)?);
                     }
                 }
             }
@@ -125,62 +131,53 @@ impl SoundRecorder {
         let signal: Vec<f64> = self.signals[point].iter().map(|&pressure| f64::from(pressure)).collect();
         resample(&signal, 1.0 / self.sound.layout.time_step, FILE_RATE)
     }
+}
 
-    fn passages(&self, loaded: &LoadedScene, heard: &Heard) -> Option<Passages> {
-        Passages::of(&self.sound, &self.way, heard, loaded.scene.rolling.speed())
+/// Levels of all passages against time, written and drawn; their maxima.
+fn write_pass_by(
+    loaded: &LoadedScene,
+    heard: &Heard,
+    passing: &Passing,
+    levels: &[Vec<f64>],
+    folder: &ResultsFolder,
+) -> Result<PassBySummary, RunError> {
+    let maxima: Vec<f64> = levels.iter().filter_map(|levels| passing.highest(levels)).collect();
+    let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
+    let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
+    let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
+    let (every, middle) = ((FILE_RATE / LEVELS_A_SECOND) as usize, passing.middle());
+    let told: Vec<[f64; 3]> = passing
+        .samples()
+        .step_by(every)
+        .map(|sample| {
+            let mean = energetic_mean(levels.iter().map(|levels| levels[sample]));
+            [middle.time(sample), middle.place(sample), mean]
+        })
+        .collect();
+    let who = if heard.vehicle().is_some() { "vehicle" } else { "tyre" };
+    let place = format!("{who}_ahead_of_microphone_m");
+    let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
+    let text = csv(["time_s", &place, "level_db_a_fast"], rows);
+    folder.write_text(&format!("pass_by_{}.csv", heard.file), &text)?;
+    if loaded.scene.outputs.plots {
+        draw_pass_by(loaded, heard, &told, folder)?;
     }
+    Ok(PassBySummary { passages: levels.len(), maximum, deviation })
+}
 
-    /// All passages that the kept pressures hold, one after the other: levels against time are written and drawn; the
-    /// maxima, and what is heard of the first passage.
-    fn pass_by(
-        &self,
-        loaded: &LoadedScene,
-        heard: &Heard,
-        folder: &ResultsFolder,
-    ) -> Result<Option<(PassBySummary, Vec<f64>)>, RunError> {
-        let Some(passages) = self.passages(loaded, heard) else { return Ok(None) };
-        let passing = &passages.passing;
-        let kept = self.signals[heard.points.start].len();
-        let mut levels: Vec<Vec<f64>> = Vec::new();
-        let mut sound = Vec::new();
-        for passage in 0..passages.within(kept) {
-            let pressures = passing.synthesise(|receiver, _| {
-                let signal = &self.signals[heard.points.start + receiver];
-                signal[passages.samples(passage, receiver)].iter().map(|&pressure| f64::from(pressure)).collect()
-            });
-            let Ok(pressures) = pressures else { return Ok(None) };
-            // The line begins 6 m before what is read: at 80 km/h the detector is half a decibel from settled there.
-            let shown = meter_levels(&pressures, FILE_RATE, FrequencyWeighting::A, TimeWeighting::Fast);
-            let Ok(shown) = shown else { return Ok(None) };
-            levels.push(shown);
-            if sound.is_empty() {
-                sound = pressures;
-            }
-        }
-        if levels.is_empty() {
-            return Ok(None);
-        }
-        let maxima: Vec<f64> =
-            levels.iter().filter_map(|levels| Some(passing.highest(levels, COAST_BY_HALF_LENGTH)?.1)).collect();
-        let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
-        let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
-        let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
-        let every = (FILE_RATE / LEVELS_A_SECOND) as usize;
-        let told: Vec<[f64; 3]> = (0..passing.samples())
-            .step_by(every)
-            .map(|sample| {
-                let mean = energetic_mean(levels.iter().map(|levels| levels[sample]));
-                [passing.time(sample), passing.place(sample), mean]
-            })
-            .collect();
-        let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
-        let text = csv(["time_s", "tyre_ahead_of_microphone_m", "level_db_a_fast"], rows);
-        folder.write_text(&format!("pass_by_{}.csv", heard.file), &text)?;
-        if loaded.scene.outputs.plots {
-            draw_pass_by(loaded, heard, &told, folder)?;
-        }
-        Ok(Some((PassBySummary { passages: levels.len(), maximum, deviation }, sound)))
-    }
+/// The file to listen to of a passage; of a vehicle it says how many tyres are in it.
+fn write_passing_audio(
+    folder: &ResultsFolder,
+    heard: &Heard,
+    HeardPassing { sound, sounding, .. }: HeardPassing,
+) -> Result<AudioSummary, RunError> {
+    let description = match (heard.vehicle(), sounding) {
+        (None, _) => "a tyre passing by",
+        (Some(_), 1) => "the front left tyre of a vehicle passing by: the run is too short for all four",
+        (Some(_), _) => "the four tyres of a vehicle passing by, from four stretches of the run",
+    };
+    let audio = write_audio(folder, &heard.file, vec![sound], description)?;
+    Ok(AudioSummary { tyres: heard.vehicle().map(|_| sounding), ..audio })
 }
 
 /// Levels, the overall ones of what the run vouches for.
@@ -218,5 +215,5 @@ fn write_audio(
         WavError::Write(source) => ResultsError::Write { path, source },
         other => ResultsError::Audio { path, source: Box::new(other) },
     })?;
-    Ok(AudioSummary { file, full_scale: recording.full_scale, seconds })
+    Ok(AudioSummary { file, full_scale: recording.full_scale, seconds, tyres: None })
 }

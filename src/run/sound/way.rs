@@ -2,15 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::numeric::{double, single};
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::elements::distance;
-use crate::radiation::transfer::{across_points, half_tread};
 use crate::radiation::{Body, RadiationError, TransferSet, Watch, draft, transfers};
 use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
@@ -23,7 +20,7 @@ use crate::sound::Air;
 use crate::tyre::influence::SurfaceWaves;
 
 /// Tolerance of the waves' compliances.
-const WAVES: f64 = 1e-4;
+pub(crate) const WAVES: f64 = 1e-4;
 /// What is left of the way when its transfers are made.
 pub(super) struct Way {
     /// The air.
@@ -168,24 +165,11 @@ fn reach(position: [f64; 3]) -> f64 {
 
 /// What a set of transfers is to the tread's waves.
 fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
-    let (half_width, grid) = (half_tread(body), Sound::GRID);
-    let mut greens = vec![
-        SurfaceGreen {
-            frequencies: set.frequencies().iter().map(|found| found.frequency).collect(),
-            around: grid.around,
-            across: across_points(half_width, grid.across).into_iter().map(|[y, _]| y).collect(),
-            half_width,
-            values: Vec::new(),
-        };
-        sound.points()
-    ];
+    let mut by_receiver = vec![Vec::new(); sound.points()];
     for found in set.into_frequencies() {
-        greens.par_iter_mut().zip(found.transfers).zip(&sound.positions).for_each(|((green, transfer), &position)| {
-            let turn = Complex64::from_polar(1.0, transfer.wavenumber * reach(position));
-            let mut values = transfer.values;
-            values.iter_mut().for_each(|value| *value = single(turn * double(*value)));
-            green.values.push(values);
-        });
+        for (known, transfer) in by_receiver.iter_mut().zip(found.transfers) {
+            known.push((found.frequency, transfer));
+        }
     }
-    greens
+    by_receiver.into_par_iter().map(|known| SurfaceGreen::of(body, known)).collect()
 }

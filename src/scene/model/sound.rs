@@ -44,6 +44,10 @@ pub enum StandardReceiver {
         distance: f64,
         /// Above the road \[m\].
         height: f64,
+        /// The vehicle whose four tyres are heard; one tyre alone where it is left out. The distance is from the middle
+        /// of the vehicle's path then.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        vehicle: Option<Vehicle>,
     },
     /// Two microphones close to the tyre, moving along (ISO 11819-2).
     Cpx,
@@ -66,6 +70,27 @@ impl StandardReceiver {
     pub const DISTANCE: f64 = 7.5;
     /// Height of the coast-by microphone \[m\].
     pub const HEIGHT: f64 = 1.2;
+}
+
+/// From axle to axle of anything that rolls.
+const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");
+const TRACK: Bounds = Bounds::inside(0.0, 5.0, "m");
+
+keys! {
+    /// Where the four tyres of a vehicle are, by default those of a car of the middle class. They roll alike but know
+    /// nothing of each other: their mean squares add.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+    Vehicle {
+        /// From the front to the rear axle \[m\].
+        wheelbase: f64 = 2.7 => WHEELBASE,
+        /// From the left to the right tyre of an axle, centre to centre \[m\].
+        track: f64 = 1.55 => TRACK,
+    }
+}
+
+impl Vehicle {
+    /// Tyres that are heard.
+    pub const TYRES: usize = 4;
 }
 
 keys! {
@@ -126,6 +151,8 @@ pub(in crate::scene) const RECEIVERS: Each<Receiver> =
     Each(Nested { title: "[[receiver]]", wanted: "tables [[receiver]], one for each place", read: receiver });
 pub(in crate::scene) const RADIATION: Nested<Radiation> =
     Nested { title: "[radiation]", wanted: "the table [radiation]", read: Radiation::read };
+const VEHICLE: Nested<Vehicle> =
+    Nested { title: "the vehicle", wanted: "a table, { wheelbase = 2.7, track = 1.55 }", read: Vehicle::read };
 
 /// What no microphone stands beyond.
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
@@ -146,12 +173,12 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     let place = match (table.has("position"), table.has("standard")) {
         (true, false) => {
             let position = table.required("position", &Exactly::<3>(COORDINATE));
-            table.refuse(&["standard", "distance", "height", "radius"], "position", "leave this out");
+            table.refuse(&["standard", "distance", "height", "radius", "vehicle"], "position", "leave this out");
             position.map(|position| ReceiverPlace::Position { position })
         }
         (true, true) => table.complain("standard", Problem::new("`position` is given, too", "one of the two")),
         (false, false) => {
-            for key in ["position", "standard", "distance", "height", "radius"] {
+            for key in ["position", "standard", "distance", "height", "radius", "vehicle"] {
                 table.take(key);
             }
             // A slip in the key's name is told by itself, with the name that was meant.
@@ -178,19 +205,20 @@ fn standard(table: &mut Table<'_>) -> Option<StandardReceiver> {
             table.refuse(&["radius"], "standard = \"coast-by\"", right);
             let distance = table.or("distance", &LENGTH, StandardReceiver::DISTANCE);
             let height = table.or("height", &LENGTH, StandardReceiver::HEIGHT);
-            StandardReceiver::CoastBy { distance: distance?, height: height? }
+            let vehicle = table.or("vehicle", &Optional(VEHICLE), None);
+            StandardReceiver::CoastBy { distance: distance?, height: height?, vehicle: vehicle? }
         }
         Standard::Cpx => {
-            table.refuse(&["radius", "distance", "height"], "standard = \"cpx\"", right);
+            table.refuse(&["radius", "distance", "height", "vehicle"], "standard = \"cpx\"", right);
             StandardReceiver::Cpx
         }
         Standard::Circle => {
-            table.refuse(&["distance"], "standard = \"circle\"", right);
+            table.refuse(&["distance", "vehicle"], "standard = \"circle\"", right);
             let (radius, height) = (table.required("radius", &LENGTH), table.required("height", &LENGTH));
             StandardReceiver::Circle { radius: radius?, height: height? }
         }
         Standard::Hemisphere => {
-            table.refuse(&["distance", "height"], "standard = \"hemisphere\"", right);
+            table.refuse(&["distance", "height", "vehicle"], "standard = \"hemisphere\"", right);
             StandardReceiver::Hemisphere { radius: table.required("radius", &LENGTH)? }
         }
     })

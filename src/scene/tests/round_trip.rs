@@ -294,8 +294,10 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
     let length = || 0.01..100.0_f64;
     let place = prop_oneof![
         (length(), 1.0..100.0_f64, length()).prop_map(|(x, y, z)| ReceiverPlace::Position { position: [x, y, z] }),
-        (length(), length())
-            .prop_map(|(distance, height)| ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height })),
+        (length(), length(), prop::option::of(0.0..20.0_f64)).prop_map(|(distance, height, wheelbase)| {
+            let vehicle = wheelbase.map(|wheelbase| Vehicle { wheelbase, ..Vehicle::default() });
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle })
+        }),
         Just(ReceiverPlace::Standard(StandardReceiver::Cpx)),
         (length(), length())
             .prop_map(|(radius, height)| ReceiverPlace::Standard(StandardReceiver::Circle { radius, height })),
@@ -341,8 +343,14 @@ fn scene() -> impl Strategy<Value = Scene> {
                 effects.radiation = Switch::Auto;
             }
             for receiver in &mut receivers {
-                if let ReceiverPlace::Position { position } = &mut receiver.place {
-                    position[1] += reach;
+                match &mut receiver.place {
+                    ReceiverPlace::Position { position } => position[1] += reach,
+                    ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, vehicle, .. }) => {
+                        // Tyres side by side, and the microphone beyond them.
+                        *distance += reach;
+                        *vehicle = vehicle.filter(|_| reach < 5.0).map(|vehicle| Vehicle { track: reach, ..vehicle });
+                    }
+                    ReceiverPlace::Standard(_) => {}
                 }
             }
             if let Some(vibration) = &mut outputs.vibration {

@@ -1,6 +1,6 @@
 //! Mistakes in receivers and in the way that sound takes to them.
 
-use super::super::super::{AirMotion, ReceiverPlace, StandardReceiver};
+use super::super::super::{AirMotion, ReceiverPlace, StandardReceiver, Vehicle};
 use super::{accepted, refused};
 
 /// Puts tables before the outputs.
@@ -34,8 +34,34 @@ fn standards() {
     receiver_refused("standard = \"cpx\"\nradius = 1", 28, ".radius", "cpx", "leave this out");
     receiver_refused("standard = \"hemisphere\"\nradius = 0", 28, ".radius", "0", "above 0");
     let scene = accepted("[outputs]", "[[receiver]]\nstandard = \"coast-by\"\nheight = 1.5\n[outputs]");
-    let place = ReceiverPlace::Standard(StandardReceiver::CoastBy { distance: 7.5, height: 1.5 });
+    let place = ReceiverPlace::Standard(StandardReceiver::CoastBy { distance: 7.5, height: 1.5, vehicle: None });
     assert_eq!(scene.receivers[0].place, place);
+}
+
+#[test]
+fn vehicles() {
+    const BESIDE: &str = "standard = \"coast-by\"\nvehicle";
+    let vehicle_refused = |value: &str, key: &str, wrong: &str, right: &str| {
+        receiver_refused(&format!("{BESIDE} = {value}"), 28, &format!(".vehicle{key}"), wrong, right);
+    };
+    vehicle_refused("{ weelbase = 2.5 }", ".weelbase", "not a key of the vehicle", "did you mean `wheelbase`?");
+    vehicle_refused("{ wheelbase = -1 }", ".wheelbase", "-1", "at least 0 and at most 20 m");
+    vehicle_refused("4", "", "the whole number 4 cannot stand here", "{ wheelbase = 2.7, track = 1.55 }");
+    vehicle_refused("{ track = 0.1 }", "", "overlap with a track of 0.1 m", "above 0.");
+    vehicle_refused("{ track = 1.5 }\ndistance = 0.8", "", "reach as far as the microphone, 0.8 m", "below 1.");
+    for standard in ["standard = \"cpx\"", "standard = \"hemisphere\"\nradius = 3", "position = [0, 7.5, 1.2]"] {
+        let line = 27 + standard.lines().count();
+        receiver_refused(&format!("{standard}\nvehicle = {{}}"), line, ".vehicle", "", "leave this out");
+    }
+    for (value, expected) in [
+        ("{}", Vehicle { wheelbase: 2.7, track: 1.55 }),
+        ("{ wheelbase = 0 }", Vehicle { wheelbase: 0.0, track: 1.55 }),
+        ("{ wheelbase = 5.5, track = 2.0 }", Vehicle { wheelbase: 5.5, track: 2.0 }),
+    ] {
+        let scene = accepted("[outputs]", &format!("[[receiver]]\n{BESIDE} = {value}\n[outputs]"));
+        let place = StandardReceiver::CoastBy { distance: 7.5, height: 1.2, vehicle: Some(expected) };
+        assert_eq!(scene.receivers[0].place, ReceiverPlace::Standard(place));
+    }
 }
 
 #[test]

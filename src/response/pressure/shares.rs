@@ -1,0 +1,138 @@
+//! Which waves of the tread, and which part of its circumference, make the pressure at a receiver.
+//!
+//! For a unit force at the contact's centre the integral over the tread is a sum over wavenumbers n, and as well one
+//! over pieces of the circumference:
+//!
+//! ```text
+//! p = sum_n p_n,      p_n = sum_m f_nm Int G exp(i kx_n x) cos(ky_m y) dS
+//! p = sum_c p_c,      p_c = sum_m g_m(c) sum_n f_nm Int_c exp(i kx_n x) dx
+//! ```
+//!
+//! with f_nm what the tyre makes of the force ([`PressureModel`]) and g_m(c) the integral of G cos(ky_m y) across the
+//! tread at the cell c. The share of a part is Re(p_part conj(p))/|p|^2. Shares add up to one. A part that is not in
+//! phase with the whole has a small share or a negative one, and others more than one: they cancel each other.
+//!
+//! Cost of a frequency: one transform round the tyre for each lateral number.
+
+use num_complex::{Complex32, Complex64};
+use rustfft::FftPlanner;
+
+use super::model::PressureModel;
+use super::surface::{SurfaceGreen, WaveIntegrals};
+use crate::numeric::double;
+
+/// Share that may be missing, or too much, where the rest is called enough.
+pub const ENOUGH: f64 = 0.1;
+
+/// The pressure at a receiver for a unit force at the contact's centre, and what it is the sum of \[Pa/N\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PressureShares {
+    /// All together; delayed by nothing but the way from the contact.
+    pub pressure: Complex64,
+    /// By wavenumber n, from -[`Self::most`] on. Positive n run against the rolling direction.
+    pub waves: Vec<Complex64>,
+    /// By cell round the tyre; the first begins under the axle, they follow each other in the rolling direction.
+    pub cells: Vec<Complex64>,
+}
+
+impl PressureShares {
+    /// At one of G's frequencies; `model` gives the tyre, not the frequency.
+    pub fn at(model: &PressureModel<'_>, green: &SurfaceGreen, index: usize) -> Self {
+        let frequency = green.frequencies[index];
+        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
+        let most = integrals.most_under(&model.layout) as i64;
+        let strip = model.strip();
+        let (lateral, around) = (strip.len(), green.around);
+        let mut known = vec![Complex32::ZERO; integrals.count()];
+        integrals.of(green, index, &mut integrals.room(), &mut known);
+        let mut factors = vec![Complex64::ZERO; lateral];
+        // By m, the tread's wave of each n as a cell takes it.
+        let mut turning = vec![Complex64::ZERO; lateral * around];
+        let waves: Vec<Complex64> = (-most..=most)
+            .map(|n| {
+                let seen = [frequency, model.material_frequency(frequency, n)];
+                model.factors_at(seen, n, model.mean_over_element(n), &strip, &mut factors);
+                let row = (n + integrals.most_around() as i64) as usize;
+                let place = n.rem_euclid(around as i64) as usize;
+                for (m, factor) in factors.iter().enumerate() {
+                    turning[m * around + place] = factor * integrals.mean(n);
+                }
+                let known = &known[row * lateral..][..lateral];
+                factors.iter().zip(known).map(|(factor, known)| factor * double(*known)).sum()
+            })
+            .collect();
+        let transform = FftPlanner::new().plan_fft_inverse(around);
+        let mut cells = vec![Complex64::ZERO; around];
+        let mut across = vec![Complex64::ZERO; around];
+        for (m, turning) in turning.chunks_exact_mut(around).enumerate() {
+            transform.process(turning);
+            integrals.across(green, index, m, &mut across);
+            for (cell, (across, motion)) in cells.iter_mut().zip(across.iter().zip(turning)) {
+                *cell += across * *motion;
+            }
+        }
+        Self { pressure: waves.iter().sum(), waves, cells }
+    }
+
+    /// Largest |n|.
+    pub fn most(&self) -> usize {
+        self.waves.len() / 2
+    }
+
+    /// Share of every wavenumber, from -[`Self::most`] on.
+    pub fn of_waves(&self) -> Vec<f64> {
+        self.waves.iter().map(|&part| self.share(part)).collect()
+    }
+
+    /// Share of the waves up to each |n|, from 0 on.
+    pub fn up_to_wave(&self) -> Vec<f64> {
+        let (most, shares) = (self.most(), self.of_waves());
+        let both = |n: usize| if n == 0 { shares[most] } else { shares[most - n] + shares[most + n] };
+        (0..=most).map(both).scan(0.0, running).collect()
+    }
+
+    /// Share of everything from the top of the tyre round by the rear and the contact as far as each of so many evenly
+    /// spaced angles, the last of which is the top again.
+    pub fn up_to_angle(&self, angles: usize) -> Vec<f64> {
+        let around = self.cells.len();
+        let behind = &self.cells[around / 2..];
+        let from_top: Vec<f64> =
+            behind.iter().chain(&self.cells[..around / 2]).map(|&part| self.share(part)).scan(0.0, running).collect();
+        // Cells do not end at the angles: what is between two ends grows evenly.
+        let at = |angle: usize| {
+            let place = (angle + 1) as f64 / angles as f64 * around as f64;
+            let below = place.floor() as usize;
+            let value = |cells: usize| cells.checked_sub(1).map_or(0.0, |last| from_top[last.min(around - 1)]);
+            value(below) + (place - below as f64) * (value(below + 1) - value(below))
+        };
+        (0..angles).map(at).collect()
+    }
+
+    /// The |n| up to which waves are enough: from it on, the share so far stays within [`ENOUGH`] of all.
+    pub fn enough_waves(&self) -> usize {
+        enough(&self.up_to_wave())
+    }
+
+    /// The angle to either side of the contact that is enough, in the same sense \[degrees\].
+    pub fn enough_angle(&self) -> f64 {
+        let (ahead, behind) = self.cells.split_at(self.cells.len() / 2);
+        let both = ahead.iter().zip(behind.iter().rev()).map(|(ahead, behind)| self.share(ahead + behind));
+        let within: Vec<f64> = both.scan(0.0, running).collect();
+        360.0 * (enough(&within) + 1) as f64 / self.cells.len() as f64
+    }
+
+    fn share(&self, part: Complex64) -> f64 {
+        (part * self.pressure.conj()).re / self.pressure.norm_sqr()
+    }
+}
+
+/// The first place from which on the share so far stays within [`ENOUGH`] of all.
+fn enough(so_far: &[f64]) -> usize {
+    so_far.iter().rposition(|share| (share - 1.0).abs() > ENOUGH).map_or(0, |last| (last + 1).min(so_far.len() - 1))
+}
+
+/// The sum so far.
+fn running(sum: &mut f64, value: f64) -> Option<f64> {
+    *sum += value;
+    Some(*sum)
+}

@@ -1,0 +1,172 @@
+//! A microphone beside the road, and the tyre or the four tyres of a vehicle that pass it.
+//!
+//! The tyres of a vehicle roll alike but know nothing of each other, so their mean squares add, after the time
+//! weighting F:
+//!
+//! 1. All tyres of one side see the microphone on the same line of points. What passes along a line is heard of every
+//!    stretch of the run that is long enough for it ([`Passages`]), and its level is read.
+//! 2. A vehicle's passage p takes for its tyre t the stretch p + t, counted round: tyres make different noise at the
+//!    same time as far as the run has different stretches.
+//! 3. Each tyre is read where it is when the vehicle's middle is at x: half the wheelbase ahead or behind.
+//!
+//! The rear tyres of a vehicle roll where the front ones have rolled, a wheelbase/V later. Noise that is so much later
+//! is another one for all but tones, so they, too, add as mean squares.
+
+use std::ops::Range;
+
+use super::passages::Passages;
+use super::way::Way;
+use crate::plan::{Heard, Sound};
+use crate::sound::detector::meter_levels;
+use crate::sound::levels::energetic_sum;
+use crate::sound::receivers::COAST_BY_HALF_LENGTH;
+use crate::sound::resample::FILE_RATE;
+use crate::sound::{FrequencyWeighting, PassBy, TimeWeighting};
+
+/// A receiver beside the road.
+pub(super) struct Passing {
+    /// By line of points.
+    lines: Vec<Line>,
+    tyres: Vec<Tyre>,
+    /// Samples of a line at which all tyres are on theirs.
+    samples: Range<usize>,
+}
+
+struct Line {
+    /// Among those of all receivers.
+    points: Range<usize>,
+    passages: Passages,
+}
+
+struct Tyre {
+    line: usize,
+    /// Samples by which it reaches a place on its line before the vehicle's middle does.
+    early: i64,
+}
+
+/// What a microphone beside the road hears.
+pub(super) struct HeardPassing {
+    /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity where not all tyres are on
+    /// theirs.
+    pub(super) levels: Vec<Vec<f64>>,
+    /// The first passage \[Pa\]: all tyres if each has a stretch of the run to itself, else the first one, for the same
+    /// noise from several places would be heard as an echo.
+    pub(super) sound: Vec<f64>,
+    /// Tyres in it.
+    pub(super) sounding: usize,
+}
+
+impl Passing {
+    /// Of a receiver; `None` where the tyre does not pass it.
+    pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64) -> Option<Self> {
+        let line =
+            |points: Range<usize>| Some(Line { passages: Passages::of(sound, way, points.clone(), speed)?, points });
+        let lines: Option<Vec<Line>> = heard.lines().into_iter().map(line).collect();
+        let lines = lines?;
+        let count = lines.iter().map(|line| line.passages.passing.samples()).min()?;
+        let tyres: Vec<Tyre> = match heard.vehicle() {
+            None => vec![Tyre { line: 0, early: 0 }],
+            // How the vehicle's middle is seen from its tyres: from the left ones on their right, from the front ones
+            // behind.
+            Some(vehicle) => vehicle
+                .seen_from_tyres([0.0; 3])
+                .map(|[ahead, aside, _]| Tyre {
+                    line: usize::from(aside > 0.0),
+                    early: (-ahead / speed * FILE_RATE).round() as i64,
+                })
+                .into(),
+        };
+        let most = tyres.iter().map(|tyre| tyre.early.unsigned_abs()).max().unwrap_or(0) as usize;
+        Some(Self { lines, tyres, samples: most..count.saturating_sub(most) })
+    }
+
+    /// Time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
+    pub(super) fn middle(&self) -> &PassBy {
+        &self.lines[0].passages.passing
+    }
+
+    /// Samples of a line at which all tyres are on theirs.
+    pub(super) fn samples(&self) -> Range<usize> {
+        self.samples.clone()
+    }
+
+    /// Why there is no passage in so many samples, if there is none.
+    pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
+        let longest = self.lines.iter().max_by_key(|line| line.passages.length())?;
+        longest.passages.missing(sound, kept)
+    }
+
+    /// The highest level while the vehicle's middle is between the lines of the standard \[dB\].
+    pub(super) fn highest(&self, levels: &[f64]) -> Option<f64> {
+        Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1)
+    }
+
+    /// All passages that the kept pressures of the points \[Pa\] hold; `None` of none.
+    pub(super) fn hear(&self, signals: &[Vec<f32>]) -> Option<HeardPassing> {
+        let stretches = |line: &Line| line.passages.within(signals[line.points.start].len());
+        let stretches = self.lines.iter().map(stretches).min().filter(|&stretches| stretches > 0)? as usize;
+        let sounding = if stretches < self.tyres.len() { 1 } else { self.tyres.len() };
+        let mut sound: Vec<f64> = Vec::new();
+        // By line and stretch.
+        let mut alone: Vec<Vec<Vec<f64>>> = Vec::new();
+        for (number, line) in self.lines.iter().enumerate() {
+            let mut levels = Vec::new();
+            for stretch in 0..stretches {
+                let pressures = line.pressures(stretch, signals)?;
+                // The line begins 6 m before what is read: at 80 km/h the detector is half a decibel from settled
+                // there.
+                let shown = meter_levels(&pressures, FILE_RATE, FrequencyWeighting::A, TimeWeighting::Fast);
+                levels.push(shown.ok()?);
+                // In the first passage a tyre has the stretch of its own number.
+                let Some(tyre) = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number) else {
+                    continue;
+                };
+                let heard = self.samples().map(|sample| pressures[tyre.at(sample)]);
+                if sound.is_empty() {
+                    sound = heard.collect();
+                } else {
+                    sound.iter_mut().zip(heard).for_each(|(sum, pressure)| *sum += pressure);
+                }
+            }
+            alone.push(levels);
+        }
+        let levels = (0..stretches).map(|passage| self.together(&alone, passage)).collect();
+        Some(HeardPassing { levels, sound, sounding })
+    }
+
+    /// Levels of a passage, from those of lines and stretches.
+    fn together(&self, alone: &[Vec<Vec<f64>>], passage: usize) -> Vec<f64> {
+        if let ([only], [levels]) = (&self.tyres[..], alone) {
+            debug_assert_eq!(only.early, 0);
+            return levels[passage].clone();
+        }
+        let of_tyre = |(number, tyre): (usize, &Tyre), sample: usize| {
+            let line = &alone[tyre.line];
+            line[(passage + number) % line.len()][tyre.at(sample)]
+        };
+        let mut levels = vec![f64::NEG_INFINITY; self.middle().samples()];
+        for sample in self.samples() {
+            levels[sample] = energetic_sum(self.tyres.iter().enumerate().map(|tyre| of_tyre(tyre, sample)));
+        }
+        levels
+    }
+}
+
+impl Line {
+    /// What is heard of a stretch \[Pa\].
+    fn pressures(&self, stretch: usize, signals: &[Vec<f32>]) -> Option<Vec<f64>> {
+        let point = |receiver: usize, _| {
+            let signal = &signals[self.points.start + receiver];
+            let samples = self.passages.samples(stretch as i64, receiver);
+            signal[samples].iter().map(|&pressure| f64::from(pressure)).collect()
+        };
+        self.passages.passing.synthesise(point).ok()
+    }
+}
+
+impl Tyre {
+    /// Where it is on its line when the vehicle's middle is at a sample: `samples` leaves room for it.
+    fn at(&self, sample: usize) -> usize {
+        sample.saturating_add_signed(self.early as isize)
+    }
+}

@@ -9,8 +9,9 @@ use super::heat_map::HeatMap;
 /// Rows of the picture: frequencies stand on a logarithmic axis, however they are spaced.
 const ROWS: usize = 120;
 
-/// Values of the first and last colour: parts that cancel each other take a sum of shares below 0 and above 1.
-const RANGE: std::ops::Range<f64> = -0.5..1.5;
+/// Values of the first and last colour: parts that cancel each other take a sum of shares below 0 and above 1. All
+/// together is 1, which lies in the middle of a colour and not between two.
+const RANGE: std::ops::Range<f64> = -0.6..1.6;
 
 /// Shares added up, one row a frequency.
 #[derive(Clone, Debug)]

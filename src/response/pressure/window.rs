@@ -33,8 +33,8 @@ pub(super) struct Window {
     columns: usize,
     /// Half of the columns, a middle one included.
     half: usize,
-    /// Place of the middle at substep 0 \[m\].
-    middle: f64,
+    /// exp(-i n 2 pi x/L) of the middle's place x, substep by substep, n = 0..=most.
+    places: Vec<Complex64>,
     /// cos(n theta) and sin(n theta), n = 0..=most by n for each column of the half.
     shapes: [Vec<f32>; 2],
     /// By stage, the weight of its force and the time from the step's end at which it acts \[s\].
@@ -48,17 +48,15 @@ impl Window {
         let from_middle = 0.5 * (columns as f64 - 1.0);
         let unit = std::f64::consts::TAU / layout.elements as f64;
         let angles = (0..half).map(|index| unit * ((columns / 2 + index) as f64 - from_middle));
+        let middle = layout.first_position + from_middle * layout.circumference / layout.elements as f64;
+        let steps = (layout.elements * layout.substeps) as f64;
+        let place = |substep: usize| middle / layout.circumference - substep as f64 / steps;
+        let turns = (0..layout.substeps).flat_map(|substep| (0..=most).map(move |n| n as f64 * place(substep)));
+        let places = turns.map(|turns| Complex64::from_polar(1.0, -std::f64::consts::TAU * turns)).collect();
         let table = |shape: fn(f64) -> f64| {
             angles.clone().flat_map(|angle| (0..=most).map(move |n| shape(n as f64 * angle) as f32)).collect()
         };
-        Self {
-            most,
-            columns,
-            half,
-            middle: layout.first_position + from_middle * layout.circumference / layout.elements as f64,
-            shapes: [table(f64::cos), table(f64::sin)],
-            actions: layout.actions(),
-        }
+        Self { most, columns, half, places, shapes: [table(f64::cos), table(f64::sin)], actions: layout.actions() }
     }
 
     /// Room for a bin of so many receivers.
@@ -119,12 +117,15 @@ impl Window {
 
     /// What a unit force at the window's middle is to the component n at a bin.
     fn act(&self, model: &PressureModel<'_>, bin: usize, n: i64, stage: usize, substep: usize) -> Complex32 {
-        let SegmentLayout { elements, substeps, circumference, .. } = model.layout;
         let [weight, time] = self.actions[stage];
-        let place = self.middle - circumference * substep as f64 / (elements * substeps) as f64;
+        let ahead = self.places[substep * (self.most + 1) + n.unsigned_abs() as usize];
+        let place = if n < 0 { ahead.conj() } else { ahead };
+        // A rule's last stage acts at the step's end.
+        if time == 0.0 {
+            return single(weight * place);
+        }
         let material = model.layout.material_bin(bin, n) as f64 * model.layout.resolution();
-        let turns = material * time + n as f64 * place / circumference;
-        single(Complex64::from_polar(weight, -std::f64::consts::TAU * turns))
+        single(Complex64::from_polar(weight, -std::f64::consts::TAU * material * time) * place)
     }
 }
 

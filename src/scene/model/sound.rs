@@ -107,7 +107,7 @@ keys! {
         #[serde(serialize_with = "decibels")]
         frequency_tolerance: f64 = 0.2 => Decibels(Bounds::between(1e-3, 6.0, "dB")),
         /// Lateral numbers of the tread's waves that are followed.
-        lateral_waves: usize = 8 => Whole::least(1),
+        lateral_waves: usize = 6 => Whole::least(1),
         /// Radius of the shoulders, outside the tread's width \[m\].
         shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m"),
         /// Length of the contact patch that the body of the tyre has; that of the static contact where it is left out

@@ -32,8 +32,8 @@ const ELEMENTS_ERROR: f64 = 0.1;
 /// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met by intervals of
 /// twice the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).
 const FREQUENCIES_ERROR: f64 = 0.05;
-/// Error of a third octave at the default lateral waves \[dB\]: 0.009 found against 24 waves, 0.016 with four, 0.004 with
-/// eight (the same runs), so it falls with about their number's square.
+/// Error of a third octave at the default lateral waves \[dB\]: 0.009 found against 24 waves, 0.016 with four, 0.004
+/// with eight (the same runs), so it falls with about their number's square.
 const WAVES_ERROR: f64 = 0.01;
 /// Kernels of boundary elements that a draft's four monopoles take the time of.
 const DRAFT_KERNELS: f64 = 30.0;

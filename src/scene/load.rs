@@ -17,7 +17,7 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::table::Table;
-use super::{Diagnostic, Law, Problem, Scene, SceneError, fit};
+use super::{Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
 
 /// Syntax errors looked at; more of them help nobody.
@@ -216,7 +216,7 @@ impl LoadedScene {
             complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));
         }
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
-        let scene = fit::scene(&mut table);
+        let scene = consistency::scene(&mut table);
         table.finish();
         let diagnostics = complaints.finish();
         let mut scene = match scene {

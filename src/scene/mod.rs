@@ -3,10 +3,10 @@
 //! [`Scene::load`] reads a file, [`Scene::from_str`] a text; both return a [`LoadedScene`], which later stages use to
 //! complain about a key ([`LoadedScene::complain`]). All mistakes of a file are collected in one [`SceneError`].
 
+mod consistency;
 mod diagnostic;
 mod document;
 mod error;
-mod fit;
 mod keys;
 mod kind;
 mod load;

@@ -16,7 +16,7 @@ use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, 
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::run::sound::WAVES;
-use crate::scene::{AirMotion, Scene, Tyre};
+use crate::scene::{AirMotion, Scene};
 use crate::sound::{Air, receivers};
 use crate::tyre::influence::SurfaceWaves;
 
@@ -64,7 +64,7 @@ pub struct AtFrequency {
 pub struct Radiator {
     body: Body,
     air: Air,
-    tyre: Tyre,
+    contact_width: f64,
     layout: SegmentLayout,
     waves: SurfaceWaves,
     motion: AirMotion,
@@ -81,15 +81,25 @@ impl Radiator {
     pub fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
         let radiation = &scene.radiation;
         let body = plan.radiating_body(radiation, at_rest)?;
-        let tyre = plan.decisions.tyre.clone();
+        let tyre = &plan.decisions.tyre;
         let width = tyre.width + 2.0 * radiation.shoulder;
         let memory_limit = scene.numerics.memory_bytes();
         let resolution = Resolution::of(radiation.nodes_per_wavelength);
         let (layout, motion) = (plan.sound_layout(), radiation.air);
         let highest = 0.5 / layout.time_step;
         let radiator = |air| {
-            let waves = SurfaceWaves::new(&tyre, Sound::GRID.around / 2, radiation.lateral_waves, highest, WAVES);
-            Self { body, air, tyre, layout, waves, motion, resolution, width, memory_limit }
+            let waves = SurfaceWaves::new(tyre, Sound::GRID.around / 2, radiation.lateral_waves, highest, WAVES);
+            Self {
+                body,
+                air,
+                contact_width: tyre.contact_width,
+                layout,
+                waves,
+                motion,
+                resolution,
+                width,
+                memory_limit,
+            }
         };
         Ok(Air::at(radiation.temperature).map(radiator))
     }
@@ -124,7 +134,7 @@ impl Radiator {
             layout: self.layout,
             waves: &self.waves,
             scale: 1.0,
-            contact_width: self.tyre.contact_width,
+            contact_width: self.contact_width,
             density: self.air.density,
             air: self.motion,
             highest: f64::INFINITY,

@@ -7,6 +7,7 @@ use pulp::{Simd, WithSimd};
 
 /// Numbers to a cache line: rows of a tile.
 pub const LINE: usize = 8;
+
 /// Zeros that begin on a cache line; pages that are never written to take no memory.
 pub struct Aligned {
     memory: Vec<f64>,

@@ -83,13 +83,6 @@ impl PressureModel<'_> {
         out.iter_mut().zip(strip).for_each(|(value, strip)| *value *= factor * strip);
     }
 
-    /// What a frequency beside the road is to the material in the wave n, within the Nyquist interval \[Hz\].
-    pub(super) fn material_frequency(&self, frequency: f64, n: i64) -> f64 {
-        let SegmentLayout { revolutions, time_step, .. } = self.layout;
-        let shifted = frequency - n as f64 * revolutions as f64 * self.layout.resolution();
-        shifted - (shifted * time_step).round() / time_step
-    }
-
     /// By receiver, what the rest of its delay is at a bin.
     pub(super) fn late(&self, bin: usize) -> impl Iterator<Item = Complex64> {
         let angular = self.layout.angular_frequency(bin);

@@ -50,7 +50,7 @@ impl PressureShares {
         let mut turning = vec![Complex64::ZERO; lateral * around];
         let waves: Vec<Complex64> = (-most..=most)
             .map(|n| {
-                let seen = [frequency, model.material_frequency(frequency, n)];
+                let seen = [frequency, model.layout.material_frequency(frequency, n)];
                 model.factors_at(seen, n, model.mean_over_element(n), &strip, &mut factors);
                 let row = (n + integrals.most_around() as i64) as usize;
                 let place = n.rem_euclid(around as i64) as usize;

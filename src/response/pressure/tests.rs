@@ -32,6 +32,18 @@ fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
     }
 }
 
+/// A tyre that is a little softer than its waves, up to 150 Hz.
+fn model<'a>(
+    layout: SegmentLayout,
+    waves: &'a SurfaceWaves,
+    tyre: &Tyre,
+    air: AirMotion,
+    delays: &'a [f64],
+) -> PressureModel<'a> {
+    let contact_width = tyre.contact_width;
+    PressureModel { layout, waves, scale: 1.1, contact_width, density: 1.2, air, highest: 150.0, delays }
+}
+
 /// Points across half of the tread, rising, with their weights.
 fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let scaled = |[node, weight]: [f64; 2]| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
@@ -74,16 +86,8 @@ fn transfers_are_the_integral_over_the_moving_tread() {
         (TimeRule::Sdirk2, 1, AirMotion::WithTread),
     ] {
         let layout = layout(rule, substeps);
-        let model = PressureModel {
-            layout,
-            waves: &waves,
-            scale: 1.1,
-            contact_width: tyre.contact_width,
-            density: 1.2,
-            air,
-            highest: 150.0,
-            delays: &[delay],
-        };
+        let delays = [delay];
+        let model = model(layout, &waves, &tyre, air, &delays);
         let transfers = PlaceTransfers::new(&model, &[surface_green(half_width)]);
         assert_eq!((transfers.places, transfers.bins), (layout.places(), (150.0 / layout.resolution()) as usize + 1));
         for (stage, column, phase, bin) in [(0, 0, 0, 3), (layout.stages() - 1, 4, substeps - 1, 9)] {
@@ -150,16 +154,7 @@ fn shares_of_waves_and_of_the_circumference_add_up_to_the_transfer_of_the_middle
     ] {
         // The middle column is the contact's centre.
         let layout = SegmentLayout { first_position: -2.0 * tyre.circumference / 32.0, ..layout(rule, 1) };
-        let model = PressureModel {
-            layout,
-            waves: &waves,
-            scale: 1.1,
-            contact_width: tyre.contact_width,
-            density: 1.2,
-            air,
-            highest: 150.0,
-            delays: &[0.0],
-        };
+        let model = model(layout, &waves, &tyre, air, &[0.0]);
         let known = surface_green(0.5 * tyre.width);
         let value = PlaceTransfers::new(&model, std::slice::from_ref(&known)).row(bin, 2)[0];
         let expected = Complex64::new(f64::from(value.re), f64::from(value.im));

@@ -163,6 +163,12 @@ impl SegmentLayout {
         if 2 * shifted > length { shifted - length } else { shifted }
     }
 
+    /// The same between the bins: what a frequency in the non-rotating frame is to the material \[Hz\].
+    pub fn material_frequency(&self, frequency: f64, wavenumber: i64) -> f64 {
+        let shifted = frequency - wavenumber as f64 * self.revolutions as f64 * self.resolution();
+        shifted - (shifted * self.time_step).round() / self.time_step
+    }
+
     /// How often the power of a bin counts that a one-sided spectrum lists once.
     pub fn sides(&self, bin: usize) -> f64 {
         if bin == 0 || 2 * bin == self.length() { 1.0 } else { 2.0 }

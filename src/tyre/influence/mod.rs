@@ -11,9 +11,12 @@
 //! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
 //! - [`convolution_quadrature`]: from the sums to weights in the time domain;
 //! - [`mobility`]: the driving-point mobility of patches;
+//! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant;
 //! - [`SurfaceWaves`]: the surface wave by wave, not summed.
 
 mod bounded_sum;
+mod cell_grid;
+mod cell_sums;
 pub mod convolution_quadrature;
 mod curved_waves;
 pub mod folded_sum;
@@ -29,6 +32,8 @@ mod surface_waves;
 mod tail_sum;
 mod waves;
 
+pub use cell_grid::CellGrid;
+pub use cell_sums::{CellInfluence, CellRow, CellSums, CellSumsAt, CellTruncation, CellWave, WaveBand};
 pub use curved_waves::{WAVE_BYTES, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::Field;

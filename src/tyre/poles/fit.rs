@@ -22,7 +22,7 @@ use super::tree::{Tree, Visit};
 use super::wavenumber::{Fitted, Start, fit_wavenumber};
 use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
-use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, SumAt, Truncation};
 
 /// Samples beyond the number of poles that a fit starts with.
 const SPARE_SAMPLES: usize = 16;
@@ -121,14 +121,17 @@ pub fn fit_timed(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result
     }
     let projection = Projection::new(tyre, options.elements);
     let sum = InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top);
-    let ladder = Ladder::new(&sum, options.top);
+    let ladder = Ladder::new(options.top);
+    // Moduli, cut-offs and asymptotes depend on s only and are worked out once.
+    let at = sum.at_all(&ladder.points);
+    let rungs = Rungs { sum, at };
     if stopped() {
         return Err(FitError::Stopped);
     }
     let tree = Tree::new(options.elements / 2);
-    let (bottom_scale, evaluations) = bottom_scale(&sum, &ladder, options.driven);
+    let (bottom_scale, evaluations) = bottom_scale(&rungs, options.driven);
     let clock = FitClock::default();
-    let work = Work { sum, ladder, tree, options, bottom_scale, stop, clock };
+    let work = Work { rungs, ladder, tree, options, bottom_scale, stop, clock };
     let prepared = begin.elapsed();
     let mut done = work.carry_out()?;
     // n = 0 is what the scale was found on.
@@ -165,13 +168,13 @@ const SCALE_BATCH: usize = 32;
 
 /// Largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the evaluations
 /// that it took.
-fn bottom_scale(sum: &InfluenceSum, ladder: &Ladder, driven: Field) -> (f64, u64) {
+fn bottom_scale(sums: &Rungs, driven: Field) -> (f64, u64) {
     let rungs: Vec<usize> = (0..=RUNGS).step_by(SCALE_STRIDE).collect();
     let batches: Vec<(f64, u64)> = rungs
         .par_chunks(SCALE_BATCH)
         .map(|rungs| {
             let mut values = Vec::with_capacity(rungs.len());
-            sample(sum, ladder, driven, 0, rungs, &mut values);
+            sums.sample(driven, 0, rungs, &mut values);
             let largest = values.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
             (largest, values.iter().map(|faces| faces.evaluations).sum())
         })
@@ -179,9 +182,22 @@ fn bottom_scale(sum: &InfluenceSum, ladder: &Ladder, driven: Field) -> (f64, u64
     batches.into_iter().fold((0.0, 0), |(largest, sum), (scale, evaluations)| (largest.max(scale), sum + evaluations))
 }
 
+/// The sums, and the kernel on the rungs of a ladder.
+struct Rungs {
+    sum: InfluenceSum,
+    at: Vec<SumAt>,
+}
+
+impl Rungs {
+    /// Exact values of both faces on rungs.
+    fn sample(&self, driven: Field, n: usize, rungs: &[usize], values: &mut Vec<FaceValues>) {
+        self.sum.faces(n, rungs.iter().map(|&rung| &self.at[rung]), driven, values);
+    }
+}
+
 /// A fit of all wavenumbers, planned.
 struct Work<'a> {
-    sum: InfluenceSum,
+    rungs: Rungs,
     ladder: Ladder,
     tree: Tree,
     options: &'a FitOptions,
@@ -253,7 +269,7 @@ impl Work<'_> {
     /// to the springs of the bedding on it, short waves of the carcass are nothing.
     fn least_scale(&self, wavenumber: usize) -> f64 {
         match self.options.driven {
-            Field::UnderTread => self.sum.value(wavenumber, &self.ladder.at[REAL.start], Field::Surface).value.norm(),
+            Field::UnderTread => self.rungs.sum.value(wavenumber, &self.rungs.at[REAL.start], Field::Surface).value.norm(),
             _ => 0.0,
         }
     }
@@ -263,7 +279,7 @@ impl Work<'_> {
         let one = |start: &Start, target: &Target| {
             let mut sample = |rungs: &[usize], values: &mut Vec<FaceValues>| {
                 let begin = Instant::now();
-                sample(&self.sum, &self.ladder, self.options.driven, wavenumber, rungs, values);
+                self.rungs.sample(self.options.driven, wavenumber, rungs, values);
                 FitClock::add(&self.clock.sums, begin);
             };
             fit_wavenumber(&self.ladder, target, start, &mut sample)
@@ -294,7 +310,7 @@ impl Work<'_> {
 }
 
 /// Poles and rungs of a finished neighbour.
-fn start_of(fitted: &Fitted) -> Start {
+pub(super) fn start_of(fitted: &Fitted) -> Start {
     let poles = fitted.entry.poles.clone();
     Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
 }
@@ -308,7 +324,3 @@ fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
     (0..most).map(|i| grid[i * (grid.len() - 1) / (most - 1)]).collect()
 }
 
-/// Exact values of both faces on rungs.
-fn sample(sum: &InfluenceSum, ladder: &Ladder, driven: Field, n: usize, rungs: &[usize], values: &mut Vec<FaceValues>) {
-    sum.faces(n, rungs.iter().map(|&rung| &ladder.at[rung]), driven, values);
-}

@@ -2,8 +2,7 @@
 //!
 //! On the imaginary axis a ladder of [`RUNGS`] + 1 angular frequencies, w_i = w0 ((1 + top/w0)^(i/RUNGS) - 1): linear
 //! below w0, where a viscoelastic tyre is smooth, logarithmic above, where resonances have widths proportional to
-//! frequency. On the positive real axis a short ladder, factors of 2^0.4 up to the top. Moduli, cut-offs and asymptotes
-//! depend on s only and are worked out once.
+//! frequency. On the positive real axis a short ladder, factors of 2^0.4 up to the top.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -11,7 +10,6 @@ use std::ops::Range;
 use num_complex::Complex64;
 
 use crate::numeric::rational::Parts;
-use crate::tyre::influence::{InfluenceSum, SumAt};
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
 pub const RUNGS: usize = 2048;
@@ -25,15 +23,13 @@ const KNEE: f64 = 2.0 * PI * 10.0;
 /// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
 const BEYOND: usize = 20;
 
-/// The ladders, one after the other, and the kernel on their rungs.
+/// The ladders, one after the other.
 #[derive(Clone, Debug)]
 pub struct Ladder {
     /// Top of both \[rad/s\].
     pub top: f64,
     /// s on the imaginary axis, rising from 0, then on the positive real axis, rising: [`REAL`].
     pub points: Vec<Complex64>,
-    /// The kernel there.
-    pub at: Vec<SumAt>,
     /// Where passivity is checked: every eighth rung of the axis, and beyond the band.
     pub checked: Vec<Complex64>,
     /// The same in parts.
@@ -42,7 +38,7 @@ pub struct Ladder {
 
 impl Ladder {
     /// The ladders up to an angular frequency `top` \[rad/s\].
-    pub fn new(sum: &InfluenceSum, top: f64) -> Self {
+    pub fn new(top: f64) -> Self {
         let growth = (top / KNEE).ln_1p() / RUNGS as f64;
         let mut points: Vec<_> =
             (0..=RUNGS).map(|rung| Complex64::new(0.0, KNEE * (growth * rung as f64).exp_m1())).collect();
@@ -50,6 +46,6 @@ impl Ladder {
         let checked: Vec<_> = points.iter().skip(4).step_by(8).copied().chain(beyond).collect();
         let below_top = |rung: usize| 0.5_f64.powf(0.4 * (REAL.end - 1 - rung) as f64);
         points.extend(REAL.map(|rung| Complex64::new(top * below_top(rung), 0.0)));
-        Self { top, at: sum.at_all(&points), checked_parts: Parts::new(checked.iter().copied(), 1.0), points, checked }
+        Self { top, checked_parts: Parts::new(checked.iter().copied(), 1.0), points, checked }
     }
 }

@@ -10,6 +10,7 @@
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
 //! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
 //! - [`cache`]: models in the cache on disk;
+//! - [`cells`]: the same for waves one by one, the past of contact cells;
 //! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
 //! - [`scaling`]: what a fit costs.
 //!
@@ -26,6 +27,7 @@
 //! but not near it: so the positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
 
 pub mod cache;
+pub mod cells;
 pub mod error;
 pub mod expected_fit;
 pub mod fit;

@@ -1,0 +1,358 @@
+//! Influence functions between cells: by wave for the past, summed for the instant itself.
+//!
+//! ```text
+//! u_ij = sum_n sum_m (1/L)(2/B) exp(i kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') C_zz(kx_n, ky_m, s) F_i'j'
+//! ```
+//!
+//! over all n and m (1/B for m = 0). Aliases n + p N fall on the same cells and are folded; across, where sides and
+//! strip are no multiple of a cell, each m stands for itself.
+//!
+//! With 2 s s' = sinc^2(ky dy/2) (cos ky(y - y') +- cos ky(y + y')) the sum depends on j - j' and on j + j' alone: the
+//! free field and the images in the sides, [`CellInfluence`].
+//!
+//! The instant's sum is taken explicitly up to [`LOBES`] lobes of sinc^2 either way; above, sin^2 cos is replaced by
+//! its mean (1/2 for a cell itself, -1/4 for its neighbours, else 0) and C_zz by the half-space's, in quadrature.
+//! From the wavenumber on where a wave does not feel the tread's thickness C_zz is the half-space's throughout. The
+//! change that curvature makes to those waves, 1e-3 of C_zz, is left out.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::cell_grid::CellGrid;
+use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
+use crate::numeric::{MOST_LANES, Ring, legendre};
+use crate::scene::{Sides, Tyre};
+use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, closed_form, series, thickness_limit};
+
+/// Lobes of sinc^2 that the instant's sum takes wave by wave.
+const LOBES: usize = 8;
+/// Points of the quadrature over what is above.
+const TAIL_POINTS: usize = 24;
+/// Share of a half-space's C_zz that the thickness may change.
+const THICKNESS_TOLERANCE: f64 = 1e-7;
+
+/// How far the sums go.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CellTruncation {
+    /// Largest m of the past and, if given, of the instant.
+    pub lateral_terms: Option<usize>,
+    /// Largest alias |p| likewise.
+    pub aliases: Option<usize>,
+}
+
+/// What cells feel of each other: of (i, j) on (i', j') `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellInfluence {
+    /// Cells along that are told.
+    pub columns: usize,
+    /// Cells across.
+    pub across: usize,
+    /// Rows of `across` numbers \[m/N\].
+    pub toeplitz: Vec<f64>,
+    /// Rows of 2 `across` - 1 numbers \[m/N\].
+    pub hankel: Vec<f64>,
+}
+
+/// One of the waves that the past is carried by: a wavenumber n of the ring with its aliases, and m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellWave {
+    /// m.
+    pub m: usize,
+    /// Wavenumbers round the tyre and their weights \[1/m^2\].
+    pub terms: Vec<(i64, f64)>,
+}
+
+/// Waves of one lateral number, n rising.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellRow {
+    /// m.
+    pub m: usize,
+    /// Number of the first wave on the ring.
+    pub first: usize,
+    /// The waves.
+    pub waves: Vec<CellWave>,
+}
+
+/// Which waves are carried on which ring. The longer ones need all of the tyre; the shorter ones are damped out within
+/// a part of it, and a ring that is as much shorter has as many waves less.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaveBand {
+    /// The ring is the tyre's length over this.
+    pub part: usize,
+    /// Between these wavenumbers waves fade in \[1/m\]; `None`: from 0 on.
+    pub fades_in: Option<[f64; 2]>,
+    /// Between these they fade out; `None`: as far as the sums go.
+    pub fades_out: Option<[f64; 2]>,
+}
+
+impl WaveBand {
+    /// All waves on the whole tyre.
+    pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None };
+
+    /// Share of a wave: those of two bands that meet add up to one.
+    fn share(&self, k: f64) -> f64 {
+        // A step that is smooth in ln k, so that neither part reaches far in space.
+        let passed = |[low, high]: [f64; 2]| {
+            let place = ((k / low).ln() / (high / low).ln()).clamp(0.0, 1.0);
+            (0.5 * PI * place).sin().powi(2)
+        };
+        self.fades_in.map_or(1.0, passed) * (1.0 - self.fades_out.map_or(0.0, passed))
+    }
+}
+
+/// The influence functions of cells.
+#[derive(Clone, Debug)]
+pub struct CellSums {
+    kernel: Kernel,
+    grid: CellGrid,
+    truncation: CellTruncation,
+}
+
+/// The kernel at one s.
+#[derive(Clone, Debug)]
+pub struct CellSumsAt(KernelAt);
+
+impl CellSums {
+    /// Prepares the sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
+    pub fn new(tyre: &Tyre, grid: CellGrid, truncation: CellTruncation, tolerance: f64, largest_s: f64) -> Self {
+        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation }
+    }
+
+    /// The cells.
+    pub fn grid(&self) -> &CellGrid {
+        &self.grid
+    }
+
+    /// The kernel at s.
+    pub fn at(&self, s: Complex64) -> CellSumsAt {
+        CellSumsAt(self.kernel.at(s))
+    }
+
+    /// Waves of a band, by lateral number.
+    pub fn waves(&self, band: WaveBand) -> Vec<CellRow> {
+        let (grid, waves) = (&self.grid, self.grid.waves());
+        let ring = grid.elements() / band.part;
+        let CellTruncation { lateral_terms, aliases } = self.truncation;
+        // Up to the first zero of what cells take of a wave.
+        let largest = 2.0 * PI / grid.length().min(grid.pitch());
+        let last_m = lateral_terms.unwrap_or((largest / waves.ky(1)) as usize);
+        let most = aliases.unwrap_or(1) as i64;
+        let ends = if aliases.is_some() && lateral_terms.is_some() { f64::INFINITY } else { largest };
+        let row = |m: usize| {
+            let wave = |bin: usize| {
+                // The ring's n run from -N/2: its N/2 is -N/2.
+                let first = if 2 * bin == ring { -(bin as i64) } else { bin as i64 };
+                let around = (-most..=most).map(|p| (first + p * ring as i64) * band.part as i64);
+                let terms = around.filter_map(|n| {
+                    let k = waves.kx(n).hypot(waves.ky(m));
+                    let weight = band.share(k) * band.part as f64 * grid.longitudinal_weight(n) * waves.lateral_norm(m);
+                    (weight > 0.0 && k <= ends).then_some((n, weight))
+                });
+                CellWave { m, terms: terms.collect() }
+            };
+            let mut all: Vec<CellWave> = (0..=ring / 2).map(wave).collect();
+            let first = all.iter().position(|wave| !wave.terms.is_empty())?;
+            all.truncate(all.iter().rposition(|wave| !wave.terms.is_empty())? + 1);
+            Some(CellRow { m, first, waves: all.split_off(first) })
+        };
+        grid.lateral_numbers().take_while(|&m| m <= last_m).filter_map(row).collect()
+    }
+
+    /// Values of a wave's function \[m/N\] at each s of a list, appended to `values`.
+    pub fn values<'a>(
+        &self,
+        wave: &CellWave,
+        at: impl IntoIterator<Item = &'a CellSumsAt>,
+        values: &mut Vec<Complex64>,
+    ) {
+        let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
+        Arch::new().dispatch(WaveSum { wave, at: &at, values });
+    }
+
+    /// What cells feel of each other at a real s \[1/s\], up to `columns` along.
+    pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
+        let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
+        let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
+        let (elements, across) = (grid.elements(), grid.across);
+        let waves = grid.waves();
+        let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
+        let last_around = match self.truncation.aliases {
+            Some(aliases) => (aliases * elements + elements / 2) as i64,
+            None => lobes(grid.length(), waves.kx(1)) as i64,
+        };
+        let last_m = self.truncation.lateral_terms.unwrap_or_else(|| lobes(grid.pitch(), waves.ky(1)));
+        let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
+        let compliance = |n: i64, m: usize| match &tail {
+            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => tail.compliance(waves.kx(n), waves.ky(m)),
+            _ => at.normal(n, m, Field::Surface).re,
+        };
+        let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
+        let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
+        // By m: the sum over n at each distance along.
+        let rows: Vec<Vec<f64>> = numbers
+            .par_iter()
+            .map_init(
+                || Ring::new(elements),
+                |ring, &m| {
+                    let weight = grid.lateral_weight(m);
+                    let mut row = around.sum(ring, |n| weight * compliance(n, m));
+                    if let Some(tail) = closed {
+                        add_mean(&mut row, weight * tail.rest(&around, waves.ky(m)));
+                    }
+                    row
+                },
+            )
+            .collect();
+        let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
+        let cosines = |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
+        let sum = |along: usize, cosines: &[f64]| rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>();
+        let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
+        let images: Vec<Vec<f64>> =
+            (0..2 * across - 1).map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch())).collect();
+        let mut influence =
+            CellInfluence { columns, across, toeplitz: Vec::new(), hankel: Vec::with_capacity(columns * images.len()) };
+        for along in 0..columns {
+            influence.toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
+            influence.hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
+        }
+        if let Some(tail) = closed.filter(|_| self.truncation.lateral_terms.is_none()) {
+            let last = numbers.last().map_or(0.0, |&m| waves.ky(m)) + 0.5 * waves.ky(1);
+            tail.add_lateral_rest(&mut influence, &around, last);
+        }
+        influence
+    }
+}
+
+/// The tread as a half-space at one real s.
+struct HalfSpace {
+    /// Wavenumber from which on it is one \[1/m\].
+    from: f64,
+    kappa: f64,
+    /// Q/mu.
+    ratio: f64,
+    inverse_shear: f64,
+    series: Vec<f64>,
+}
+
+/// What is added at the distances 0 and 1 for a sum of means.
+fn add_mean(row: &mut [f64], mean: f64) {
+    for (value, share) in row.iter_mut().zip([0.5, -0.25]) {
+        *value += share * mean;
+    }
+}
+
+impl HalfSpace {
+    fn of(kernel: &Kernel, at: &KernelAt) -> Option<Self> {
+        let thickness = kernel.tread()?.thickness;
+        let tread = at.tread();
+        let from = thickness_limit(thickness, THICKNESS_TOLERANCE);
+        Some(Self {
+            from,
+            kappa: tread.modulus_ratio,
+            ratio: tread.inertia_over_shear().re,
+            inverse_shear: tread.inverse_shear.re,
+            series: series(tread.modulus_ratio).to_vec(),
+        })
+    }
+
+    fn compliance(&self, kx: f64, ky: f64) -> f64 {
+        let k_squared = kx * kx + ky * ky;
+        let x = self.ratio / k_squared;
+        let phi = if x < LARGEST_ARGUMENT {
+            self.series.iter().rev().fold(0.0, |sum, &c| sum * x + c)
+        } else {
+            closed_form(self.kappa, Complex64::new(x, 0.0)).re
+        };
+        phi * self.inverse_shear / k_squared.sqrt()
+    }
+
+    /// sum over |kx| > K of (1/L) 4/(kx dx)^2 C: 4/(pi dx^2) int dkx/kx^2 C, with kx = K/u.
+    fn rest(&self, around: &Around<'_>, ky: f64) -> f64 {
+        let (length, highest) = (around.grid.length(), around.highest());
+        let integral: f64 = on_unit().map(|[u, weight]| weight * self.compliance(highest / u, ky)).sum();
+        4.0 / (PI * length * length * highest) * integral
+    }
+
+    /// Waves beyond the last lateral number, ky > `last` \[1/m\], likewise.
+    fn add_lateral_rest(&self, influence: &mut CellInfluence, around: &Around<'_>, last: f64) {
+        let (grid, across) = (around.grid, influence.across);
+        let factor = 4.0 / (PI * grid.pitch() * grid.pitch() * last);
+        let mut ring = Ring::new(grid.elements());
+        for [u, weight] in on_unit() {
+            let ky = last / u;
+            let mut row = around.sum(&mut ring, |n| self.compliance(grid.waves().kx(n), ky));
+            add_mean(&mut row, self.rest(around, ky));
+            for (cells, value) in influence.toeplitz.chunks_exact_mut(across).zip(row) {
+                add_mean(cells, factor * weight * value);
+            }
+        }
+    }
+}
+
+/// Nodes and weights on (0, 1).
+fn on_unit() -> impl Iterator<Item = [f64; 2]> {
+    legendre::gauss(TAIL_POINTS).into_iter().map(|[x, weight]| [0.5 * (1.0 + x), 0.5 * weight])
+}
+
+/// The sum over wavenumbers round the tyre.
+struct Around<'a> {
+    grid: &'a CellGrid,
+    /// Largest n.
+    last: i64,
+    /// Whether the sum ends there, at -n and not at n.
+    truncated: bool,
+    columns: usize,
+}
+
+impl Around<'_> {
+    /// Where the sum ends \[1/m\].
+    fn highest(&self) -> f64 {
+        self.grid.waves().kx(self.last) + 0.5 * self.grid.waves().kx(1)
+    }
+
+    /// sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
+    fn sum(&self, ring: &mut Ring, compliance: impl Fn(i64) -> f64) -> Vec<f64> {
+        let elements = self.grid.elements();
+        let mut folded = vec![0.0; elements / 2 + 1];
+        for n in 0..=self.last {
+            let place = n as usize % elements;
+            let place = place.min(elements - place);
+            // The ring counts each place twice, but 0 and N/2 once; so is what stands for -n and n.
+            let alone = place == 0 || place == elements / 2;
+            let once = n == 0 || self.truncated && n == self.last;
+            let value = self.grid.longitudinal_weight(n) * compliance(n);
+            folded[place] += if alone && !once { 2.0 * value } else { value };
+        }
+        ring.elements_of(|n| folded[n])[..self.columns].to_vec()
+    }
+}
+
+/// Values of a wave at many s. A type, not a closure: see `lane_sum`.
+struct WaveSum<'a> {
+    wave: &'a CellWave,
+    at: &'a [&'a KernelAt],
+    values: &'a mut Vec<Complex64>,
+}
+
+impl WithSimd for WaveSum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for group in self.at.chunks(S::F64_LANES) {
+            let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
+            let kernel = LaneKernel::new(simd, members);
+            let mut sums = [Complex64::ZERO; MOST_LANES];
+            for &(n, weight) in &self.wave.terms {
+                let surface = kernel.normal(n, self.wave.m).surface.to_array();
+                for (sum, value) in sums.iter_mut().zip(surface) {
+                    *sum += weight * value;
+                }
+            }
+            self.values.extend_from_slice(&sums[..group.len()]);
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Rational models of the waves that the past of contact cells is carried by: one fit for each pair (n, m).
+//!
+//! A pair is a single wave and a few aliases of little weight: its function has far fewer resonances than a sum over m.
+//! Each lateral number is a row of fits, each started from its neighbour with one n less; rows go to threads as they
+//! are free, and nothing depends on who takes which.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::error::FitError;
+use super::fit::start_of;
+use super::ladder::Ladder;
+use super::model::Modes;
+use super::sampled::Target;
+use super::wavenumber::{Fitted, Start, fit_wavenumber};
+use crate::numeric::rational::partial_fractions::is_pair;
+use crate::storage::{Cached, Format, Kind};
+use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave, FaceValues};
+
+/// What the fits have to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CellFitOptions {
+    /// Top of the band \[rad/s\].
+    pub top: f64,
+    /// Largest error relative to |H(s)|, or to 0.003 of its largest value over the band where that is more.
+    pub tolerance: f64,
+    /// Most poles of one wave, conjugates counted.
+    pub most_poles: usize,
+}
+
+/// Poles and residues of a list of waves.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub struct CellModel {
+    /// Position of the first pole of each wave; one more at the end.
+    offsets: Vec<usize>,
+    /// Position of the first real pole of each wave.
+    first_real: Vec<usize>,
+    /// lambda \[1/s\].
+    poles: Vec<Complex64>,
+    /// R \[m/(N s)\].
+    residues: Vec<Complex64>,
+    /// Evaluations of the compliance that the fits took.
+    evaluations: u64,
+}
+
+impl CellModel {
+    /// Waves.
+    pub fn len(&self) -> usize {
+        self.first_real.len()
+    }
+
+    /// Whether there are no waves.
+    pub fn is_empty(&self) -> bool {
+        self.first_real.is_empty()
+    }
+
+    /// Poles of all waves, a pair counted once.
+    pub fn stored_poles(&self) -> usize {
+        self.poles.len()
+    }
+
+    /// Evaluations of the compliance that the fits took.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    /// Poles and residues of a wave.
+    pub fn modes(&self, wave: usize) -> Modes<'_> {
+        let range = self.offsets[wave]..self.offsets[wave + 1];
+        Modes {
+            poles: &self.poles[range.clone()],
+            residues: &self.residues[range],
+            pairs: self.first_real[wave] - self.offsets[wave],
+            constant: 0.0,
+        }
+    }
+}
+
+impl Cached for CellModel {
+    const KIND: Kind =
+        Kind { extension: "cells", format: Format { magic: b"TWAVECEL", version: 1, name: "a model of contact cells" } };
+
+    fn is_sound(&self) -> bool {
+        let ends = self.offsets.get(1..).unwrap_or_default();
+        let ranges = self.offsets.iter().zip(&self.first_real).zip(ends);
+        self.offsets.first() == Some(&0)
+            && self.offsets.last() == Some(&self.poles.len())
+            && ends.len() == self.first_real.len()
+            && self.residues.len() == self.poles.len()
+            && ranges.into_iter().all(|((start, real), end)| start <= real && real <= end)
+    }
+}
+
+/// Fits the waves of a list of rows, each row with n rising, in their order; looks at `stop` before every wave.
+///
+/// # Errors
+/// [`FitError`]: the first wave in the order of the list that is refused, with its n; [`FitError::Stopped`].
+pub fn fit_cells(
+    sums: &CellSums,
+    rows: &[CellRow],
+    options: &CellFitOptions,
+    stop: &AtomicBool,
+) -> Result<CellModel, FitError> {
+    let ladder = Ladder::new(options.top);
+    let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
+    let fitted: Vec<Result<Vec<Fitted>, FitError>> =
+        rows.par_iter().map(|row| fit_row(sums, &ladder, &at, &row.waves, options, stop)).collect();
+    let mut model = CellModel { offsets: vec![0], ..CellModel::default() };
+    for row in fitted {
+        for Fitted { entry, .. } in row? {
+            let pairs = entry.poles.iter().filter(|&&pole| is_pair(pole)).count();
+            model.first_real.push(model.poles.len() + pairs);
+            model.poles.extend_from_slice(&entry.poles);
+            model.residues.extend_from_slice(&entry.residues[0]);
+            model.offsets.push(model.poles.len());
+            model.evaluations += entry.statistics.evaluations;
+        }
+    }
+    Ok(model)
+}
+
+fn fit_row(
+    sums: &CellSums,
+    ladder: &Ladder,
+    at: &[CellSumsAt],
+    row: &[CellWave],
+    options: &CellFitOptions,
+    stop: &AtomicBool,
+) -> Result<Vec<Fitted>, FitError> {
+    let mut done: Vec<Fitted> = Vec::with_capacity(row.len());
+    let mut values = Vec::new();
+    for wave in row {
+        if stop.load(Ordering::Relaxed) {
+            return Err(FitError::Stopped);
+        }
+        let mut sample = |rungs: &[usize], faces: &mut Vec<FaceValues>| {
+            values.clear();
+            sums.values(wave, rungs.iter().map(|&rung| &at[rung]), &mut values);
+            let evaluations = wave.terms.len() as u64;
+            faces.extend(values.iter().map(|&driven| FaceValues { driven, bottom: Complex64::ZERO, evaluations }));
+        };
+        let start = done.last().map(start_of).unwrap_or_default();
+        // From scratch a fit is worth tidying; close to its start, its start was tidy.
+        let (removals, removal_below) = if start.poles.is_empty() { (8, 1.0) } else { (2, 0.6) };
+        let target = Target {
+            wavenumber: wave.terms.first().map_or(0, |(n, _)| n.unsigned_abs() as usize),
+            least_scale: 0.0,
+            tolerance: options.tolerance,
+            most_poles: options.most_poles,
+            constant: false,
+            // The belt is not asked for: any scale will do.
+            bottom_scale: 1.0,
+            removals,
+            removal_below,
+        };
+        let fitted = fit_wavenumber(ladder, &target, &start, &mut sample).or_else(|error| {
+            if start.poles.is_empty() {
+                Err(error)
+            } else {
+                fit_wavenumber(ladder, &target, &Start::default(), &mut sample)
+            }
+        })?;
+        done.push(fitted);
+    }
+    Ok(done)
+}

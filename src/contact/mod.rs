@@ -4,6 +4,7 @@
 //! - [`kernel`]: what the points in contact feel of each other within a step, by tread law;
 //! - [`history`]: displacement left over from past forces;
 //! - [`complementarity`]: which points touch, and their forces;
+//! - [`cells`]: the same for cells of a zone in three dimensions;
 //! - [`local_compliance`]: how much the tread yields to the texture, by formula and by pressing patches of a road;
 //! - [`static_contact`]: contact at rest on a smooth road;
 //! - [`axle`]: the axle's height, fixed, held to a load or moving;
@@ -11,6 +12,7 @@
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
 pub mod axle;
+pub mod cells;
 pub mod complementarity;
 mod error;
 pub mod geometry;

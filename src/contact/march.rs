@@ -11,10 +11,14 @@
 //! 3. forces: the active set (elastic, bedding), or each point by itself (uncoupled); where slices yield by themselves
 //!    the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
+//!
+//! So for slices; over cells, [`CellZone`] does the same for each cell of the window.
 
 use serde::{Deserialize, Serialize};
 
 use super::axle::AxleHeight;
+use super::cells::zone::Instant;
+use super::cells::{CellZone, CellZoneState};
 use super::complementarity::{Residuals, Search, SearchCounts, SearchState, SliceLaw, SlicesUnder};
 use super::error::ContactError;
 use super::geometry::Geometry;
@@ -23,7 +27,7 @@ use super::kernel::ContactKernel;
 use super::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
-use crate::scene::Numerics;
+use crate::scene::{Numerics, TimeRule};
 use crate::storage::state::{StateError, fill};
 
 /// What one step gave.
@@ -69,20 +73,34 @@ pub struct March {
     geometry: Geometry,
     /// See [`Geometry::rises`].
     rises: Vec<f64>,
-    kernel: ContactKernel,
-    history: Box<dyn PastForces>,
-    search: Search,
-    /// Forces and displacements at the step's instants, one after the other.
+    zone: Zone,
+    /// Forces at the step's instants by column, one after the other.
     instant_forces: Vec<f64>,
-    instant_displacements: Vec<f64>,
-    /// Their mean force.
+    /// Their mean.
     forces: Vec<f64>,
-    required: Vec<f64>,
     step: u64,
     nodes: &'static [f64],
     weights: [f64; 3],
     time_step: f64,
     totals: MarchTotals,
+}
+
+/// What the contact consists of.
+enum Zone {
+    /// Slices, each level across the width.
+    Slices(SliceZone),
+    /// Cells all over the zone.
+    Cells(Box<CellZone>),
+}
+
+/// Slices in contact.
+struct SliceZone {
+    kernel: ContactKernel,
+    history: Box<dyn PastForces>,
+    search: Search,
+    /// Displacements at the step's instants, one after the other.
+    instant_displacements: Vec<f64>,
+    required: Vec<f64>,
 }
 
 /// What evolves of a [`March`].
@@ -91,12 +109,18 @@ pub struct MarchState {
     step: u64,
     totals: MarchTotals,
     forces: Vec<f64>,
-    search: SearchState,
-    history: HistoryState,
+    zone: ZoneState,
+}
+
+/// What evolves of a [`Zone`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+enum ZoneState {
+    Slices(SearchState, HistoryState),
+    Cells(Box<CellZoneState>),
 }
 
 impl March {
-    /// Everything at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    /// Slices at rest, about to do step 0; `time_step` \[s\] is for messages only.
     pub fn new(
         geometry: Geometry,
         kernel: ContactKernel,
@@ -106,24 +130,36 @@ impl March {
         time_step: f64,
     ) -> Self {
         let columns = geometry.columns;
-        let nodes = numerics.time_rule.nodes();
         let mut within_a_step = kernel.within_a_step();
         within_a_step.truncate(columns);
-        Self {
+        let zone = SliceZone {
             history,
             search: Search::new(within_a_step, kernel.is_coupled(), slices, numerics),
-            instant_forces: vec![0.0; columns * nodes.len()],
-            instant_displacements: vec![0.0; columns * nodes.len()],
-            forces: vec![0.0; columns],
+            instant_displacements: vec![0.0; columns * numerics.time_rule.stages()],
             required: vec![0.0; columns],
+            kernel,
+        };
+        Self::over(Zone::Slices(zone), geometry, numerics.time_rule, time_step)
+    }
+
+    /// Cells at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    pub fn with_cells(geometry: Geometry, zone: CellZone, rule: TimeRule, time_step: f64) -> Self {
+        Self::over(Zone::Cells(Box::new(zone)), geometry, rule, time_step)
+    }
+
+    fn over(zone: Zone, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
+        let (columns, nodes) = (geometry.columns, rule.nodes());
+        Self {
+            zone,
+            instant_forces: vec![0.0; columns * nodes.len()],
+            forces: vec![0.0; columns],
             step: 0,
             nodes,
-            weights: numerics.time_rule.weights(),
+            weights: rule.weights(),
             time_step,
             totals: MarchTotals::default(),
             rises: geometry.rises(nodes),
             geometry,
-            kernel,
         }
     }
 
@@ -132,9 +168,36 @@ impl March {
         &self.geometry
     }
 
-    /// Influence functions in use.
-    pub fn kernel(&self) -> &ContactKernel {
-        &self.kernel
+    /// First weights \[m/N\]: other bits there mean other bits everywhere.
+    pub(crate) fn first_weights(&self) -> &[f64] {
+        match &self.zone {
+            Zone::Slices(zone) => &zone.kernel.instant,
+            Zone::Cells(zone) => zone.first_weights(),
+        }
+    }
+
+    /// Spring compliance per element \[m/N\]; 0 without springs.
+    pub fn spring(&self) -> f64 {
+        match &self.zone {
+            Zone::Slices(zone) => zone.kernel.spring,
+            Zone::Cells(_) => 0.0,
+        }
+    }
+
+    /// Points across of [`Self::instant_forces`]: cells, or the slice as a whole.
+    pub fn points_across(&self) -> usize {
+        match &self.zone {
+            Zone::Slices(_) => 1,
+            Zone::Cells(zone) => zone.across(),
+        }
+    }
+
+    /// The cells, where the contact is one of cells.
+    pub fn cells(&self) -> Option<&CellZone> {
+        match &self.zone {
+            Zone::Slices(_) => None,
+            Zone::Cells(zone) => Some(zone),
+        }
     }
 
     /// Forces of the last step by column of the window \[N\]: for a Runge-Kutta rule their mean over the step.
@@ -142,20 +205,29 @@ impl March {
         &self.forces
     }
 
-    /// Forces at the last step's instants, stage after stage, by column of the window \[N\].
+    /// Forces at the last step's instants, stage after stage, by point of the window \[N\].
     pub fn instant_forces(&self) -> &[f64] {
-        &self.instant_forces
+        match &self.zone {
+            Zone::Slices(_) => &self.instant_forces,
+            Zone::Cells(zone) => zone.instant_forces(),
+        }
     }
 
-    /// Displacements at the last step's instants, stage after stage, by column \[m\]: u = G0 F + u_old with the
+    /// Displacements at the last step's instants, stage after stage, by point \[m\]: u = G0 F + u_old with the
     /// springs' own.
     pub(crate) fn instant_displacements(&self) -> &[f64] {
-        &self.instant_displacements
+        match &self.zone {
+            Zone::Slices(zone) => &zone.instant_displacements,
+            Zone::Cells(zone) => zone.instant_displacements(),
+        }
     }
 
-    /// Required displacements of the last step by column \[m\]; -infinity where there is no road.
+    /// Required displacements of the last step by point \[m\]; -infinity where there is no road.
     pub fn required(&self) -> &[f64] {
-        &self.required
+        match &self.zone {
+            Zone::Slices(zone) => &zone.required,
+            Zone::Cells(zone) => zone.required(),
+        }
     }
 
     /// Totals so far.
@@ -165,7 +237,10 @@ impl March {
 
     /// What the search did so far.
     pub fn search_counts(&self) -> SearchCounts {
-        self.search.counts()
+        match &self.zone {
+            Zone::Slices(zone) => zone.search.counts(),
+            Zone::Cells(zone) => zone.search_counts(),
+        }
     }
 
     /// Number of the next step.
@@ -184,8 +259,10 @@ impl March {
         meter: &mut Meter,
     ) -> Result<StepResult, ContactError> {
         let first_element = self.geometry.first_element(self.step);
-        if self.step > 0 {
-            self.search.advance((first_element - self.geometry.first_element(self.step - 1)) as usize);
+        if let Zone::Slices(zone) = &mut self.zone
+            && self.step > 0
+        {
+            zone.search.advance((first_element - self.geometry.first_element(self.step - 1)) as usize);
         }
         let mut total_force = 0.0;
         self.forces.fill(0.0);
@@ -196,6 +273,9 @@ impl March {
             for (mean, force) in self.forces.iter_mut().zip(&self.instant_forces[stage * self.geometry.columns..]) {
                 *mean += weight * force;
             }
+        }
+        if let Zone::Cells(zone) = &mut self.zone {
+            zone.end_step(&self.weights);
         }
         self.step += 1;
         let forces = self.forces();
@@ -219,15 +299,52 @@ impl March {
         meter: &mut Meter,
     ) -> Result<f64, ContactError> {
         let (step, columns) = (self.step, self.geometry.columns);
-        let now = stage * columns..(stage + 1) * columns;
-        let (forces, old) = (&mut self.instant_forces[now.clone()], &mut self.instant_displacements[now]);
+        let forces = &mut self.instant_forces[stage * columns..(stage + 1) * columns];
+        let row = self.geometry.substep(step) * self.nodes.len() + stage;
+        let rises = &self.rises[row * columns..];
+        let solved = match &mut self.zone {
+            Zone::Slices(zone) => {
+                zone.solve((step, stage, first_element), indentation, rises, slices, forces, meter)?
+            }
+            Zone::Cells(zone) => zone.solve((stage, first_element), indentation, rises, slices, forces, meter),
+        };
+        let total_force: f64 = forces.iter().sum();
+        let time = step as f64 * self.time_step;
+        if !total_force.is_finite() || !solved.is_sound {
+            return Err(ContactError::NotFinite { step, time });
+        }
+        let (displacement, radius) = (solved.largest_displacement, self.geometry.radius);
+        if displacement > radius {
+            return Err(ContactError::Unbounded { step, time, displacement, radius });
+        }
+        let totals = &mut self.totals;
+        totals.residuals = totals.residuals.worst(solved.residuals);
+        totals.largest_force = totals.largest_force.max(solved.largest_force);
+        totals.largest_displacement = totals.largest_displacement.max(displacement);
+        let edge = forces.first().zip(forces.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0);
+        totals.edge_contacts += u64::from(edge && forces.len() < self.geometry.elements);
+        Ok(total_force)
+    }
+}
+
+impl SliceZone {
+    /// Solves for the contact at a stage of a step, `rises` being the heights of the undeformed tread by column.
+    fn solve(
+        &mut self,
+        (step, stage, first_element): (u64, usize, i64),
+        indentation: f64,
+        rises: &[f64],
+        slices: &SliceQueue,
+        forces: &mut [f64],
+        meter: &mut Meter,
+    ) -> Result<Instant, ContactError> {
+        let columns = forces.len();
+        let old = &mut self.instant_displacements[stage * columns..(stage + 1) * columns];
         let mut laps = meter.laps();
         self.history.displacement(first_element, old, meter);
         old.iter_mut().for_each(|displacement| *displacement *= self.kernel.scale);
         meter.lap(&mut laps, Stage::History);
         let takes_penetrations = self.search.takes_penetrations();
-        let row = self.geometry.substep(step) * self.nodes.len() + stage;
-        let rises = &self.rises[row * columns..];
         let past = old.iter().zip(rises);
         for ((element, required), (&old, &rise)) in (first_element..).zip(&mut self.required).zip(past) {
             *required = match slices.get(element) {
@@ -248,22 +365,12 @@ impl March {
         self.history.push(first_element, forces);
         meter.lap(&mut laps, Stage::History);
         self.search.add_displacement(forces, old);
-        let total_force: f64 = forces.iter().sum();
-        let time = step as f64 * self.time_step;
-        if !total_force.is_finite() || self.required.iter().fold(false, |lost, required| lost | required.is_nan()) {
-            return Err(ContactError::NotFinite { step, time });
-        }
-        let (displacement, radius) = (largest_or_zero(&self.required), self.geometry.radius);
-        if displacement > radius {
-            return Err(ContactError::Unbounded { step, time, displacement, radius });
-        }
-        let totals = &mut self.totals;
-        totals.residuals = totals.residuals.worst(residuals);
-        totals.largest_force = totals.largest_force.max(largest_or_zero(forces));
-        totals.largest_displacement = totals.largest_displacement.max(displacement);
-        let edge = forces.first().zip(forces.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0);
-        totals.edge_contacts += u64::from(edge && forces.len() < self.geometry.elements);
-        Ok(total_force)
+        Ok(Instant {
+            residuals,
+            largest_force: largest_or_zero(forces),
+            largest_displacement: largest_or_zero(&self.required),
+            is_sound: self.required.iter().fold(true, |sound, required| sound & !required.is_nan()),
+        })
     }
 }
 
@@ -275,8 +382,10 @@ impl March {
             step: self.step,
             totals: self.totals.clone(),
             forces: self.forces.clone(),
-            search: self.search.save(),
-            history: self.history.save(),
+            zone: match &self.zone {
+                Zone::Slices(zone) => ZoneState::Slices(zone.search.save(), zone.history.save()),
+                Zone::Cells(zone) => ZoneState::Cells(Box::new(zone.save())),
+            },
         }
     }
 
@@ -285,10 +394,16 @@ impl March {
     /// # Errors
     /// [`StateError`]; the march is of no use then.
     pub fn restore(&mut self, state: MarchState) -> Result<(), StateError> {
-        let MarchState { step, totals, forces, search, history } = state;
+        let MarchState { step, totals, forces, zone } = state;
         (self.step, self.totals) = (step, totals);
         fill(&mut self.forces, &forces)?;
-        self.search.restore(search)?;
-        self.history.restore(history)
+        match (&mut self.zone, zone) {
+            (Zone::Slices(zone), ZoneState::Slices(search, history)) => {
+                zone.search.restore(search)?;
+                zone.history.restore(history)
+            }
+            (Zone::Cells(zone), ZoneState::Cells(state)) => zone.restore(&state),
+            _ => Err(StateError::Value),
+        }
     }
 }

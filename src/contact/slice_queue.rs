@@ -1,4 +1,4 @@
-//! Stiffness curves of the slices between the tyre's window and the road made so far.
+//! The road between the tyre's window and what is made so far, slice by slice.
 
 use std::collections::VecDeque;
 
@@ -8,13 +8,38 @@ use crate::road::slices::StiffnessCurve;
 #[derive(Clone, Debug, Default)]
 pub struct SliceQueue {
     first: i64,
-    curves: VecDeque<StiffnessCurve>,
+    slices: VecDeque<RoadSlice>,
+}
+
+/// The road under an element, as the contact takes it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RoadSlice {
+    /// How the slice as a whole deforms the tread.
+    Curve(StiffnessCurve),
+    /// Heights of its cells \[m\].
+    Heights(Box<[f64]>),
+}
+
+impl RoadSlice {
+    /// Its curve, if it is told as one.
+    pub fn curve(&self) -> Option<&StiffnessCurve> {
+        match self {
+            Self::Curve(curve) => Some(curve),
+            Self::Heights(_) => None,
+        }
+    }
+}
+
+impl From<StiffnessCurve> for RoadSlice {
+    fn from(curve: StiffnessCurve) -> Self {
+        Self::Curve(curve)
+    }
 }
 
 impl SliceQueue {
     /// An empty queue whose first slice will be that of element `first`.
     pub fn starting_at(first: i64) -> Self {
-        Self { first, curves: VecDeque::new() }
+        Self { first, slices: VecDeque::new() }
     }
 
     /// Element number of the first slice.
@@ -24,23 +49,35 @@ impl SliceQueue {
 
     /// Element number after the last slice.
     pub fn end(&self) -> i64 {
-        self.first + self.curves.len() as i64
+        self.first + self.slices.len() as i64
     }
 
     /// Appends slices.
-    pub fn extend(&mut self, curves: impl IntoIterator<Item = StiffnessCurve>) {
-        self.curves.extend(curves);
+    pub fn extend<S: Into<RoadSlice>>(&mut self, slices: impl IntoIterator<Item = S>) {
+        self.slices.extend(slices.into_iter().map(Into::into));
     }
 
     /// Forgets the slices before `element`.
     pub fn forget_before(&mut self, element: i64) {
-        let passed = (element - self.first).clamp(0, self.curves.len() as i64);
-        self.curves.drain(..passed as usize);
+        let passed = (element - self.first).clamp(0, self.slices.len() as i64);
+        self.slices.drain(..passed as usize);
         self.first += passed;
     }
 
-    /// The slice of an element, if there is road there.
+    /// The curve of an element's slice, if there is road there.
     pub fn get(&self, element: i64) -> Option<&StiffnessCurve> {
-        usize::try_from(element - self.first).ok().and_then(|index| self.curves.get(index))
+        self.slice(element).and_then(RoadSlice::curve)
+    }
+
+    /// Heights of the cells under an element \[m\], if there is road there.
+    pub fn heights(&self, element: i64) -> Option<&[f64]> {
+        match self.slice(element) {
+            Some(RoadSlice::Heights(heights)) => Some(heights),
+            _ => None,
+        }
+    }
+
+    fn slice(&self, element: i64) -> Option<&RoadSlice> {
+        usize::try_from(element - self.first).ok().and_then(|index| self.slices.get(index))
     }
 }

@@ -91,29 +91,43 @@ impl StaticTyre<'_> {
 
     /// The indentation that carries a load \[N\], to 1e-9 of it: bisection on a force that grows with the indentation.
     pub(crate) fn under_load(&self, load: f64) -> Result<StaticContact, ContactError> {
-        let mut deep = 1e-3;
-        let deepest = 0.5 * self.circumference / (2.0 * PI);
-        loop {
-            let found = self.at(deep)?;
-            if found.force >= load {
-                break;
-            }
-            if deep >= deepest {
-                return Err(ContactError::LoadNotReached { load, indentation: deep, force: found.force });
-            }
-            deep = (2.0 * deep).min(deepest);
-        }
-        let mut shallow = 0.0;
-        for _ in 0..200 {
-            let middle = 0.5 * (shallow + deep);
-            let found = self.at(middle)?;
-            if (found.force - load).abs() <= 1e-9 * load {
-                return Ok(found);
-            }
-            if found.force < load { shallow = middle } else { deep = middle }
-        }
-        self.at(0.5 * (shallow + deep))
+        carrying(load, self.circumference, 1e-9, |indentation| self.at(indentation))
     }
+}
+
+/// The contact that carries a load \[N\] within a relative tolerance: bisection on a force that grows with the
+/// indentation.
+///
+/// # Errors
+/// [`ContactError::LoadNotReached`], and of `at`.
+pub(super) fn carrying(
+    load: f64,
+    circumference: f64,
+    tolerance: f64,
+    mut at: impl FnMut(f64) -> Result<StaticContact, ContactError>,
+) -> Result<StaticContact, ContactError> {
+    let mut deep = 1e-3;
+    let deepest = 0.5 * circumference / (2.0 * PI);
+    loop {
+        let found = at(deep)?;
+        if found.force >= load {
+            break;
+        }
+        if deep >= deepest {
+            return Err(ContactError::LoadNotReached { load, indentation: deep, force: found.force });
+        }
+        deep = (2.0 * deep).min(deepest);
+    }
+    let mut shallow = 0.0;
+    for _ in 0..200 {
+        let middle = 0.5 * (shallow + deep);
+        let found = at(middle)?;
+        if (found.force - load).abs() <= tolerance * load {
+            return Ok(found);
+        }
+        if found.force < load { shallow = middle } else { deep = middle }
+    }
+    at(0.5 * (shallow + deep))
 }
 
 /// The parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on its

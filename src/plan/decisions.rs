@@ -5,9 +5,10 @@
 use serde::Serialize;
 
 use crate::radiation::draft;
+use crate::road::Lattice;
 use crate::scene::{
     AirMotion, Axle, Effects, History, Layer, Radiation, RadiationQuality, Road, Scene, SliceCoupling, Slices, Switch,
-    Tread, Tyre, Vibration,
+    Tread, Tyre, Vibration, Zone,
 };
 
 /// Share of the belt's tension from which `auto` takes centrifugal tension in: the speed of belt waves then changes by
@@ -19,6 +20,8 @@ const WORTH_TELLING: f64 = 0.5;
 /// What a run simulates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decisions {
+    /// What the contact consists of.
+    pub zone: Zone,
     /// The slice law in use; [`Slices::None`] where a slice holds no texture.
     pub slices: Slices,
     /// Cells across the contact width, where that is decided; 1: the road's middle line, level across.
@@ -59,6 +62,7 @@ impl Decisions {
     pub fn new(scene: &Scene) -> Self {
         let mut notes = Vec::new();
         let (tyre, tension) = centrifugal_tension(scene, &mut notes);
+        let zone = scene.contact.zone;
         let (texture, slices, cells_across) = texture(scene);
         let (coupling, slice_coupling) = slice_coupling(scene, slices, &mut notes);
         let tread = scene.contact.tread;
@@ -67,6 +71,7 @@ impl Decisions {
         let wanted = |field: fn(&Vibration) -> bool| vibration.as_ref().is_some_and(field);
         let rows = vec![
             tension,
+            contact_zone(scene),
             texture,
             coupling,
             tread_coupling(tread),
@@ -83,8 +88,9 @@ impl Decisions {
             radiated,
             later("friction"),
         ];
-        let cells_along = if matches!(scene.road, Road::Smooth) { Some(1) } else { scene.contact.cells_along };
-        Self { slices, cells_across, cells_along, tread, slice_coupling, vibration, radiation, tyre, rows, notes }
+        let single = matches!(scene.road, Road::Smooth) || zone == Zone::Cells;
+        let cells_along = if single { Some(1) } else { scene.contact.cells_along };
+        Self { zone, slices, cells_across, cells_along, tread, slice_coupling, vibration, radiation, tyre, rows, notes }
     }
 }
 
@@ -125,7 +131,9 @@ fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decisio
         notes.push(format!("{would}: effects.centrifugal_tension = \"auto\" would take it in"));
     }
     let form = if on { "belt tension raised" } else { "" }.to_owned();
-    let rolling = if on { spinning(tyre, added, carried) } else { tyre.clone() };
+    let mut rolling = if on { spinning(tyre, added, carried) } else { tyre.clone() };
+    // Waves know no crown; fits that are kept do for every one.
+    rolling.crown_radius = None;
     (rolling, Decision { effect: "centrifugal tension", on, form, reason })
 }
 
@@ -146,8 +154,34 @@ fn spinning(tyre: &Tyre, added: f64, carried: f64) -> Tyre {
     tyre
 }
 
+fn contact_zone(scene: &Scene) -> Decision {
+    let Scene { contact, tyre, .. } = scene;
+    let (on, form) = match contact.zone {
+        Zone::Slices => (false, "slices, one for each element".to_owned()),
+        Zone::Cells => {
+            let crown = tyre.crown_radius.map_or("a level tread".to_owned(), |radius| format!("a crown of {radius} m"));
+            (true, format!("{} cells across {:.0} mm, {crown}", cells_across(scene), 1e3 * tyre.contact_width))
+        }
+    };
+    let name = if on { "cells" } else { "slices" };
+    Decision { effect: "contact in three dimensions", on, form, reason: format!("contact.zone = \"{name}\"") }
+}
+
+/// Cells across the strip: as they are given, or about as wide as they are long.
+fn cells_across(scene: &Scene) -> usize {
+    let Scene { contact, tyre, numerics, .. } = scene;
+    let size = contact.cell.unwrap_or(tyre.circumference / numerics.elements as f64);
+    contact.cells_across.unwrap_or_else(|| Lattice::across(tyre.contact_width, size))
+}
+
 fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
     let switch = scene.effects.texture;
+    if scene.contact.zone == Zone::Cells {
+        let reason = "contact.zone = \"cells\"".to_owned();
+        let row =
+            Decision { effect: "texture across the width", on: true, form: "heights of cells".to_owned(), reason };
+        return (row, Slices::None, Some(cells_across(scene)));
+    }
     let varies = scene.road.varies_across();
     // A road that is level across is not flat along an element, unless that is one cell.
     let flat = matches!(scene.road, Road::Smooth) || scene.contact.cells_along == Some(1);
@@ -182,6 +216,9 @@ fn texture(scene: &Scene) -> (Decision, Slices, Option<usize>) {
 fn slice_coupling(scene: &Scene, slices: Slices, notes: &mut Vec<String>) -> (Decision, SliceCoupling) {
     let row = |on, form: &str, reason: String| Decision { effect: "slice coupling", on, form: form.to_owned(), reason };
     let explicit = |form: &str, reason: String| (row(false, form, reason), SliceCoupling::Explicit);
+    if scene.contact.zone == Zone::Cells {
+        return explicit("", "cells have no law of their own".to_owned());
+    }
     let coupling = scene.contact.slice_coupling;
     // The factors of the explicit form can be kept.
     if slices == Slices::None {

@@ -23,12 +23,23 @@ const BUFFER_BYTES: usize = 1 << 18;
 pub trait NpyNumber: Copy {
     /// NumPy's type descriptor, little-endian.
     const DESCRIPTOR: &'static str;
-    /// The eight bytes, little-endian.
-    fn bytes(self) -> [u8; 8];
+    /// Its bytes.
+    type Bytes: AsRef<[u8]>;
+    /// The bytes, little-endian.
+    fn bytes(self) -> Self::Bytes;
+}
+
+impl NpyNumber for f32 {
+    const DESCRIPTOR: &'static str = "<f4";
+    type Bytes = [u8; 4];
+    fn bytes(self) -> [u8; 4] {
+        self.to_le_bytes()
+    }
 }
 
 impl NpyNumber for f64 {
     const DESCRIPTOR: &'static str = "<f8";
+    type Bytes = [u8; 8];
     fn bytes(self) -> [u8; 8] {
         self.to_le_bytes()
     }
@@ -36,6 +47,7 @@ impl NpyNumber for f64 {
 
 impl NpyNumber for i64 {
     const DESCRIPTOR: &'static str = "<i8";
+    type Bytes = [u8; 8];
     fn bytes(self) -> [u8; 8] {
         self.to_le_bytes()
     }
@@ -120,7 +132,7 @@ impl<T: NpyNumber> NpyWriter<T> {
             let number = found.dtype().descr().trim_matches('\'') == T::DESCRIPTOR;
             at == HEADER_BYTES as u64 && number && found.order() == Order::C && row.fits(found.shape())
         });
-        if !same || rows > length / 8 || length < writer.bytes() {
+        if !same || rows > length / size_of::<T>() as u64 || length < writer.bytes() {
             return Err(ResultsError::NotThisArray { path: path.to_owned(), rows });
         }
         let bytes = writer.bytes();
@@ -153,7 +165,7 @@ impl<T: NpyNumber> NpyWriter<T> {
             return Err(ResultsError::RowLength { path: self.path.clone(), expected, got: row.len() });
         }
         for &number in row {
-            self.file.write_all(&number.bytes()).map_err(ResultsError::writing(&self.path))?;
+            self.file.write_all(number.bytes().as_ref()).map_err(ResultsError::writing(&self.path))?;
         }
         self.rows += 1;
         Ok(())
@@ -161,7 +173,7 @@ impl<T: NpyNumber> NpyWriter<T> {
 
     /// Bytes so far, header included.
     pub fn bytes(&self) -> u64 {
-        HEADER_BYTES as u64 + 8 * self.rows * self.row.length() as u64
+        HEADER_BYTES as u64 + size_of::<T>() as u64 * self.rows * self.row.length() as u64
     }
 
     /// Flushes and patches the header: the file is now a complete array of the rows so far.

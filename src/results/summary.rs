@@ -77,6 +77,22 @@ pub struct Outcome {
     pub axle: Option<AxleMotion>,
     /// Rolling resistance; absent where the tread law has none.
     pub rolling_resistance: Option<RollingResistance>,
+    /// The patch, where the contact is one of cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<CellsSummary>,
+}
+
+/// A patch of cells, means after the warm-up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CellsSummary {
+    /// Cells across.
+    pub across: usize,
+    /// Area of the cells that carry force \[m^2\].
+    pub mean_area: f64,
+    /// Force over that area \[Pa\].
+    pub mean_pressure: f64,
+    /// Largest pressure on a cell \[Pa\].
+    pub mean_peak_pressure: f64,
 }
 
 /// Mean power that the contact puts into the tyre, which dissipates it.

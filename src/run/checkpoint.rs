@@ -224,7 +224,7 @@ impl Checkpoints {
 /// SHA-256 of the first weights: other bits there mean other bits everywhere.
 fn influence_digest(prepared: &Prepared) -> String {
     let mut hash = Sha256::new();
-    prepared.march.kernel().instant.iter().for_each(|value| hash.update(value.to_le_bytes()));
+    prepared.march.first_weights().iter().for_each(|value| hash.update(value.to_le_bytes()));
     hexadecimal(hash.finalize())
 }
 

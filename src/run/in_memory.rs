@@ -11,6 +11,7 @@ use crate::counters::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
 use crate::plan::Plan;
 use crate::response::PowerSpectrum;
 use crate::results::summary::RollingResistance;
+use crate::run::cell_record::CellRecorder;
 use crate::run::error::RunError;
 use crate::run::prepare::{Prepared, prepare};
 use crate::run::progress::Unwatched;
@@ -77,8 +78,9 @@ impl Run {
         let mut meter = Meter::new(watch);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let mut record = Record::in_memory(&plan.scene, plan, true);
-        let columns = prepared.march.geometry().columns;
-        record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, columns);
+        let points = prepared.march.geometry().columns * prepared.march.points_across();
+        record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, points);
+        record.cells = CellRecorder::new(plan, &prepared.march, None, None)?;
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();
@@ -165,6 +167,9 @@ impl Run {
             },
             meter,
         )?;
+        if let Some(cells) = &mut record.cells {
+            meter.time_in_step(Stage::Output, || cells.push(step, march, road.slices()))?;
+        }
         if let Some(power) = &mut record.power {
             power.push(step, march);
         }

@@ -9,6 +9,7 @@ use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::run::cell_record::CellRecorder;
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::record::Record;
@@ -46,6 +47,13 @@ impl LookBack<'_> {
                     spectra: vec![("", &levels)],
                 };
                 folder.write_text("force_spectrum.svg", &plot.to_svg()?)?;
+            }
+        }
+        if outputs.plots
+            && let Some(cells) = &self.record.cells
+        {
+            for (file, picture) in cells.pictures(&title, self.prepared.march.geometry().first_position())? {
+                folder.write_text(file, &picture)?;
             }
         }
         let drawn = &self.record.drawn;
@@ -94,6 +102,7 @@ impl LookBack<'_> {
             load,
             axle: self.record.axle_motion(),
             rolling_resistance: self.record.rolling_resistance(),
+            cells: self.record.cells.as_ref().and_then(CellRecorder::summary),
         };
         let residuals = totals.relative_residuals();
         summary.contact = ContactQuality {

@@ -1,12 +1,15 @@
 //! From a plan to results: the only place that knows the whole order.
 //!
-//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along;
+//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along, `cells`
+//!    both where the contact is one of cells;
 //! 2. [`in_memory`]: step by step, over a road that [`road_ahead`] and its `road_maker` have made in time; [`record`]
 //!    keeps what each step gave, with the power of [`rolling_resistance`], the motion that [`vibration`] follows and
 //!    the [`sound`] that is heard of it;
 //! 3. [`to_folder`]: the same with arrays, spectra, plots and summary in a folder, what is left to do at the end by
 //!    `look_back`, told to a [`progress`]; [`checkpoint`] lets it go on where it was stopped.
 
+mod cell_record;
+mod cells;
 pub mod checkpoint;
 pub mod error;
 pub mod in_memory;

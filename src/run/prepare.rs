@@ -18,10 +18,12 @@ use crate::counters::{Meter, Stage};
 use crate::plan::{Decisions, Plan};
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
+use crate::run::cells::CellContact;
 use crate::run::error::RunError;
 use crate::run::past::Past;
 use crate::run::road_ahead::RoadAhead;
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices};
+use crate::run::road_maker::SliceForm;
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Zone};
 use crate::tyre::influence::{Field, InfluenceSum};
 use crate::tyre::poles::RationalModel;
 
@@ -57,10 +59,16 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let numerics = &scene.numerics;
     let Decisions { tyre, slices, .. } = &plan.decisions;
     let mut warnings: Vec<String> = plan.notes().collect();
-    let sum = meter.time(Stage::Influence, || {
-        InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / plan.time_step)
-    });
-    let (at_rest, bedding) = meter.time(Stage::Axle, || static_contact(scene, &sum, field))?;
+    let zone = match plan.decisions.zone {
+        Zone::Slices => ZoneSums::Slices(meter.time(Stage::Influence, || {
+            InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / plan.time_step)
+        })),
+        Zone::Cells => ZoneSums::Cells(Box::new(meter.time(Stage::Influence, || CellContact::new(loaded, plan, stop)))),
+    };
+    let (at_rest, bedding) = meter.time(Stage::Axle, || match &zone {
+        ZoneSums::Slices(sum) => static_contact(scene, sum, field),
+        ZoneSums::Cells(cells) => Ok((cells.at_rest()?, EqualBedding::NONE)),
+    })?;
 
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
     let chord = Geometry::half_chord(radius, deepest(&scene.rolling.axle, at_rest.indentation));
@@ -68,7 +76,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let lattice = surface.lattice();
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
     // A smooth road has no texture to be resolved, and without a slice law nobody asked for it.
-    if lattice.cells() == 1 && !surface.is_smooth() && *slices != Slices::None {
+    if plan.decisions.zone == Zone::Slices && lattice.cells() == 1 && !surface.is_smooth() && *slices != Slices::None {
         warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
@@ -91,42 +99,56 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
-    let builder = slice_builder(*slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
     let first = geometry.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
-    let kappa = match plan.decisions.slice_coupling {
-        SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, &surface)),
-        SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+    let columns = geometry.columns;
+    let mut moving = None;
+    let (march, form, kappa, model) = match &zone {
+        ZoneSums::Cells(cells) => {
+            let zone = cells.zone(columns, meter, &mut warnings)?;
+            (March::with_cells(geometry, zone, numerics.time_rule, plan.time_step), SliceForm::Cells, None, None)
+        }
+        ZoneSums::Slices(sum) => {
+            let builder = slice_builder(*slices, lattice)?.with_tolerance(scene.contact.slice_tolerance)?;
+            let kappa = match plan.decisions.slice_coupling {
+                SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, &surface)),
+                SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+            };
+            let past = Past { loaded, plan, sum, columns, bedding, stop };
+            let (mut kernel, history, model) = match numerics.history {
+                History::Direct => past.direct(meter, &mut warnings)?,
+                History::Modal => past.modal(meter, &mut warnings)?,
+            };
+            if scene.contact.equal_stiffness {
+                kernel.spring = meter.time(Stage::Axle, || {
+                    kernel.uncoupled_spring(&sum.static_row(field), tyre.circumference, at_rest)
+                })?;
+            }
+            if let Axle::Mass { load, mass, stiffness, damping, .. } = scene.rolling.axle {
+                let sprung = SprungMass { load, mass, stiffness, damping };
+                moving = Some(moving_axle(loaded, plan, sprung, &kernel, at_rest)?);
+            }
+            let law = slice_law(plan, kappa);
+            let march = March::new(geometry, kernel, law, history, numerics, plan.time_step);
+            (march, SliceForm::Curves(builder), kappa, model)
+        }
     };
-    let road = RoadAhead::new(surface, builder, queue, elements, reached);
-
-    let past = Past { loaded, plan, sum: &sum, columns: geometry.columns, bedding, stop };
-    let (mut kernel, history, model) = match numerics.history {
-        History::Direct => past.direct(meter, &mut warnings)?,
-        History::Modal => past.modal(meter, &mut warnings)?,
-    };
-    if scene.contact.equal_stiffness {
-        kernel.spring =
-            meter.time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(field), tyre.circumference, at_rest))?;
-    }
-    let slice_law = match (plan.decisions.slice_coupling, kappa) {
-        (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * tyre.contact_width)),
-        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be
-        // kept.
-        (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
-        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
-    };
+    let road = RoadAhead::new(surface, form, queue, elements, reached);
     let axle = match scene.rolling.axle {
         Axle::Indentation { indentation, .. } => AxleHeight::Fixed { indentation, ramp: plan.ramp_steps() },
         Axle::Load { load, .. } => AxleHeight::Loaded(LoadControl::new(load, at_rest, plan.warm_up_steps)),
-        Axle::Mass { load, mass, stiffness, damping, .. } => {
-            let sprung = SprungMass { load, mass, stiffness, damping };
-            AxleHeight::Moving(Box::new(moving_axle(loaded, plan, sprung, &kernel, at_rest)?))
-        }
+        Axle::Mass { .. } => match moving {
+            Some(moving) => AxleHeight::Moving(Box::new(moving)),
+            None => {
+                let problem =
+                    loaded.complain("rolling.axle.mass", "no mass moves on cells yet", "an axle without a mass");
+                return Err(SceneError::from(problem).into());
+            }
+        },
     };
     Ok(Prepared {
-        march: March::new(geometry, kernel, slice_law, history, numerics, plan.time_step),
+        march,
         road,
         axle,
         at_rest,
@@ -162,6 +184,23 @@ pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadS
 /// What opening a scene's road may use.
 pub fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }
+}
+
+/// What the contact is summed from.
+enum ZoneSums<'a> {
+    Slices(InfluenceSum),
+    Cells(Box<CellContact<'a>>),
+}
+
+/// By how much slices yield, given the compliance of the local law \[m/Pa\].
+fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
+    match (plan.decisions.slice_coupling, kappa) {
+        (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * plan.scene.tyre.contact_width)),
+        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be
+        // kept.
+        (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
+        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
+    }
 }
 
 /// The maker of a law's stiffness curves on a lattice.

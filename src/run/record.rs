@@ -14,6 +14,7 @@ use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::summary::{AxleMotion, RollingResistance};
+use crate::run::cell_record::{CellRecordState, CellRecorder};
 use crate::run::error::RunError;
 use crate::run::rolling_resistance::{PowerRecorder, ResistanceState};
 use crate::run::sound::{SoundRecorder, SoundState};
@@ -83,6 +84,8 @@ pub struct Record {
     spectrum: Option<SpectrumAccumulator>,
     /// Power put into the tyre, where the tread law has one.
     pub power: Option<PowerRecorder>,
+    /// Where the contact is one of cells.
+    pub cells: Option<CellRecorder>,
     /// Where vibration is wanted.
     pub vibration: Option<VibrationRecorder>,
     /// Where somebody listens.
@@ -112,6 +115,7 @@ pub(crate) struct RecordState {
     drawn: Drawn,
     spectrum: Option<SpectrumState>,
     power: Option<ResistanceState>,
+    cells: Option<CellRecordState>,
     vibration: Option<RecorderState>,
     sound: Option<SoundState>,
 }
@@ -157,6 +161,7 @@ impl Record {
             indentation: moves(scene).then(RunningMoments::default),
             spectrum: spectrum.then(accumulator).flatten(),
             power: None,
+            cells: None,
             vibration: None,
             sound: None,
             sum_of_lengths: 0.0,
@@ -201,6 +206,9 @@ impl Record {
     /// # Errors
     /// Of the arrays.
     pub fn sync(&mut self, meter: &mut Meter) -> Result<(), ResultsError> {
+        if let Some(cells) = &mut self.cells {
+            meter.time(Stage::Output, || cells.sync())?;
+        }
         let Some(arrays) = &mut self.arrays else { return Ok(()) };
         meter.time(Stage::Output, || {
             arrays.time.sync()?;
@@ -216,6 +224,10 @@ impl Record {
     /// # Errors
     /// Of the arrays.
     pub fn finish(&mut self, meter: &mut Meter) -> Result<(), RunError> {
+        if let Some(cells) = &mut self.cells {
+            let written = meter.time(Stage::Output, || cells.finish())?;
+            meter.count(Counter::BytesWritten, written);
+        }
         let Some(arrays) = self.arrays.take() else { return Ok(()) };
         let written = arrays.time.bytes()
             + arrays.total_force.bytes()
@@ -242,6 +254,7 @@ impl Record {
             drawn: self.drawn.clone(),
             spectrum: self.spectrum.as_ref().map(SpectrumAccumulator::save),
             power: self.power.as_ref().map(PowerRecorder::save),
+            cells: self.cells.as_ref().map(CellRecorder::save),
             vibration: self.vibration.as_ref().map(VibrationRecorder::save),
             sound: self.sound.as_ref().map(SoundRecorder::save),
         }
@@ -252,7 +265,7 @@ impl Record {
     /// # Errors
     /// [`StateError`].
     pub(crate) fn restore(&mut self, state: RecordState) -> Result<(), StateError> {
-        let RecordState { force, indentation, sum_of_lengths, drawn, spectrum, power, vibration, sound } = state;
+        let RecordState { force, indentation, sum_of_lengths, drawn, spectrum, power, cells, vibration, sound } = state;
         (self.force, self.sum_of_lengths) = (force, sum_of_lengths);
         restore_part(&mut self.indentation, indentation, |here, saved| {
             *here = saved;
@@ -267,6 +280,7 @@ impl Record {
         self.drawn.force.extend(drawn.force);
         restore_part(&mut self.spectrum, spectrum, SpectrumAccumulator::restore)?;
         restore_part(&mut self.power, power, PowerRecorder::restore)?;
+        restore_part(&mut self.cells, cells, CellRecorder::restore)?;
         restore_part(&mut self.vibration, vibration, VibrationRecorder::restore)?;
         restore_part(&mut self.sound, sound, SoundRecorder::restore)
     }

@@ -1,23 +1,22 @@
-//! The road ahead of the tyre: heights and curves, made in chunks.
+//! The road ahead of the tyre: heights and slices, made in chunks.
 
 use std::ops::Range;
 
 use rayon::Scope;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::slice_queue::SliceQueue;
+use crate::contact::slice_queue::{RoadSlice, SliceQueue};
 use crate::counters::{Counter, Meter};
 use crate::plan::CHUNK_ROWS;
 use crate::road::RoadSurface;
-use crate::road::slices::{SliceBuilder, StiffnessCurve};
 use crate::run::error::RunError;
-use crate::run::road_maker::RoadMaker;
+use crate::run::road_maker::{RoadMaker, SliceForm};
 use crate::storage::StateError;
 
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
 
-/// Slices as the tyre reaches them. Memory does not grow with the way rolled; the curves of a road that repeats are
+/// Slices as the tyre reaches them. Memory does not grow with the way rolled; the slices of a road that repeats are
 /// made once.
 ///
 /// What is counted, kept and saved are the chunks that the tyre has reached, not those that lie ready behind: the same
@@ -27,8 +26,8 @@ pub struct RoadAhead {
     queue: SliceQueue,
     /// First and last element with road under it, for a road that ends.
     elements: Option<(i64, i64)>,
-    /// Curves of one period of a road that repeats.
-    period: Vec<Option<StiffnessCurve>>,
+    /// Slices of one period of a road that repeats.
+    period: Vec<Option<RoadSlice>>,
     /// The first element made, and the one after the last.
     made: (i64, i64),
     /// The element after the last one made or begun behind.
@@ -54,14 +53,14 @@ impl RoadAhead {
     /// `reached`: the one after the last that the run will reach.
     pub fn new(
         surface: RoadSurface,
-        builder: SliceBuilder,
+        form: SliceForm,
         queue: SliceQueue,
         elements: Option<(i64, i64)>,
         reached: i64,
     ) -> Self {
         let period = surface.period().filter(|&period| period <= LONGEST_PERIOD).unwrap_or(0);
         let begun = queue.end();
-        let maker = RoadMaker::new(surface, builder);
+        let maker = RoadMaker::new(surface, form);
         let (period, made) = (vec![None; period as usize], (begun, begun));
         Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
     }
@@ -92,16 +91,16 @@ impl RoadAhead {
         let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
         while self.queue.end() < end {
             let begin = self.queue.end();
-            if let Some(curve) = self.kept(begin) {
-                self.queue.extend([curve]);
+            if let Some(slice) = self.kept(begin) {
+                self.queue.extend([slice]);
                 continue;
             }
             let rows = self.chunk(begin);
-            let curves = self.make(rows.clone(), meter)?;
-            meter.count(Counter::Slices, curves.len() as u64);
+            let slices = self.make(rows.clone(), meter)?;
+            meter.count(Counter::Slices, slices.len() as u64);
             self.made.1 = rows.end;
             self.begun = self.begun.max(rows.end);
-            self.queue.extend(curves);
+            self.queue.extend(slices);
         }
         Ok(())
     }
@@ -111,21 +110,22 @@ impl RoadAhead {
         begin..self.elements.map_or(begin + CHUNK_ROWS, |(_, last)| (begin + CHUNK_ROWS).min(last + 1))
     }
 
-    /// Gets the curves of a chunk, and keeps them where the road repeats.
-    fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+    /// Gets the slices of a chunk, and keeps them where the road repeats.
+    fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, RunError> {
         let begin = rows.start;
-        let curves = self.maker.take(rows, meter)?;
-        self.slice_error = curves.iter().fold(self.slice_error, |error, curve| error.max(curve.error));
+        let slices = self.maker.take(rows, meter)?;
+        let curves = slices.iter().filter_map(RoadSlice::curve);
+        self.slice_error = curves.fold(self.slice_error, |error, curve| error.max(curve.error));
         let period = self.period.len() as i64;
         if period > 0 {
-            for (element, curve) in (begin..).zip(&curves) {
-                self.period[element.rem_euclid(period) as usize] = Some(curve.clone());
+            for (element, slice) in (begin..).zip(&slices) {
+                self.period[element.rem_euclid(period) as usize] = Some(slice.clone());
             }
         }
-        Ok(curves)
+        Ok(slices)
     }
 
-    /// Takes down which slices are there; not their curves, which [`Self::refill`] makes again.
+    /// Takes down which slices are there; not what they are, which [`Self::refill`] makes again.
     pub(crate) fn save(&self) -> RoadState {
         let (first, end) = (self.queue.first(), self.queue.end());
         RoadState { queue: first..end, made: self.made.0..self.made.1, slice_error: self.slice_error }
@@ -161,20 +161,20 @@ impl RoadAhead {
         while begin < stop {
             let rows = begin..(begin + CHUNK_ROWS).min(stop);
             begin = rows.end;
-            let curves = self.make(rows, meter)?;
+            let slices = self.make(rows, meter)?;
             if !repeats {
-                self.queue.extend(curves);
+                self.queue.extend(slices);
             }
         }
         while repeats && self.queue.end() < state.queue.end {
-            let Some(curve) = self.kept(self.queue.end()) else { break };
-            self.queue.extend([curve]);
+            let Some(slice) = self.kept(self.queue.end()) else { break };
+            self.queue.extend([slice]);
         }
         Ok(())
     }
 
-    /// The curve of an element that an earlier pass has made.
-    fn kept(&self, element: i64) -> Option<StiffnessCurve> {
+    /// The slice of an element that an earlier pass has made.
+    fn kept(&self, element: i64) -> Option<RoadSlice> {
         let period = self.period.len() as i64;
         if period == 0 { None } else { self.period[element.rem_euclid(period) as usize].clone() }
     }

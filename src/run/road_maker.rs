@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 
 use rayon::{Scope, Yield};
 
+use crate::contact::slice_queue::RoadSlice;
 use crate::counters::{Meter, Stage};
-use crate::road::slices::{SliceBuilder, StiffnessCurve};
+use crate::road::slices::SliceBuilder;
 use crate::road::{RoadError, RoadSurface};
 use crate::run::error::RunError;
 
@@ -34,8 +35,16 @@ pub struct RoadMaker {
 /// What a chunk is made with.
 struct Bench {
     surface: RoadSurface,
-    builder: SliceBuilder,
+    form: SliceForm,
     heights: Vec<f64>,
+}
+
+/// What becomes of the heights under an element.
+pub enum SliceForm {
+    /// A curve.
+    Curves(SliceBuilder),
+    /// They stay as they are.
+    Cells,
 }
 
 /// Where the bench is.
@@ -45,9 +54,9 @@ enum Place {
     Behind(Receiver<(Box<Bench>, Chunk)>),
 }
 
-/// A chunk's curves, or why there are none, and when its heights and its curves were begun and done.
+/// A chunk's slices, or why there are none, and when its heights and its slices were begun and done.
 struct Chunk {
-    curves: Result<Vec<StiffnessCurve>, RunError>,
+    slices: Result<Vec<RoadSlice>, RunError>,
     times: [Instant; 3],
 }
 
@@ -61,8 +70,8 @@ impl Chunk {
 
 impl RoadMaker {
     /// Of a road and its slices.
-    pub fn new(surface: RoadSurface, builder: SliceBuilder) -> Self {
-        let bench = Bench { surface, builder, heights: Vec::new() };
+    pub fn new(surface: RoadSurface, form: SliceForm) -> Self {
+        let bench = Bench { surface, form, heights: Vec::new() };
         Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
     }
 
@@ -91,12 +100,12 @@ impl RoadMaker {
         }
     }
 
-    /// The curves of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and
+    /// The slices of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and
     /// now, if there is none.
     ///
     /// # Errors
     /// Of the road and of its slices.
-    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<StiffnessCurve>, RunError> {
+    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, RunError> {
         let chunk = match (self.ready.pop_front(), &mut self.bench) {
             (Some(chunk), _) => chunk,
             (None, Place::Behind(made)) => {
@@ -107,11 +116,11 @@ impl RoadMaker {
             (None, Place::Here(bench)) => {
                 let chunk = bench.make(rows);
                 chunk.stages().into_iter().for_each(|(stage, _, time)| meter.add_time(stage, time));
-                return chunk.curves;
+                return chunk.slices;
             }
         };
         chunk.stages().into_iter().for_each(|(stage, begin, time)| meter.add_background_since(stage, begin, time));
-        chunk.curves
+        chunk.slices
     }
 }
 
@@ -134,10 +143,20 @@ impl Bench {
         let begin = Instant::now();
         let heights = self.heights(rows);
         let made = Instant::now();
-        let curves = heights
-            .map_err(RunError::from)
-            .and_then(|()| self.builder.build_rows(&self.heights).map_err(RunError::from));
-        Chunk { curves, times: [begin, made, Instant::now()] }
+        let slices = heights.map_err(RunError::from).and_then(|()| self.slices());
+        Chunk { slices, times: [begin, made, Instant::now()] }
+    }
+
+    fn slices(&self) -> Result<Vec<RoadSlice>, RunError> {
+        match &self.form {
+            SliceForm::Curves(builder) => {
+                Ok(builder.build_rows(&self.heights)?.into_iter().map(RoadSlice::Curve).collect())
+            }
+            SliceForm::Cells => {
+                let rows = self.heights.chunks_exact(self.surface.lattice().cells());
+                Ok(rows.map(|row| RoadSlice::Heights(row.into())).collect())
+            }
+        }
     }
 
     fn heights(&mut self, rows: Range<i64>) -> Result<(), RoadError> {
@@ -157,7 +176,7 @@ mod tests {
         let lattice = Lattice { dx: 0.01, along: 1, dy: 0.02, columns: 6 };
         let road = Road::Made(MadeRoad { seed: 2, ..MadeRoad::default() });
         let surface = RoadSurface::open(&road, lattice, Limits::default()).unwrap();
-        RoadMaker::new(surface, SliceBuilder::winkler(builder_columns).unwrap())
+        RoadMaker::new(surface, SliceForm::Curves(SliceBuilder::winkler(builder_columns).unwrap()))
     }
 
     fn chunk(number: i64) -> Range<i64> {

@@ -33,10 +33,10 @@ pub(crate) struct ResistanceState {
 }
 
 impl PowerRecorder {
-    /// A recorder of a planned run; `None` where its displacements are not the tyre's.
-    pub fn new(plan: &Plan, rule: TimeRule, columns: usize) -> Option<Self> {
+    /// A recorder of a planned run, of so many points in the window; `None` where its displacements are not the tyre's.
+    pub fn new(plan: &Plan, rule: TimeRule, points: usize) -> Option<Self> {
         (plan.decisions.tread != Tread::Uncoupled).then(|| Self {
-            power: ContactPower::new(rule, plan.time_step, columns),
+            power: ContactPower::new(rule, plan.time_step, points),
             mean: RunningMoments::default(),
             warm_up: plan.warm_up_steps,
             speed: plan.speed,
@@ -50,7 +50,9 @@ impl PowerRecorder {
             return;
         }
         let (forces, displacements) = (march.instant_forces(), march.instant_displacements());
-        let power = self.power.push(march.geometry().first_element(step), forces, displacements);
+        // Points are material like elements: a window of cells moves on by a whole column of them.
+        let first = march.geometry().first_element(step) * march.points_across() as i64;
+        let power = self.power.push(first, forces, displacements);
         if step >= self.warm_up {
             self.mean.push(power);
         }

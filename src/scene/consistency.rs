@@ -3,13 +3,14 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, StandardReceiver, Switch,
-    Tread, Vehicle, Vibration,
+    Axle, Effects, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, StandardReceiver,
+    Switch, Tread, Vehicle, Vibration, Zone,
 };
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let scene = Scene::read(table)?;
+    cells(&scene, table)?;
     let effects = [texture(&scene, table), centrifugal_tension(&scene, table), vibration_effects(&scene, table)];
     effects.into_iter().collect::<Option<()>>()?;
     vibration(&scene, table)?;
@@ -22,6 +23,45 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
         }
         _ => Some(scene),
     }
+}
+
+/// Complains about what contact over cells does not have yet, or cannot have; `None` then.
+fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    if scene.contact.zone != Zone::Cells {
+        return if scene.outputs.cells_every.is_none() {
+            Some(())
+        } else {
+            let wrong = "there are no cells to write";
+            table.complain("outputs.cells_every", Problem::new(wrong, "remove it, or contact.zone = \"cells\""))
+        };
+    }
+    let right = "remove it, or contact.zone = \"slices\"";
+    let refused = [
+        (scene.outputs.vibration.is_some(), "outputs.vibration", "vibration is not followed from cells yet"),
+        (!scene.receivers.is_empty(), "receiver", "sound is not followed from cells yet"),
+        (matches!(scene.rolling.axle, Axle::Mass { .. }), "rolling.axle.mass", "no mass moves on cells yet"),
+        (
+            scene.effects.texture == Switch::Off,
+            "effects.texture",
+            "cells have their texture in their heights; a road that is level across is kind = \"profile\"",
+        ),
+    ];
+    let mut sound = Some(());
+    for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
+        sound = table.complain(key, Problem::new(wrong, right));
+    }
+    let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
+    for (key, switch) in [
+        ("tread_vibration", tread_vibration),
+        ("belt_vibration", belt_vibration),
+        ("tangential_motion", tangential_motion),
+    ] {
+        if switch == Switch::On {
+            let wrong = "vibration is not followed from cells yet";
+            sound = table.complain(&format!("effects.{key}"), Problem::new(wrong, right));
+        }
+    }
+    sound
 }
 
 fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {

@@ -161,6 +161,19 @@ impl TimeRule {
         }
     }
 
+    /// Delta(zeta) of a quadrature, as many rows and columns as there are stages: H(Delta/dt) relates the forces at a
+    /// step's stages to the displacements there.
+    pub fn symbol_matrix(self, zeta: Complex64) -> [[Complex64; 3]; 3] {
+        match self.runge_kutta() {
+            Some(rule) => rule.symbol(zeta),
+            None => {
+                let mut matrix = [[Complex64::ZERO; 3]; 3];
+                matrix[0][0] = self.symbol(zeta);
+                matrix
+            }
+        }
+    }
+
     /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the [`Self::rates`], of the first-order hold
     /// the exact one.
     pub fn symbol(self, zeta: Complex64) -> Complex64 {

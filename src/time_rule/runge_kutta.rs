@@ -49,6 +49,36 @@ impl RungeKutta {
         [[self.gamma, 0.0, 0.0], [a21, self.gamma, 0.0], [a31, a32, self.gamma]]
     }
 
+    /// Delta(zeta) = (A + zeta/(1 - zeta) 1 b^T)^-1, by the identity of Sherman and Morrison; A's last row is b, so that
+    /// b^T A^-1 picks the last stage.
+    pub(super) fn symbol(&self, zeta: Complex64) -> [[Complex64; 3]; 3] {
+        let stages = self.nodes.len();
+        let inverse = self.inverse();
+        let mut symbol = [[Complex64::ZERO; 3]; 3];
+        for (row, inverse) in symbol.iter_mut().zip(&inverse).take(stages) {
+            let sum: f64 = inverse.iter().sum();
+            for (entry, &value) in row.iter_mut().zip(inverse) {
+                *entry = value.into();
+            }
+            row[stages - 1] -= zeta * sum;
+        }
+        symbol
+    }
+
+    /// A^-1, lower triangular as A is.
+    fn inverse(&self) -> [[f64; 3]; 3] {
+        let (stages, matrix) = (self.nodes.len(), self.matrix());
+        let mut inverse = [[0.0; 3]; 3];
+        for column in 0..stages {
+            inverse[column][column] = 1.0 / self.gamma;
+            for row in column + 1..stages {
+                let sum: f64 = (column..row).map(|k| matrix[row][k] * inverse[k][column]).sum();
+                inverse[row][column] = -sum / self.gamma;
+            }
+        }
+        inverse
+    }
+
     /// (1 - z A)^-1: what becomes of the stages of a' = lambda a, z = lambda dt. It is lower triangular as A is.
     pub(crate) fn resolvent(&self, z: Complex64) -> [[Complex64; 3]; 3] {
         let diagonal = (1.0 - self.gamma * z).inv();

@@ -104,7 +104,7 @@ pub struct Causality {
 /// K/2 what wraps round is below rho^K of the weights.
 pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize) -> Causality {
     let contour = Contour::new(rule, time_step, lags);
-    let length = contour.length;
+    let length = contour.circle.length;
     let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
     let elements = sum.projection().elements;
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
@@ -121,7 +121,7 @@ pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize
             let _ = inverse.process(&mut spectrum, &mut signal);
             for (place, value) in signal.iter_mut().enumerate() {
                 let lag = if place < length / 2 { place as f64 } else { place as f64 - length as f64 };
-                *value *= contour.radius.powf(-lag) / length as f64;
+                *value *= contour.circle.radius.powf(-lag) / length as f64;
             }
             // Negative lags first.
             signal.rotate_right(length / 2);

@@ -3,10 +3,23 @@
 //! - [`instant`]: what the forces on the cells displace at the same instant;
 //! - [`search`]: which cells touch, and with which forces.
 //!
+//! - [`transform`]: between cells and waves;
+//! - [`past`]: what past forces displace, by poles; [`direct`]: as sums, the reference;
+//! - [`resting`]: contact at rest;
+//! - [`zone`]: one instant, from the past to the forces.
+//!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 
+pub mod direct;
 pub mod instant;
+pub mod past;
+pub mod resting;
 pub mod search;
+pub mod transform;
+pub mod zone;
 
 pub use instant::InstantCells;
 pub use search::{CellCounts, CellResiduals, CellSearch};
+pub use zone::{CellPast, CellZone, CellZoneState};
+#[cfg(test)]
+mod tests;

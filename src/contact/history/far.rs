@@ -41,10 +41,12 @@ impl Far {
     /// At rest, for blocks of so many instants; `None` if the model does not hold the field.
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, instants: usize) -> Option<Self> {
         let elements = model.elements;
-        let groups: Option<Vec<_>> = (0..=elements / 2)
-            .step_by(GROUP)
-            .map(|first| WavenumberGroup::new(model, field, rule, time_step, first, instants))
-            .collect();
+        let group = |first: usize| {
+            let modes = (first..=elements / 2).take(GROUP).map(|n| model.modes(n, field));
+            // The coming block is passed over: it is under way while the next is foretold.
+            Some(WavenumberGroup::new(modes.collect::<Option<Vec<_>>>()?, rule, time_step, first, instants, 1))
+        };
+        let groups: Option<Vec<_>> = (0..=elements / 2).step_by(GROUP).map(group).collect();
         let groups = groups?;
         // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
         let transforms = Work {

@@ -22,7 +22,7 @@ mod modes;
 mod near;
 mod state;
 pub(super) mod transfer;
-mod wavenumber_group;
+pub(super) mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};
 pub use modes::{INSTANTS, ModalHistory};

@@ -7,8 +7,7 @@ use pulp::{Simd, WithSimd};
 use crate::counters::Work;
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State, StepMaps};
-use crate::tyre::influence::Field;
-use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::Modes;
 
 /// Wavenumbers of a group.
 pub(crate) const GROUP: usize = 8;
@@ -89,29 +88,30 @@ pub struct WavenumberGroup {
     reals: PoleRows<1>,
     /// Stages of a step.
     stages: usize,
-    /// Products of passing over a block.
+    /// Steps between the forces taken in and the displacement foretold.
+    skipped: usize,
+    /// Products of passing over them.
     skip: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
     forces: Vec<f64>,
-    /// u_old of the block after the coming one without their forces, likewise.
+    /// u_old of the block foretold without the forces of those between, likewise.
     displacement: Vec<f64>,
 }
 
 impl WavenumberGroup {
-    /// The group from wavenumber `first` on, at rest, for blocks of so many instants; `None` if the model does not hold
-    /// the field.
-    pub fn new(
-        model: &RationalModel,
-        field: Field,
+    /// The group of neighbours from wavenumber `first` on, [`GROUP`] at most, at rest, for blocks of so many instants,
+    /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
+    pub fn new<'m>(
+        modes: impl IntoIterator<Item = Modes<'m>>,
         rule: TimeRule,
         time_step: f64,
         first: usize,
         instants: usize,
-    ) -> Option<Self> {
-        let count = GROUP.min(model.largest_wavenumber() + 1 - first);
-        let (mut pairs, mut reals) = (Vec::new(), Vec::new());
-        for n in first..first + count {
-            let modes = model.modes(n, field)?;
+        ahead: usize,
+    ) -> Self {
+        let (mut pairs, mut reals, mut count) = (Vec::new(), Vec::new(), 0);
+        for modes in modes {
+            count += 1;
             let mut poles = modes.poles.iter().zip(modes.residues).enumerate().map(|(index, (&pole, &residue))| {
                 let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
                 [g, w]
@@ -120,16 +120,18 @@ impl WavenumberGroup {
             reals.push(poles.collect());
         }
         let looks_back = rule.looks_back();
-        Some(Self {
+        let skipped = ahead * (instants / rule.stages());
+        Self {
             first,
             count,
+            skipped,
             pairs: PoleRows::new(&pairs, looks_back),
             reals: PoleRows::new(&reals, looks_back),
             stages: rule.stages(),
-            skip: rule.products_of_skip(instants / rule.stages()),
+            skip: rule.products_of_skip(skipped),
             forces: vec![0.0; instants * 2 * GROUP],
             displacement: vec![0.0; instants * 2 * GROUP],
-        })
+        }
     }
 
     /// What a pass costs.
@@ -167,7 +169,7 @@ impl WavenumberGroup {
     }
 }
 
-/// Blocks of instants: takes in the forces of the last one, passes over the coming one, then foretells u_old over the
+/// Blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old over the
 /// next as if no more forces came.
 pub struct Pass<'a, R> {
     /// The group.
@@ -185,7 +187,7 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
         let (forces, _) = S::as_simd_f64s(&group.forces);
         let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
         displacement.fill(simd.splat_f64s(0.0));
-        let mut block = Block { simd, recursion, forces, displacement };
+        let mut block = Block { simd, recursion, forces, displacement, skipped: group.skipped };
         block.pass(&mut group.pairs);
         block.pass(&mut group.reals);
     }
@@ -197,6 +199,7 @@ struct Block<'a, S: Simd, R> {
     recursion: R,
     forces: &'a [S::f64s],
     displacement: &'a mut [S::f64s],
+    skipped: usize,
 }
 
 impl<S: Simd, R: Recursion> Block<'_, S, R> {
@@ -271,9 +274,8 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
     fn foretell<const PARTS: usize>(&mut self, vector: usize, mut one: Driven<S, PARTS>, mut other: Driven<S, PARTS>) {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let of_step = 2 * vectors * R::STAGES;
-        let steps = self.displacement.len() / of_step;
-        R::skip(simd, &one.maps, [&mut one.re, &mut one.im], steps);
-        R::skip(simd, &other.maps, [&mut other.re, &mut other.im], steps);
+        R::skip(simd, &one.maps, [&mut one.re, &mut one.im], self.skipped);
+        R::skip(simd, &other.maps, [&mut other.re, &mut other.im], self.skipped);
         for step in self.displacement.chunks_exact_mut(of_step) {
             let first = [R::foretell(simd, &one.maps, &mut one.re), R::foretell(simd, &one.maps, &mut one.im)];
             let second = [R::foretell(simd, &other.maps, &mut other.re), R::foretell(simd, &other.maps, &mut other.im)];

@@ -95,7 +95,7 @@ impl VibrationRecorder {
         .collect();
         check_memory(loaded, plan, &layout, fields.len(), &vibration)?;
 
-        let (scale, spring) = (prepared.scale, prepared.march.kernel().spring);
+        let (scale, spring) = (prepared.scale, prepared.march.spring());
         let model = match prepared.model.take() {
             Some(model) => model,
             None => {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::scene::Problem;
-use crate::scene::keys::keys;
+use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Flag, OneOf, Optional, Whole};
 use crate::scene::table::{Nested, Table};
 
@@ -11,6 +11,9 @@ keys! {
     /// Contact laws.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Contact {
+        /// What the contact consists of.
+        #[serde(skip_serializing_if = "is_default")]
+        zone: Zone = Zone::default() => OneOf::new(),
         /// How the tread deforms.
         tread: Tread = Tread::default() => OneOf::new(),
         /// How the road under an element deforms the tread.
@@ -21,6 +24,9 @@ keys! {
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
         #[serde(skip_serializing_if = "Option::is_none")]
         local_compliance: Option<f64> = None => Optional(Bounds::positive("m/Pa")),
+        /// Size of a cell across \[m\], `zone = "cells"` only; instead of `cells_across`. Default: a cell's length.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cell: Option<f64> = None => Optional(Bounds::positive("m")),
         /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits
         /// exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -47,7 +53,37 @@ keys! {
 pub(in crate::scene) const CONTACT: Nested<Contact> =
     Nested { title: "[contact]", wanted: "the table [contact]", read: contact };
 
+/// Keys that cells have no use for.
+const OF_SLICES: [&str; 7] = [
+    "slices",
+    "slice_coupling",
+    "local_compliance",
+    "cells_along",
+    "slice_tolerance",
+    "bedding_stiffness",
+    "equal_stiffness",
+];
+
 fn contact(table: &mut Table<'_>) -> Option<Contact> {
+    match table.peek("zone", &OneOf::<Zone>::new()).map(Option::unwrap_or_default) {
+        Some(Zone::Cells) => {
+            let owner = "zone = \"cells\", where each cell is pressed by itself";
+            table.refuse(&OF_SLICES, owner, "remove it, or choose zone = \"slices\"");
+            let tread = table.peek("tread", &OneOf::<Tread>::new()).flatten();
+            if tread.is_some_and(|tread| tread != Tread::Elastic) {
+                let problem = Problem::new("cells feel each other through the tread", "remove it: cells are elastic");
+                table.complain::<()>("tread", problem);
+            }
+            if table.has("cell") && table.has("cells_across") {
+                let wrong = "this and `cells_across` both say how many cells there are across";
+                return table.complain("cell", Problem::new(wrong, "either this or `cells_across`"));
+            }
+        }
+        Some(Zone::Slices) => {
+            table.refuse(&["cell"], "zone = \"cells\"", "remove it, or choose zone = \"cells\"");
+        }
+        None => {}
+    }
     let tread = table.peek("tread", &OneOf::<Tread>::new()).map(Option::unwrap_or_default);
     let coupling = table.peek("slice_coupling", &OneOf::<SliceCoupling>::new()).map(Option::unwrap_or_default);
     if matches!(coupling, Some(SliceCoupling::Explicit | SliceCoupling::Implicit)) {
@@ -73,6 +109,17 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         return table.complain("slice_coupling", Problem::does_not_belong("tread = \"uncoupled\"", right));
     }
     Some(read)
+}
+
+/// What the contact consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Zone {
+    /// Slices, one for each element of the tyre, the road's texture in how they yield.
+    #[default]
+    Slices,
+    /// Cells along and across, the texture in their heights: contact in three dimensions.
+    Cells,
 }
 
 /// Tread law.

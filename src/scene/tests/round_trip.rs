@@ -146,6 +146,7 @@ fn tyre() -> impl Strategy<Value = Tyre> {
                 circumference,
                 width,
                 contact_width: width * part,
+                crown_radius: cavity.as_ref().map(|cavity| cavity.radius),
                 sides,
                 curvature,
                 inflation,
@@ -203,6 +204,8 @@ fn contact() -> impl Strategy<Value = Contact> {
     (tread, slices, (couplings, any::<bool>()), cells).prop_map(
         |((tread, bedding_stiffness), slices, (coupling, equal), (cells_across, cells_along, slice_tolerance))| {
             Contact {
+                zone: Zone::Slices,
+                cell: None,
                 tread,
                 slices,
                 // The paper's couplings are one for points by themselves.

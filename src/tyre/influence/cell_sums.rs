@@ -22,6 +22,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::cell_grid::CellGrid;
+use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
 use crate::numeric::{MOST_LANES, Ring, legendre};
 use crate::scene::{Sides, Tyre};
@@ -34,15 +35,6 @@ const TAIL_POINTS: usize = 24;
 /// Share of a half-space's C_zz that the thickness may change.
 const THICKNESS_TOLERANCE: f64 = 1e-7;
 
-/// How far the sums go.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CellTruncation {
-    /// Largest m of the past and, if given, of the instant.
-    pub lateral_terms: Option<usize>,
-    /// Largest alias |p| likewise.
-    pub aliases: Option<usize>,
-}
-
 /// What cells feel of each other: of (i, j) on (i', j') `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellInfluence {
@@ -54,53 +46,6 @@ pub struct CellInfluence {
     pub toeplitz: Vec<f64>,
     /// Rows of 2 `across` - 1 numbers \[m/N\].
     pub hankel: Vec<f64>,
-}
-
-/// One of the waves that the past is carried by: a wavenumber n of the ring with its aliases, and m.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CellWave {
-    /// m.
-    pub m: usize,
-    /// Wavenumbers round the tyre and their weights \[1/m^2\].
-    pub terms: Vec<(i64, f64)>,
-}
-
-/// Waves of one lateral number, n rising.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CellRow {
-    /// m.
-    pub m: usize,
-    /// Number of the first wave on the ring.
-    pub first: usize,
-    /// The waves.
-    pub waves: Vec<CellWave>,
-}
-
-/// Which waves are carried on which ring. The longer ones need all of the tyre; the shorter ones are damped out within
-/// a part of it, and a ring that is as much shorter has as many waves less.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WaveBand {
-    /// The ring is the tyre's length over this.
-    pub part: usize,
-    /// Between these wavenumbers waves fade in \[1/m\]; `None`: from 0 on.
-    pub fades_in: Option<[f64; 2]>,
-    /// Between these they fade out; `None`: as far as the sums go.
-    pub fades_out: Option<[f64; 2]>,
-}
-
-impl WaveBand {
-    /// All waves on the whole tyre.
-    pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None };
-
-    /// Share of a wave: those of two bands that meet add up to one.
-    fn share(&self, k: f64) -> f64 {
-        // A step that is smooth in ln k, so that neither part reaches far in space.
-        let passed = |[low, high]: [f64; 2]| {
-            let place = ((k / low).ln() / (high / low).ln()).clamp(0.0, 1.0);
-            (0.5 * PI * place).sin().powi(2)
-        };
-        self.fades_in.map_or(1.0, passed) * (1.0 - self.fades_out.map_or(0.0, passed))
-    }
 }
 
 /// The influence functions of cells.
@@ -133,32 +78,7 @@ impl CellSums {
 
     /// Waves of a band, by lateral number.
     pub fn waves(&self, band: WaveBand) -> Vec<CellRow> {
-        let (grid, waves) = (&self.grid, self.grid.waves());
-        let ring = grid.elements() / band.part;
-        let CellTruncation { lateral_terms, aliases } = self.truncation;
-        // Up to the first zero of what cells take of a wave.
-        let largest = 2.0 * PI / grid.length().min(grid.pitch());
-        let last_m = lateral_terms.unwrap_or((largest / waves.ky(1)) as usize);
-        let most = aliases.unwrap_or(1) as i64;
-        let ends = if aliases.is_some() && lateral_terms.is_some() { f64::INFINITY } else { largest };
-        let row = |m: usize| {
-            let wave = |bin: usize| {
-                // The ring's n run from -N/2: its N/2 is -N/2.
-                let first = if 2 * bin == ring { -(bin as i64) } else { bin as i64 };
-                let around = (-most..=most).map(|p| (first + p * ring as i64) * band.part as i64);
-                let terms = around.filter_map(|n| {
-                    let k = waves.kx(n).hypot(waves.ky(m));
-                    let weight = band.share(k) * band.part as f64 * grid.longitudinal_weight(n) * waves.lateral_norm(m);
-                    (weight > 0.0 && k <= ends).then_some((n, weight))
-                });
-                CellWave { m, terms: terms.collect() }
-            };
-            let mut all: Vec<CellWave> = (0..=ring / 2).map(wave).collect();
-            let first = all.iter().position(|wave| !wave.terms.is_empty())?;
-            all.truncate(all.iter().rposition(|wave| !wave.terms.is_empty())? + 1);
-            Some(CellRow { m, first, waves: all.split_off(first) })
-        };
-        grid.lateral_numbers().take_while(|&m| m <= last_m).filter_map(row).collect()
+        band.rows(&self.grid, self.truncation)
     }
 
     /// Values of a wave's function \[m/N\] at each s of a list, appended to `values`.
@@ -207,11 +127,15 @@ impl CellSums {
             )
             .collect();
         let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
-        let cosines = |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
-        let sum = |along: usize, cosines: &[f64]| rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>();
+        let cosines =
+            |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
+        let sum = |along: usize, cosines: &[f64]| {
+            rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>()
+        };
         let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
-        let images: Vec<Vec<f64>> =
-            (0..2 * across - 1).map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch())).collect();
+        let images: Vec<Vec<f64>> = (0..2 * across - 1)
+            .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
+            .collect();
         let mut influence =
             CellInfluence { columns, across, toeplitz: Vec::new(), hankel: Vec::with_capacity(columns * images.len()) };
         for along in 0..columns {

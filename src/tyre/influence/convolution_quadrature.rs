@@ -21,29 +21,48 @@ use crate::time_rule::TimeRule;
 /// What wraps round, relative to itself: rho^K.
 const WRAPPED: f64 = 1e-12;
 
-/// The points s_k on the circle for lags 0..`lags`.
-#[derive(Clone, Debug)]
-pub struct Contour {
-    /// s_k for k = 0..=K/2 \[1/s\].
-    pub points: Vec<Complex64>,
-    /// K.
+/// The circle |zeta| = rho on which so many weights are sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct Circle {
+    /// K, the points all round.
     pub length: usize,
     /// rho.
     pub radius: f64,
 }
 
+impl Circle {
+    /// For lags 0..`lags`.
+    pub fn new(lags: usize) -> Self {
+        let length = (2 * lags).next_power_of_two().max(16);
+        Self { length, radius: WRAPPED.powf(1.0 / length as f64) }
+    }
+
+    /// zeta_k for k = 0..=K/2.
+    pub fn points(&self) -> impl Iterator<Item = Complex64> + use<> {
+        let Self { length, radius } = *self;
+        (0..=length / 2).map(move |k| Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64))
+    }
+
+    /// What makes the weight of a lag of the sum over all points.
+    pub fn scale(&self, lag: usize) -> f64 {
+        self.radius.powi(-(lag as i32)) / self.length as f64
+    }
+}
+
+/// The points s_k on the circle for lags 0..`lags`.
+#[derive(Clone, Debug)]
+pub struct Contour {
+    /// s_k for k = 0..=K/2 \[1/s\].
+    pub points: Vec<Complex64>,
+    /// The circle.
+    pub circle: Circle,
+}
+
 impl Contour {
     /// The contour for a rule, a time step \[s\] and a number of lags.
     pub fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
-        let length = (2 * lags).next_power_of_two().max(16);
-        let radius = WRAPPED.powf(1.0 / length as f64);
-        let points = (0..=length / 2)
-            .map(|k| {
-                let zeta = Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64);
-                rule.symbol(zeta) / time_step
-            })
-            .collect();
-        Self { points, length, radius }
+        let circle = Circle::new(lags);
+        Self { points: circle.points().map(|zeta| rule.symbol(zeta) / time_step).collect(), circle }
     }
 }
 
@@ -91,9 +110,9 @@ impl Weights {
         let contour = Contour::new(rule, time_step, lags);
         let at: Vec<_> = sum.at_all(&contour.points);
         let at_rest = sum.at(Complex64::ZERO);
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.length);
+        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.circle.length);
         let rows = sum.projection().elements / 2 + 1;
-        let scale: Vec<f64> = (0..lags).map(|p| contour.radius.powi(-(p as i32)) / contour.length as f64).collect();
+        let scale: Vec<f64> = (0..lags).map(|p| contour.circle.scale(p)).collect();
         let mut values = vec![0.0; rows * lags];
         let (at_rest, evaluations): (Vec<f64>, Vec<u64>) = values
             .par_chunks_mut(lags)
@@ -121,7 +140,7 @@ impl Weights {
                     }
                     // The two real points of the circle.
                     spectrum[0].im = 0.0;
-                    spectrum[contour.length / 2].im = 0.0;
+                    spectrum[contour.circle.length / 2].im = 0.0;
                     // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum
                     // reveals.
                     let _ = inverse.process_with_scratch(spectrum, signal, scratch);

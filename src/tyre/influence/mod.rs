@@ -17,6 +17,7 @@
 mod bounded_sum;
 mod cell_grid;
 mod cell_sums;
+mod cell_waves;
 pub mod convolution_quadrature;
 mod curved_waves;
 pub mod folded_sum;
@@ -33,7 +34,8 @@ mod tail_sum;
 mod waves;
 
 pub use cell_grid::CellGrid;
-pub use cell_sums::{CellInfluence, CellRow, CellSums, CellSumsAt, CellTruncation, CellWave, WaveBand};
+pub use cell_sums::{CellInfluence, CellSums, CellSumsAt};
+pub use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 pub use curved_waves::{WAVE_BYTES, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::Field;

@@ -57,9 +57,9 @@ impl CellModel {
         self.first_real.is_empty()
     }
 
-    /// Poles of all waves, a pair counted once.
-    pub fn stored_poles(&self) -> usize {
-        self.poles.len()
+    /// Poles of all waves, conjugates counted.
+    pub fn order(&self) -> usize {
+        self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
     }
 
     /// Evaluations of the compliance that the fits took.
@@ -80,8 +80,10 @@ impl CellModel {
 }
 
 impl Cached for CellModel {
-    const KIND: Kind =
-        Kind { extension: "cells", format: Format { magic: b"TWAVECEL", version: 1, name: "a model of contact cells" } };
+    const KIND: Kind = Kind {
+        extension: "cells",
+        format: Format { magic: b"TWAVECEL", version: 1, name: "a model of contact cells" },
+    };
 
     fn is_sound(&self) -> bool {
         let ends = self.offsets.get(1..).unwrap_or_default();

@@ -269,7 +269,9 @@ impl Work<'_> {
     /// to the springs of the bedding on it, short waves of the carcass are nothing.
     fn least_scale(&self, wavenumber: usize) -> f64 {
         match self.options.driven {
-            Field::UnderTread => self.rungs.sum.value(wavenumber, &self.rungs.at[REAL.start], Field::Surface).value.norm(),
+            Field::UnderTread => {
+                self.rungs.sum.value(wavenumber, &self.rungs.at[REAL.start], Field::Surface).value.norm()
+            }
             _ => 0.0,
         }
     }
@@ -323,4 +325,3 @@ fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
     }
     (0..most).map(|i| grid[i * (grid.len() - 1) / (most - 1)]).collect()
 }
-

@@ -1,0 +1,171 @@
+//! The past of cells as convolution sums: the reference, for as many waves and lags as can be waited for.
+//!
+//! By wave, u_l = sum_p W_p F_(l-p) with sum_p W_p zeta^p = H(Delta(zeta)/dt), for any quadrature: W_p is a number, or
+//! a matrix over the stages of a step (Lubich & Ostermann 1993, *Math. Comp.* 60, 105). H of a matrix is Lagrange's
+//! polynomial through its eigenvalues, which are the rule's rates.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+use realfft::RealFftPlanner;
+use serde::{Deserialize, Serialize};
+
+use super::transform::CellTransform;
+use crate::counters::Work;
+use crate::storage::state::StateError;
+use crate::time_rule::TimeRule;
+use crate::tyre::influence::convolution_quadrature::Circle;
+use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave};
+
+/// Waves on the whole tyre and the forces of all steps that count.
+pub struct DirectPast {
+    transform: CellTransform,
+    stages: usize,
+    lags: usize,
+    /// W_p of each wave: wave by wave, lag by lag, row by row \[m/N\].
+    weights: Vec<f64>,
+    /// Forces \[N\] of steps modulo the lags, stage by stage, wave by wave.
+    forces: Vec<Complex64>,
+    /// Number of this step.
+    step: usize,
+    sum: Vec<Complex64>,
+}
+
+/// What evolves of a [`DirectPast`] between two steps.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct DirectPastState {
+    step: usize,
+    forces: Vec<Complex64>,
+}
+
+impl DirectPast {
+    /// At rest, over so many lags, lag 0 counted.
+    pub fn new(
+        sums: &CellSums,
+        rows: &[CellRow],
+        transform: CellTransform,
+        rule: TimeRule,
+        time_step: f64,
+        lags: usize,
+    ) -> Self {
+        let (waves, stages) = (transform.waves(), rule.stages());
+        let weights = weights(sums, rows, rule, time_step, lags);
+        let forces = vec![Complex64::ZERO; lags * stages * waves];
+        Self { transform, stages, lags, weights, forces, step: 0, sum: vec![Complex64::ZERO; waves] }
+    }
+
+    /// What a step costs.
+    pub fn work(&self) -> Work {
+        let products = self.weights.len() as u64;
+        Work { multiply_adds: 2 * products, bytes: 8 * 3 * products }
+    }
+
+    /// Adds what the past displaces at a stage of the step \[m\]; the stages of a step in their order, the forces of each
+    /// known before the next.
+    pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
+        let Self { transform, stages, lags, weights, forces, step, sum } = self;
+        let (stages, waves) = (*stages, sum.len());
+        let last = (*lags - 1).min(*step);
+        sum.par_iter_mut().enumerate().for_each(|(wave, sum)| {
+            let weights = &weights[wave * *lags * stages * stages..][..*lags * stages * stages];
+            *sum = Complex64::ZERO;
+            for lag in 0..=last {
+                let row = (*step - lag) % *lags;
+                let known = if lag == 0 { stage } else { stages };
+                for earlier in 0..known {
+                    let weight = weights[(lag * stages + stage) * stages + earlier];
+                    *sum += weight * forces[(row * stages + earlier) * waves + wave];
+                }
+            }
+        });
+        transform.add_inverse(sum, first_element, out);
+    }
+
+    /// Takes the forces of a stage \[N\].
+    pub fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
+        let waves = self.sum.len();
+        let row = (self.step % self.lags * self.stages + stage) * waves;
+        self.transform.forward(first_element, forces, &mut self.forces[row..row + waves]);
+        self.step += usize::from(stage + 1 == self.stages);
+    }
+
+    /// Takes the state down.
+    pub fn save(&self) -> DirectPastState {
+        DirectPastState { step: self.step, forces: self.forces.clone() }
+    }
+
+    /// Goes on from the state of an equal past.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &DirectPastState) -> Result<(), StateError> {
+        if self.forces.len() != state.forces.len() {
+            return Err(StateError::Value);
+        }
+        self.forces.clone_from(&state.forces);
+        self.step = state.step;
+        Ok(())
+    }
+}
+
+/// W_p of all waves, p = 0..lags.
+fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, lags: usize) -> Vec<f64> {
+    let stages = rule.stages();
+    let circle = Circle::new(lags);
+    let points: Vec<Complex64> = circle.points().collect();
+    let rates: Vec<_> = points.iter().filter_map(|&zeta| rule.rates(zeta)).collect();
+    let at: Vec<CellSumsAt> =
+        rates.iter().flat_map(|rates| rates.all().iter().map(|rate| sums.at(rate / time_step))).collect();
+    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(circle.length);
+    let of_wave = |wave: &CellWave| {
+        let mut values = Vec::with_capacity(at.len());
+        sums.values(wave, &at, &mut values);
+        let mut weights = vec![0.0; lags * stages * stages];
+        let mut spectra = vec![inverse.make_input_vec(); stages * stages];
+        for (k, ((&zeta, rates), values)) in points.iter().zip(&rates).zip(values.chunks_exact(stages)).enumerate() {
+            let matrix = matrix_function(rule.symbol_matrix(zeta), rates.all(), values);
+            for (place, spectrum) in spectra.iter_mut().enumerate() {
+                spectrum[k] = matrix[place / stages][place % stages];
+            }
+        }
+        let mut signal = inverse.make_output_vec();
+        for (place, spectrum) in spectra.iter_mut().enumerate() {
+            let last = spectrum.len() - 1;
+            (spectrum[0].im, spectrum[last].im) = (0.0, 0.0);
+            // Planned lengths, and the ends are real: nothing to refuse.
+            let _ = inverse.process(spectrum, &mut signal);
+            for (lag, &value) in signal.iter().enumerate().take(lags) {
+                weights[lag * stages * stages + place] = circle.scale(lag) * value;
+            }
+        }
+        weights
+    };
+    let waves: Vec<&CellWave> = rows.iter().flat_map(|row| &row.waves).collect();
+    waves.into_par_iter().map(of_wave).collect::<Vec<_>>().concat()
+}
+
+/// f(M) from M's eigenvalues and f there: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).
+fn matrix_function(
+    matrix: [[Complex64; 3]; 3],
+    eigenvalues: &[Complex64],
+    values: &[Complex64],
+) -> [[Complex64; 3]; 3] {
+    let mut result = [[Complex64::ZERO; 3]; 3];
+    for (i, (&own, &value)) in eigenvalues.iter().zip(values).enumerate() {
+        let mut product = [[Complex64::ZERO; 3]; 3];
+        (0..3).for_each(|k| product[k][k] = value);
+        for (_, &other) in eigenvalues.iter().enumerate().filter(|(k, _)| *k != i) {
+            let mut factor = matrix;
+            (0..3).for_each(|k| factor[k][k] -= other);
+            let scale = (own - other).inv();
+            product = std::array::from_fn(|row| {
+                std::array::from_fn(|column| {
+                    (0..3).map(|k| product[row][k] * factor[k][column]).sum::<Complex64>() * scale
+                })
+            });
+        }
+        for (result, product) in result.as_flattened_mut().iter_mut().zip(product.as_flattened()) {
+            *result += product;
+        }
+    }
+    result
+}

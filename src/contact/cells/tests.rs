@@ -1,0 +1,160 @@
+//! Sums and pasts of cells against what they are by definition.
+
+use num_complex::Complex64;
+
+use super::direct::DirectPast;
+use super::past::WavePast;
+use super::transform::CellTransform;
+use crate::scene::{DEFAULT, PLATE, Scene, Tyre};
+use crate::time_rule::TimeRule;
+use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
+use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
+
+const COLUMNS: usize = 9;
+const ACROSS: usize = 5;
+const ELEMENTS: usize = 32;
+const TIME_STEP: f64 = 2e-4;
+
+fn tyre(scene: &str) -> Tyre {
+    Scene::from_str(scene, "scene").unwrap().scene.tyre
+}
+
+fn sums(tyre: &Tyre, truncation: CellTruncation, rule: TimeRule) -> CellSums {
+    let largest = rule.resolved_symbol() / TIME_STEP;
+    CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, ACROSS), truncation, 1e-10, largest)
+}
+
+const FINITE: CellTruncation = CellTruncation { lateral_terms: Some(6), aliases: Some(0) };
+
+/// Forces of a cell of the ring that no rule knows.
+fn force(instant: usize, element: i64, j: usize) -> f64 {
+    let drive = ((7 * instant + j) as f64 + 3.1 * (element * element) as f64).sin();
+    drive.max(0.0)
+}
+
+/// u = sum over waves of the definition in the frequency domain, for forces exp(s t) on one cell.
+fn response(tyre: &Tyre, s: Complex64, distance: i64, [j, other]: [usize; 2], last_m: usize) -> Complex64 {
+    let stack = crate::tyre::layers::Stack::new(tyre).at(s);
+    let (length, pitch) = (tyre.circumference / ELEMENTS as f64, tyre.contact_width / ACROSS as f64);
+    let sinc = |x: f64| if x == 0.0 { 1.0 } else { x.sin() / x };
+    let y = |j: usize| 0.5 * (tyre.width - tyre.contact_width) + (j as f64 + 0.5) * pitch;
+    let mut sum = Complex64::ZERO;
+    for n in -(ELEMENTS as i64) / 2..ELEMENTS as i64 / 2 {
+        let kx = std::f64::consts::TAU * n as f64 / tyre.circumference;
+        for m in 1..=last_m {
+            let ky = std::f64::consts::PI * m as f64 / tyre.width;
+            let shape = |j: usize| (ky * y(j)).sin() * sinc(0.5 * ky * pitch);
+            let weight =
+                sinc(0.5 * kx * length).powi(2) / tyre.circumference * 2.0 / tyre.width * shape(j) * shape(other);
+            let along = Complex64::from_polar(1.0, kx * length * distance as f64);
+            sum += weight * along * stack.normal(kx, ky).surface;
+        }
+    }
+    sum
+}
+
+#[test]
+fn the_instants_influence_is_the_finite_double_sum() {
+    let tyre = tyre(PLATE);
+    let s = 1.5 / TIME_STEP;
+    let influence = sums(&tyre, FINITE, TimeRule::Bdf2).instant(s, COLUMNS);
+    for (along, j, other) in [(0, 0, 0), (0, 2, 2), (1, 0, 4), (3, 1, 2), (8, 4, 4)] {
+        let found = influence.toeplitz[along * ACROSS + usize::abs_diff(j, other)]
+            + influence.hankel[along * (2 * ACROSS - 1) + j + other];
+        let exact = response(&tyre, s.into(), along as i64, [j, other], 6).re;
+        let scale = response(&tyre, s.into(), 0, [2, 2], 6).re;
+        assert!((found - exact).abs() < 1e-11 * scale, "{along} {j} {other}: {found:e} {exact:e}");
+    }
+}
+
+#[test]
+fn the_closed_sum_is_what_ever_longer_ones_tend_to() {
+    for scene in [PLATE, DEFAULT] {
+        let tyre = tyre(scene);
+        let s = 3.4 / TIME_STEP;
+        let closed = sums(&tyre, CellTruncation::default(), TimeRule::Sdirk2).instant(s, COLUMNS);
+        let long = |aliases| {
+            let last = (2.0 * tyre.width / tyre.contact_width * ACROSS as f64 * aliases as f64).round() as usize;
+            let truncation = CellTruncation { lateral_terms: Some(last), aliases: Some(aliases) };
+            sums(&tyre, truncation, TimeRule::Sdirk2).instant(s, COLUMNS)
+        };
+        let (short, longer) = (long(20), long(80));
+        let scale = closed.toeplitz[0];
+        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+        let [first, second] = [&short, &longer].map(|other| {
+            difference(&closed.toeplitz, &other.toeplitz).max(difference(&closed.hankel, &other.hankel)) / scale
+        });
+        println!("20 aliases {first:.2e}, 80 aliases {second:.2e}");
+        assert!(second < 0.3 * first && second < 2e-3, "{first:.2e} {second:.2e}");
+    }
+}
+
+#[test]
+fn both_pasts_are_the_convolution_with_the_definition() {
+    let tyre = tyre(PLATE);
+    for rule in [TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
+        let sums = sums(&tyre, FINITE, rule);
+        let rows = sums.waves(WaveBand::WHOLE);
+        let transform = || CellTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
+        let mut direct = DirectPast::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
+        let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
+        let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
+        let mut poles = WavePast::new(&model, transform(), rule, TIME_STEP);
+        let stages = rule.stages();
+        let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+        for step in 0..40 {
+            let first = step / 3;
+            for stage in 0..stages {
+                let mut both = [vec![0.0; COLUMNS * ACROSS], vec![0.0; COLUMNS * ACROSS]];
+                direct.add_displacement(stage, first, &mut both[0]);
+                poles.add_displacement(first, &mut both[1]);
+                let instant = step as usize * stages + stage;
+                let cells = (0..COLUMNS as i64).flat_map(|c| (0..ACROSS).map(move |j| force(instant, first + c, j)));
+                let forces: Vec<f64> = cells.collect();
+                direct.push(stage, first, &forces);
+                poles.push(first, &forces);
+                for (a, b) in both[0].iter().zip(&both[1]) {
+                    (worst, largest) = (worst.max((a - b).abs()), largest.max(a.abs()));
+                }
+            }
+        }
+        assert!(largest > 0.0 && worst < 1e-5 * largest, "{rule:?}: {:.2e}", worst / largest);
+    }
+}
+
+#[test]
+fn direct_sums_are_a_calculation_in_the_frequency_domain() {
+    let tyre = tyre(PLATE);
+    let (rule, lags) = (TimeRule::Bdf2, 64);
+    let sums = sums(&tyre, FINITE, rule);
+    let rows = sums.waves(WaveBand::WHOLE);
+    let transform = CellTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
+    let mut direct = DirectPast::new(&sums, &rows, transform, rule, TIME_STEP, lags);
+    // One impulse, seen by another cell: a trapezoidal sum on a circle of its own.
+    let (own, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
+    let weights: Vec<f64> = (0..20)
+        .map(|lag| {
+            let sum: Complex64 = (0..points)
+                .map(|k| {
+                    let zeta = Complex64::from_polar(radius, -std::f64::consts::TAU * k as f64 / points as f64);
+                    let s = rule.symbol(zeta) / TIME_STEP;
+                    response(&tyre, s, other.0 - own.0, [other.1, own.1], 6) * zeta.powi(-lag)
+                })
+                .sum();
+            sum.re / points as f64
+        })
+        .collect();
+    let largest = weights.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+    for (lag, weight) in weights.iter().enumerate() {
+        let mut out = vec![0.0; COLUMNS * ACROSS];
+        direct.add_displacement(0, 0, &mut out);
+        let mut forces = vec![0.0; COLUMNS * ACROSS];
+        if lag == 0 {
+            forces[own.0 as usize * ACROSS + own.1] = 1.0;
+        } else {
+            let found = out[other.0 as usize * ACROSS + other.1];
+            assert!((found - weight).abs() < 1e-9 * largest, "{lag}: {found:e} {weight:e}");
+        }
+        direct.push(0, 0, &forces);
+    }
+}

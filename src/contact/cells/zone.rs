@@ -1,0 +1,274 @@
+//! The contact of one instant over all cells of the window.
+
+use serde::{Deserialize, Serialize};
+
+use super::direct::{DirectPast, DirectPastState};
+use super::instant::InstantCells;
+use super::past::{WavePast, WavePastState};
+use super::search::{CellCounts, CellSearch};
+use crate::contact::complementarity::{Residuals, SearchCounts};
+use crate::contact::slice_queue::SliceQueue;
+use crate::counters::{Meter, Stage, Work};
+use crate::numeric::largest_or_zero;
+use crate::storage::state::{StateError, fill};
+use crate::tyre::influence::CellInfluence;
+
+/// How cells carry the past along.
+pub enum CellPast {
+    /// By poles, on one or more rings.
+    Modal(Vec<WavePast>),
+    /// As sums.
+    Direct(Box<DirectPast>),
+}
+
+/// What evolves of a [`CellPast`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub enum CellPastState {
+    /// Of [`CellPast::Modal`].
+    Modal(Vec<WavePastState>),
+    /// Of [`CellPast::Direct`].
+    Direct(DirectPastState),
+}
+
+impl CellPast {
+    /// Adds what the past displaces at a stage of the step \[m\].
+    fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
+        match self {
+            Self::Modal(rings) => rings.iter_mut().for_each(|ring| ring.add_displacement(first_element, out)),
+            Self::Direct(past) => past.add_displacement(stage, first_element, out),
+        }
+    }
+
+    /// Takes the forces of a stage \[N\].
+    fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
+        match self {
+            Self::Modal(rings) => rings.iter_mut().for_each(|ring| ring.push(first_element, forces)),
+            Self::Direct(past) => past.push(stage, first_element, forces),
+        }
+    }
+
+    fn work(&self) -> Work {
+        match self {
+            Self::Modal(rings) => {
+                let mut sum = Work::default();
+                rings.iter().for_each(|ring| sum += ring.work());
+                sum
+            }
+            Self::Direct(past) => past.work(),
+        }
+    }
+
+    fn save(&self) -> CellPastState {
+        match self {
+            Self::Modal(rings) => CellPastState::Modal(rings.iter().map(WavePast::save).collect()),
+            Self::Direct(past) => CellPastState::Direct(past.save()),
+        }
+    }
+
+    fn restore(&mut self, state: &CellPastState) -> Result<(), StateError> {
+        match (self, state) {
+            (Self::Modal(rings), CellPastState::Modal(states)) if rings.len() == states.len() => {
+                rings.iter_mut().zip(states).try_for_each(|(ring, state)| ring.restore(state))
+            }
+            (Self::Direct(past), CellPastState::Direct(state)) => past.restore(state),
+            _ => Err(StateError::Value),
+        }
+    }
+}
+
+/// The window's cells, column by column.
+pub struct CellZone {
+    across: usize,
+    /// Height of the tread above its middle by cell across \[m\]: the crown.
+    crown: Vec<f64>,
+    /// First weights, to tell one tyre from another.
+    influence: CellInfluence,
+    past: CellPast,
+    search: CellSearch,
+    /// Forces of the last instant, then of this one \[N\], and the element that they begin with.
+    forces: Vec<f64>,
+    first_element: i64,
+    required: Vec<f64>,
+    /// Forces and displacements at the step's instants, one after the other.
+    instant_forces: Vec<f64>,
+    instant_displacements: Vec<f64>,
+    /// Forces of the last step: the mean of those at its instants \[N\].
+    mean: Vec<f64>,
+}
+
+/// What evolves of a [`CellZone`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct CellZoneState {
+    past: CellPastState,
+    counts: CellCounts,
+    forces: Vec<f64>,
+    first_element: i64,
+}
+
+/// What an instant gave.
+pub(crate) struct Instant {
+    /// How far the contact conditions are missed.
+    pub residuals: Residuals,
+    /// Largest force on a cell \[N\].
+    pub largest_force: f64,
+    /// Largest required displacement \[m\].
+    pub largest_displacement: f64,
+    /// Whether every required displacement is a number.
+    pub is_sound: bool,
+}
+
+impl CellZone {
+    /// At rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far a cell may
+    /// be from where it is required to be, relative to the largest required displacement; a step has so many stages.
+    pub fn new(influence: CellInfluence, crown: Vec<f64>, past: CellPast, stages: usize, tolerance: f64) -> Self {
+        let CellInfluence { columns, across, toeplitz, hankel } = influence.clone();
+        let cells = columns * across;
+        Self {
+            across,
+            crown,
+            influence,
+            past,
+            search: CellSearch::new(InstantCells::new(columns, across, toeplitz, hankel), tolerance),
+            forces: vec![0.0; cells],
+            first_element: i64::MIN,
+            required: vec![0.0; cells],
+            instant_forces: vec![0.0; stages * cells],
+            instant_displacements: vec![0.0; stages * cells],
+            mean: vec![0.0; cells],
+        }
+    }
+
+    /// Cells across.
+    pub fn across(&self) -> usize {
+        self.across
+    }
+
+    /// First weights of the free field \[m/N\].
+    pub fn first_weights(&self) -> &[f64] {
+        &self.influence.toeplitz
+    }
+
+    /// Forces at the last step's instants, stage after stage, cell by cell \[N\].
+    pub fn instant_forces(&self) -> &[f64] {
+        &self.instant_forces
+    }
+
+    /// Forces of the last step, cell by cell \[N\]: for a Runge-Kutta rule their mean over the step.
+    pub fn forces_of_step(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// The step is done: its forces are those of its instants with these weights.
+    pub(crate) fn end_step(&mut self, weights: &[f64]) {
+        self.mean.fill(0.0);
+        for (forces, weight) in self.instant_forces.chunks_exact(self.mean.len()).zip(weights) {
+            for (mean, force) in self.mean.iter_mut().zip(forces) {
+                *mean += weight * force;
+            }
+        }
+    }
+
+    /// Displacements likewise \[m\].
+    pub fn instant_displacements(&self) -> &[f64] {
+        &self.instant_displacements
+    }
+
+    /// Required displacements of the last instant, cell by cell \[m\].
+    pub fn required(&self) -> &[f64] {
+        &self.required
+    }
+
+    /// What the search did so far.
+    pub fn search_counts(&self) -> SearchCounts {
+        let CellCounts { iterations, fallbacks, products, .. } = self.search.counts();
+        let cells = self.forces.len() as u64;
+        // Two transforms of a grid of four times the cells.
+        let product = 4 * cells * u64::from(1 + (4 * cells).ilog2());
+        let work = Work { multiply_adds: products * product, bytes: products * 64 * cells };
+        SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
+    }
+
+    /// Solves for the contact at a stage of the step, `rises` being the heights of the undeformed tread by column, and
+    /// leaves the forces summed over each column in `rows`.
+    pub(crate) fn solve(
+        &mut self,
+        (stage, first_element): (usize, i64),
+        indentation: f64,
+        rises: &[f64],
+        road: &SliceQueue,
+        rows: &mut [f64],
+        meter: &mut Meter,
+    ) -> Instant {
+        let cells = self.forces.len();
+        let now = stage * cells..(stage + 1) * cells;
+        let old = &mut self.instant_displacements[now.clone()];
+        let mut laps = meter.laps();
+        old.fill(0.0);
+        if stage == 0 {
+            meter.add_work(Stage::History, self.past.work());
+        }
+        self.past.add_displacement(stage, first_element, old);
+        meter.lap(&mut laps, Stage::History);
+        let required = self.required.chunks_exact_mut(self.across).zip(old.chunks_exact(self.across));
+        for ((element, (required, old)), rise) in (first_element..).zip(required).zip(rises) {
+            match road.heights(element) {
+                Some(heights) => {
+                    let cells = required.iter_mut().zip(old).zip(heights).zip(&self.crown);
+                    for (((required, old), height), crown) in cells {
+                        *required = indentation - rise - crown + height - old;
+                    }
+                }
+                None => required.fill(f64::NEG_INFINITY),
+            }
+        }
+        meter.add_work(Stage::Penetration, Work { multiply_adds: 4 * cells as u64, bytes: 40 * cells as u64 });
+        meter.lap(&mut laps, Stage::Penetration);
+        // Cells are material: forces move with them through the window.
+        let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
+        let moved = moved.saturating_mul(self.across).min(cells);
+        self.forces.copy_within(moved.., 0);
+        self.forces[cells - moved..].fill(0.0);
+        self.first_element = first_element;
+        let relative = self.search.solve(&self.required, &mut self.forces);
+        let largest_displacement = largest_or_zero(&self.required);
+        let largest_force = largest_or_zero(&self.forces);
+        meter.lap(&mut laps, Stage::ActiveSet);
+        self.past.push(stage, first_element, &self.forces);
+        meter.lap(&mut laps, Stage::History);
+        for (old, u) in old.iter_mut().zip(self.search.displacement()) {
+            *old += u;
+        }
+        self.instant_forces[now].copy_from_slice(&self.forces);
+        for (row, cells) in rows.iter_mut().zip(self.forces.chunks_exact(self.across)) {
+            *row = cells.iter().sum();
+        }
+        let residuals = Residuals {
+            tension: relative.tension * largest_force,
+            penetration: relative.penetration * largest_displacement,
+            complementarity: relative.complementarity * largest_displacement * largest_force,
+        };
+        let is_sound = self.required.iter().fold(true, |sound, required| sound & !required.is_nan());
+        Instant { residuals, largest_force, largest_displacement, is_sound }
+    }
+
+    /// Takes the state down.
+    pub fn save(&self) -> CellZoneState {
+        CellZoneState {
+            past: self.past.save(),
+            counts: self.search.counts(),
+            forces: self.forces.clone(),
+            first_element: self.first_element,
+        }
+    }
+
+    /// Goes on from the state of an equal zone.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &CellZoneState) -> Result<(), StateError> {
+        self.past.restore(&state.past)?;
+        self.search.restore(state.counts);
+        self.first_element = state.first_element;
+        fill(&mut self.forces, &state.forces)
+    }
+}

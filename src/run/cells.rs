@@ -1,0 +1,116 @@
+//! Contact over cells, made for a planned scene.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::contact::ContactError;
+use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::past::WavePast;
+use crate::contact::cells::resting::RestingCells;
+use crate::contact::cells::transform::CellTransform;
+use crate::contact::cells::{CellPast, CellZone};
+use crate::contact::static_contact::StaticContact;
+use crate::counters::{Counter, Meter, Stage};
+use crate::plan::Plan;
+use crate::run::error::RunError;
+use crate::run::past::{count_evaluations, refused};
+use crate::scene::{History, LoadedScene};
+use crate::storage::Cache;
+use crate::storage::cache::key;
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellTruncation, WaveBand};
+use crate::tyre::poles::FitError;
+use crate::tyre::poles::cells::{CellModel, fit_cells};
+
+/// What contact over cells is made from.
+pub struct CellContact<'a> {
+    loaded: &'a LoadedScene,
+    plan: &'a Plan,
+    sums: CellSums,
+    crown: Vec<f64>,
+    stop: &'a AtomicBool,
+}
+
+impl<'a> CellContact<'a> {
+    /// Of a planned scene; `stop` ends the work on the influence functions once it is set.
+    pub fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
+        let (numerics, tyre) = (&plan.scene.numerics, &plan.decisions.tyre);
+        let grid = CellGrid::new(tyre, numerics.elements, plan.decisions.cells_across.unwrap_or(1));
+        let crown = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
+        let truncation = CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases };
+        let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
+        let sums = CellSums::new(tyre, grid, truncation, numerics.influence_tolerance, largest);
+        Self { loaded, plan, sums, crown, stop }
+    }
+
+    /// Contact at rest on a smooth road under the scene's axle.
+    ///
+    /// # Errors
+    /// [`ContactError::LoadNotReached`].
+    pub fn at_rest(&self) -> Result<StaticContact, ContactError> {
+        RestingCells::new(&self.sums, &self.crown).under(&self.plan.scene.rolling.axle)
+    }
+
+    /// The cells of a window of so many columns, at rest.
+    ///
+    /// # Errors
+    /// A fit that is refused, or stopped.
+    pub fn zone(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<CellZone, RunError> {
+        let Plan { scene, time_step, .. } = self.plan;
+        let rule = scene.numerics.time_rule;
+        let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let influence = meter.time(Stage::Influence, || self.sums.instant(rate, columns));
+        let past = match scene.numerics.history {
+            History::Direct => CellPast::Direct(Box::new(self.direct(columns, meter))),
+            History::Modal => CellPast::Modal(self.rings(columns, meter, warnings)?),
+        };
+        Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), scene.numerics.contact_tolerance))
+    }
+
+    fn transform(&self, band: WaveBand, columns: usize, rows: &[CellRow]) -> CellTransform {
+        CellTransform::new(self.sums.grid(), self.sums.grid().elements() / band.part, columns, rows)
+    }
+
+    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {
+        let rows = self.sums.waves(WaveBand::WHOLE);
+        let transform = self.transform(WaveBand::WHOLE, columns, &rows);
+        let rule = self.plan.scene.numerics.time_rule;
+        meter.time(Stage::Influence, || {
+            DirectPast::new(&self.sums, &rows, transform, rule, self.plan.time_step, self.plan.lags)
+        })
+    }
+
+    fn rings(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Vec<WavePast>, RunError> {
+        let rule = self.plan.scene.numerics.time_rule;
+        let mut rings = Vec::new();
+        for band in self.plan.wave_bands(columns) {
+            let rows = self.sums.waves(band);
+            let model = self.model(&rows, meter, warnings)?;
+            meter.count(Counter::Poles, model.order() as u64);
+            let transform = self.transform(band, columns, &rows);
+            rings.push(WavePast::new(&model, transform, rule, self.plan.time_step));
+        }
+        Ok(rings)
+    }
+
+    /// The model of a band, from the user's cache or fitted.
+    fn model(&self, rows: &[CellRow], meter: &mut Meter, warnings: &mut Vec<String>) -> Result<CellModel, RunError> {
+        let options = self.plan.cell_fit();
+        let key = key::<CellModel>(&(&self.plan.decisions.tyre, rows, options)).ok();
+        let cache = Cache::open().ok();
+        let kept = cache.as_ref().zip(key).and_then(|(cache, key)| cache.load::<CellModel>(&key).ok()??.ok());
+        if let Some(model) = kept.filter(|model| model.len() == rows.iter().map(|row| row.waves.len()).sum::<usize>()) {
+            return Ok(model);
+        }
+        let right = "another tolerance, or history = \"direct\"";
+        let open = meter.open();
+        let fitted = fit_cells(&self.sums, rows, &options, self.stop);
+        meter.close(open, Stage::Fit);
+        let model = fitted.map_err(|error: FitError| refused(self.loaded, error, right))?;
+        count_evaluations(self.plan, model.evaluations(), meter);
+        if let Some((cache, key)) = cache.zip(key)
+            && let Err(error) = cache.store(&key, &model)
+        {
+            warnings.push(format!("cache not written: {error}"));
+        }
+        Ok(model)
+    }
+}

@@ -29,7 +29,7 @@ pub struct Progress {
     pub cuts: u64,
 }
 
-/// The method's room.
+/// The method's room; whole vectors of cells, zeros behind the last one.
 pub struct Gradients {
     arch: Arch,
     /// Cells on either side that the stencil reaches.
@@ -39,9 +39,13 @@ pub struct Gradients {
     /// Row length of the residual with its edges of zeros.
     stride: usize,
     /// u - d.
-    pub miss: Vec<f32>,
-    /// r with edges.
+    miss: Vec<f32>,
+    /// F.
+    forces: Vec<f64>,
+    /// r.
     residual: Vec<f32>,
+    /// r with edges.
+    edged: Vec<f32>,
     /// z.
     preconditioned: Vec<f32>,
     /// r of the iteration before.
@@ -96,14 +100,95 @@ impl WithSimd for Stencil<'_> {
     }
 }
 
-/// Sums side by side, so that none waits for the other.
-#[inline(always)]
-fn sum(values: impl Iterator<Item = f32>) -> f32 {
-    let mut lanes = [0.0_f32; LANES];
-    for (number, value) in values.enumerate() {
-        lanes[number % LANES] += value;
+/// A pass over all cells, compiled for the processor's instructions; loops over whole vectors' numbers side by side, so
+/// that no sum waits for the other.
+enum Pass {
+    /// r on A; how far the conditions are missed.
+    Residual,
+    /// z on A; z.r and z.(r - r_old).
+    Precondition,
+    /// t from z with beta; r.t.
+    Direct(f32),
+    /// t.G t.
+    Curvature,
+    /// A step along t of such a length; how many forces were cut.
+    Advance(f32),
+}
+
+struct Dispatched<'a> {
+    gradients: &'a mut Gradients,
+    pass: Pass,
+}
+
+impl WithSimd for Dispatched<'_> {
+    type Output = [f32; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f32; 2] {
+        let Gradients { miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
+            self.gradients;
+        let (miss, forces) = (miss.as_chunks_mut::<LANES>().0, forces.as_chunks_mut::<LANES>().0);
+        let (r, z) = (residual.as_chunks_mut::<LANES>().0, preconditioned.as_chunks_mut::<LANES>().0);
+        let (previous, t) = (previous.as_chunks_mut::<LANES>().0, direction.as_chunks_mut::<LANES>().0);
+        let (response, cut) = (response.as_chunks::<LANES>().0, cut.as_chunks_mut::<LANES>().0);
+        let [mut first, mut second] = [[0.0_f32; LANES]; 2];
+        let total = |sums: [f32; LANES]| sums.into_iter().sum::<f32>();
+        match self.pass {
+            Pass::Residual => {
+                for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
+                    for lane in 0..LANES {
+                        let touches = forces[lane] > 0.0 || miss[lane] < 0.0;
+                        r[lane] = if touches { -miss[lane] } else { 0.0 };
+                        let size = r[lane].abs();
+                        first[lane] = if size > first[lane] { size } else { first[lane] };
+                    }
+                }
+                [first.into_iter().fold(0.0, f32::max), 0.0]
+            }
+            Pass::Precondition => {
+                for ((r, z), previous) in r.iter().zip(z).zip(previous) {
+                    for lane in 0..LANES {
+                        z[lane] = if r[lane].abs() > 0.0 { z[lane] } else { 0.0 };
+                        first[lane] += z[lane] * r[lane];
+                        second[lane] += z[lane] * (r[lane] - previous[lane]);
+                        previous[lane] = r[lane];
+                    }
+                }
+                [total(first), total(second)]
+            }
+            Pass::Direct(beta) => {
+                for ((r, z), t) in r.iter().zip(z).zip(t) {
+                    for lane in 0..LANES {
+                        t[lane] = if r[lane].abs() > 0.0 { z[lane] + beta * t[lane] } else { 0.0 };
+                        first[lane] += r[lane] * t[lane];
+                    }
+                }
+                [total(first), 0.0]
+            }
+            Pass::Curvature => {
+                for (t, response) in t.iter().zip(response) {
+                    for lane in 0..LANES {
+                        first[lane] += t[lane] * response[lane];
+                    }
+                }
+                [total(first), 0.0]
+            }
+            Pass::Advance(length) => {
+                let steps = t.iter().zip(response);
+                for (((miss, forces), cut), (t, response)) in miss.iter_mut().zip(forces).zip(cut).zip(steps) {
+                    for lane in 0..LANES {
+                        miss[lane] += length * response[lane];
+                        let next = forces[lane] + f64::from(length * t[lane]);
+                        let kept = if next > 0.0 { next } else { 0.0 };
+                        forces[lane] = kept;
+                        cut[lane] = (kept - next) as f32;
+                        first[lane] += if next < 0.0 { 1.0 } else { 0.0 };
+                    }
+                }
+                [total(first), 0.0]
+            }
+        }
     }
-    lanes.into_iter().sum()
 }
 
 impl Gradients {
@@ -111,14 +196,17 @@ impl Gradients {
     pub fn new(cells: &InstantCells, radius: usize) -> Self {
         let (columns, across) = (cells.columns(), cells.across());
         let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
-        let zeros = || vec![0.0; columns * across];
+        let room = (columns * across).next_multiple_of(LANES);
+        let zeros = || vec![0.0; room];
         Self {
             arch: Arch::new(),
             radius,
             stencil: cells.inverse_stencil(radius),
             stride,
             miss: zeros(),
-            residual: vec![0.0; (columns + 2 * radius) * stride],
+            forces: vec![0.0; room],
+            residual: zeros(),
+            edged: vec![0.0; (columns + 2 * radius) * stride],
             preconditioned: zeros(),
             previous: zeros(),
             direction: zeros(),
@@ -127,108 +215,82 @@ impl Gradients {
         }
     }
 
-    /// Improves the forces, of which `miss` is u - d, until the conditions are met to `goal` or after `most` iterations.
+    /// Begins with forces of which u - d is not known: u to single precision.
+    pub fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
+        let count = forces.len();
+        self.cut.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
+        cells.single_displacement(&self.cut[..count], &mut self.response[..count]);
+        for ((miss, &u), &d) in self.miss.iter_mut().zip(&self.response).zip(required) {
+            *miss = (f64::from(u) - d) as f32;
+        }
+    }
+
+    /// Begins with an exact u.
+    pub fn begin(&mut self, required: &[f64], displacement: &[f64]) {
+        for ((miss, &u), &d) in self.miss.iter_mut().zip(displacement).zip(required) {
+            *miss = (u - d) as f32;
+        }
+    }
+
+    fn pass(&mut self, pass: Pass) -> [f32; 2] {
+        let arch = self.arch;
+        arch.dispatch(Dispatched { gradients: self, pass })
+    }
+
+    /// Improves the forces until the conditions are met to `goal` or after `most` iterations.
     pub fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
         let mut progress = Progress::default();
-        let across = cells.across();
-        let mut last = 0.0;
+        let (count, across) = (forces.len(), cells.across());
+        self.forces[..count].copy_from_slice(forces);
         self.direction.fill(0.0);
         self.previous.fill(0.0);
-        while progress.iterations < most && self.set_residual(forces, across) > goal {
+        let mut last = 0.0;
+        while progress.iterations < most && self.pass(Pass::Residual)[0] > goal {
             progress.iterations += 1;
-            let Self { arch, radius, stencil, stride, residual, preconditioned, .. } = self;
-            let (radius, stride) = (*radius, *stride);
-            arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual, out: preconditioned });
-            let (along, product) = self.direct(forces, across, last);
+            self.precondition(count, across);
+            let [product, change] = self.pass(Pass::Precondition);
+            let beta = if last > 0.0 { (change / last).max(0.0) } else { 0.0 };
             last = product;
-            cells.single_displacement(&self.direction, &mut self.response);
+            let [along, _] = self.pass(Pass::Direct(beta));
+            cells.single_displacement(&self.direction[..count], &mut self.response[..count]);
             progress.products += 1;
-            let curvature = sum(self.direction.iter().zip(&self.response).map(|(t, q)| t * q));
-            let length = along / curvature;
+            let length = along / self.pass(Pass::Curvature)[0];
             if !(length.is_finite() && product > 0.0) {
                 break;
             }
-            let cuts = self.advance(forces, length);
+            let cuts = self.pass(Pass::Advance(length))[0] as u64;
             if cuts > 0 {
                 progress.cuts += cuts;
-                self.take_back(cells, cuts, &mut progress);
+                self.take_back(cells, count, cuts, &mut progress);
             }
         }
+        forces.copy_from_slice(&self.forces[..count]);
         progress
     }
 
-    /// r on A; how far the conditions are missed.
-    fn set_residual(&mut self, forces: &[f64], across: usize) -> f32 {
-        let lines = self.residual[self.radius * self.stride..].chunks_exact_mut(self.stride);
-        let mut worst = [0.0_f32; LANES];
-        for ((line, miss), forces) in lines.zip(self.miss.chunks_exact(across)).zip(forces.chunks_exact(across)) {
-            let line = &mut line[self.radius..self.radius + across];
-            for (number, ((r, &miss), &force)) in line.iter_mut().zip(miss).zip(forces).enumerate() {
-                *r = if force > 0.0 || miss < 0.0 { -miss } else { 0.0 };
-                worst[number % LANES] = worst[number % LANES].max(r.abs());
-            }
+    /// z = W r, off A, too.
+    fn precondition(&mut self, count: usize, across: usize) {
+        let Self { arch, radius, stencil, stride, residual, edged, preconditioned, .. } = self;
+        let (radius, stride) = (*radius, *stride);
+        let lines = edged[radius * stride..].chunks_exact_mut(stride);
+        for (line, row) in lines.zip(residual[..count].chunks_exact(across)) {
+            line[radius..radius + across].copy_from_slice(row);
         }
-        worst.into_iter().fold(0.0, f32::max)
-    }
-
-    /// t from z; r.t and z.r.
-    fn direct(&mut self, forces: &[f64], across: usize, last: f32) -> (f32, f32) {
-        let Self { radius, stride, residual, preconditioned, previous, direction, miss, .. } = self;
-        let (mut product, mut change) = ([0.0_f32; LANES], [0.0_f32; LANES]);
-        let lines = || residual[*radius * *stride..].chunks_exact(*stride).map(|line| &line[*radius..*radius + across]);
-        let rows = preconditioned.chunks_exact_mut(across).zip(previous.chunks_exact_mut(across));
-        let given = miss.chunks_exact(across).zip(forces.chunks_exact(across));
-        for ((line, (z, previous)), (miss, forces)) in lines().zip(rows).zip(given) {
-            let given = miss.iter().zip(forces);
-            for (number, (((&r, z), previous), (&miss, &force))) in
-                line.iter().zip(z).zip(previous).zip(given).enumerate()
-            {
-                *z = if force > 0.0 || miss < 0.0 { *z } else { 0.0 };
-                product[number % LANES] += *z * r;
-                change[number % LANES] += *z * (r - *previous);
-                *previous = r;
-            }
-        }
-        let (product, change): (f32, f32) = (product.into_iter().sum(), change.into_iter().sum());
-        let beta = if last > 0.0 { (change / last).max(0.0) } else { 0.0 };
-        let mut along = [0.0_f32; LANES];
-        let rows = preconditioned.chunks_exact(across).zip(direction.chunks_exact_mut(across));
-        let given = miss.chunks_exact(across).zip(forces.chunks_exact(across));
-        for ((line, (z, t)), (miss, forces)) in lines().zip(rows).zip(given) {
-            let given = miss.iter().zip(forces);
-            for (number, (((&r, &z), t), (&miss, &force))) in line.iter().zip(z).zip(t).zip(given).enumerate() {
-                *t = if force > 0.0 || miss < 0.0 { z + beta * *t } else { 0.0 };
-                along[number % LANES] += r * *t;
-            }
-        }
-        (along.into_iter().sum(), product)
-    }
-
-    /// A step along t; how many forces were cut.
-    fn advance(&mut self, forces: &mut [f64], length: f32) -> u64 {
-        let mut cuts = 0;
-        let values = self.miss.iter_mut().zip(&self.response).zip(&self.direction).zip(&mut self.cut);
-        for (force, (((miss, &response), &t), cut)) in forces.iter_mut().zip(values) {
-            *miss += length * response;
-            let next = *force + f64::from(length * t);
-            *force = next.max(0.0);
-            *cut = (*force - next) as f32;
-            cuts += u64::from(next < 0.0);
-        }
-        cuts
+        let out = &mut preconditioned[..count];
+        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, out });
     }
 
     /// Tells u of the cuts: a few one by one, many by a product.
-    fn take_back(&mut self, cells: &mut InstantCells, cuts: u64, progress: &mut Progress) {
+    fn take_back(&mut self, cells: &mut InstantCells, count: usize, cuts: u64, progress: &mut Progress) {
         /// Cuts that take the time of a product.
-        const MANY: u64 = 48;
+        const MANY: u64 = 24;
         if cuts > MANY {
-            cells.single_displacement(&self.cut, &mut self.response);
+            cells.single_displacement(&self.cut[..count], &mut self.response[..count]);
             progress.products += 1;
             self.miss.iter_mut().zip(&self.response).for_each(|(miss, response)| *miss += response);
         } else {
             for (cell, &cut) in self.cut.iter().enumerate().filter(|(_, cut)| **cut > 0.0) {
-                cells.add_single_force(cell, cut, &mut self.miss);
+                cells.add_single_force(cell, cut, &mut self.miss[..count]);
             }
         }
     }

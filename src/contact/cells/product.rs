@@ -290,6 +290,19 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
     }
 }
 
+/// T F + H F', real and imaginary parts changed.
+#[inline(always)]
+fn answer<R: Element, S: Simd>(
+    simd: S,
+    own: Wave<R, S>,
+    other: Wave<R, S>,
+    toeplitz: R::Vector<S>,
+    hankel: Wave<R, S>,
+) -> Wave<R, S> {
+    let [re, im] = product::<R, S>(simd, hankel, other);
+    [R::mul_add(simd, toeplitz, own[1], im), R::mul_add(simd, toeplitz, own[0], re)]
+}
+
 /// U(k) = T(k) F(k) + H(k) F(-k), with real and imaginary parts changed for the way back; -k is at `mirror` - m.
 #[inline(always)]
 fn respond<R: Element, S: Simd>(
@@ -299,17 +312,13 @@ fn respond<R: Element, S: Simd>(
     hankel: &[Wave<R, S>],
     mirror: usize,
 ) {
-    let one = |own: Wave<R, S>, other: Wave<R, S>, m: usize| {
-        let [re, im] = product::<R, S>(simd, hankel[m], other);
-        [R::mul_add(simd, toeplitz[m], own[1], im), R::mul_add(simd, toeplitz[m], own[0], re)]
-    };
     let length = waves.len();
     for m in 0..length {
         let other = (mirror - m) % length;
         if m <= other {
             let (own, opposite) = (waves[m], waves[other]);
-            waves[m] = one(own, opposite, m);
-            waves[other] = one(opposite, own, other);
+            waves[m] = answer::<R, S>(simd, own, opposite, toeplitz[m], hankel[m]);
+            waves[other] = answer::<R, S>(simd, opposite, own, toeplitz[other], hankel[other]);
         }
     }
 }

@@ -74,7 +74,6 @@ pub struct CellSearch {
     proportioning: Proportioning,
     required: Vec<f64>,
     displacement: Vec<f64>,
-    single_forces: Vec<f32>,
 }
 
 impl CellSearch {
@@ -89,7 +88,6 @@ impl CellSearch {
             proportioning: Proportioning::new(cells.cells()),
             required: zeros(),
             displacement: zeros(),
-            single_forces: vec![0.0; cells.cells()],
             cells,
         }
     }
@@ -150,12 +148,8 @@ impl CellSearch {
             *own = d.max(NOWHERE);
         }
         // The first look need not be exact.
-        self.single_forces.iter_mut().zip(&*forces).for_each(|(single, force)| *single = *force as f32);
-        self.cells.single_displacement(&self.single_forces, &mut self.gradients.miss);
+        self.gradients.look(&mut self.cells, &self.required, forces);
         self.counts.single_products += 1;
-        for (miss, &d) in self.gradients.miss.iter_mut().zip(&self.required) {
-            *miss = (f64::from(*miss) - d) as f32;
-        }
         let (mut missing, mut goal) = (f64::INFINITY, DIGITS);
         loop {
             let done = self.gradients.run(&mut self.cells, forces, (goal * largest) as f32, self.most);
@@ -172,10 +166,7 @@ impl CellSearch {
             }
             missing = left;
             goal = (BELOW * self.tolerance).max(DIGITS * left);
-            let values = self.displacement.iter().zip(&self.required);
-            for (miss, (&u, &d)) in self.gradients.miss.iter_mut().zip(values) {
-                *miss = (u - d) as f32;
-            }
+            self.gradients.begin(&self.required, &self.displacement);
         }
     }
 

@@ -115,10 +115,14 @@ fn butterfly<R: Element, S: Simd, const N: usize>(simd: S, a: [Wave<R, S>; N]) -
             const SINES: [f64; 2] = [0.951_056_516_295_153_5, 0.587_785_252_292_473_1];
             let (near, far) = (add::<R, S>(simd, a[1], a[4]), add::<R, S>(simd, a[2], a[3]));
             let (d_near, d_far) = (sub::<R, S>(simd, a[1], a[4]), sub::<R, S>(simd, a[2], a[3]));
-            let mean = |x, y| plus::<R, S>(simd, plus::<R, S>(simd, a[0], x, near), y, far);
-            let side = |x, y| turned::<R, S>(simd, plus::<R, S>(simd, scaled::<R, S>(simd, x, d_near), y, d_far));
-            let (first, second) = (mean(COSINES[0], COSINES[1]), mean(COSINES[1], COSINES[0]));
-            let (s_first, s_second) = (side(SINES[0], SINES[1]), side(SINES[1], -SINES[0]));
+            let (first, second) = (
+                plus::<R, S>(simd, plus::<R, S>(simd, a[0], COSINES[0], near), COSINES[1], far),
+                plus::<R, S>(simd, plus::<R, S>(simd, a[0], COSINES[1], near), COSINES[0], far),
+            );
+            let (s_first, s_second) = (
+                turned::<R, S>(simd, plus::<R, S>(simd, scaled::<R, S>(simd, SINES[0], d_near), SINES[1], d_far)),
+                turned::<R, S>(simd, plus::<R, S>(simd, scaled::<R, S>(simd, SINES[1], d_near), -SINES[0], d_far)),
+            );
             b[0] = add::<R, S>(simd, a[0], add::<R, S>(simd, near, far));
             b[1] = add::<R, S>(simd, first, s_first);
             b[2] = add::<R, S>(simd, second, s_second);
@@ -159,7 +163,10 @@ impl<R: Element> Pass<R> {
         for (p, to) in to[..N * factors * stride].chunks_exact_mut(N * stride).enumerate() {
             let twiddles = if p == 0 { &[][..] } else { &self.twiddles[(p - 1) * (N - 1)..p * (N - 1)] };
             for q in 0..stride {
-                let a = std::array::from_fn(|t| from[t][p * stride + q]);
+                let mut a = [from[0][p * stride + q]; N];
+                for t in 1..N {
+                    a[t] = from[t][p * stride + q];
+                }
                 let mut b = butterfly::<R, S, N>(simd, a);
                 if p > 0 {
                     for k in 1..N {

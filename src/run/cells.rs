@@ -6,7 +6,7 @@ use crate::contact::ContactError;
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::past::WavePast;
 use crate::contact::cells::resting::RestingCells;
-use crate::contact::cells::transform::CellTransform;
+use crate::contact::cells::wave_transform::WaveTransform;
 use crate::contact::cells::{CellPast, CellZone};
 use crate::contact::static_contact::StaticContact;
 use crate::counters::{Counter, Meter, Stage};
@@ -65,8 +65,8 @@ impl<'a> CellContact<'a> {
         Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), scene.numerics.contact_tolerance))
     }
 
-    fn transform(&self, band: WaveBand, columns: usize, rows: &[CellRow]) -> CellTransform {
-        CellTransform::new(self.sums.grid(), self.sums.grid().elements() / band.part, columns, rows)
+    fn transform(&self, band: WaveBand, columns: usize, rows: &[CellRow]) -> WaveTransform {
+        WaveTransform::new(self.sums.grid(), self.sums.grid().elements() / band.part, columns, rows)
     }
 
     fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {

@@ -4,6 +4,8 @@
 //! change that finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene
 //! changes.
 
+pub mod cells;
+
 use std::path::Path;
 
 use toml::{Table, Value};

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
-use super::transform::CellTransform;
+use super::wave_transform::WaveTransform;
 use crate::counters::Work;
 use crate::storage::state::StateError;
 use crate::time_rule::TimeRule;
@@ -18,7 +18,7 @@ use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave};
 
 /// Waves on the whole tyre and the forces of all steps that count.
 pub struct DirectPast {
-    transform: CellTransform,
+    transform: WaveTransform,
     stages: usize,
     lags: usize,
     /// W_p of each wave: wave by wave, lag by lag, row by row \[m/N\].
@@ -42,7 +42,7 @@ impl DirectPast {
     pub fn new(
         sums: &CellSums,
         rows: &[CellRow],
-        transform: CellTransform,
+        transform: WaveTransform,
         rule: TimeRule,
         time_step: f64,
         lags: usize,

@@ -2,6 +2,8 @@
 //!
 //! G(ij, i'j') = T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\].
 
+use super::product::CellProduct;
+
 /// G of the cells of a window.
 pub struct InstantCells {
     /// Cells along.
@@ -14,6 +16,16 @@ pub struct InstantCells {
     hankel: Vec<f64>,
     /// G(a, a).
     diagonal: Vec<f64>,
+    /// Products.
+    product: CellProduct<f64>,
+    /// Products in single precision.
+    single: CellProduct<f32>,
+    /// T to single precision from distance 1 - across to across - 1 across.
+    mirrored: Vec<f32>,
+    /// H to single precision.
+    images: Vec<f32>,
+    /// Room for a displacement.
+    sum: Vec<f64>,
 }
 
 impl InstantCells {
@@ -21,7 +33,22 @@ impl InstantCells {
     /// columns x (2 across - 1), both row-major.
     pub fn new(columns: usize, across: usize, toeplitz: Vec<f64>, hankel: Vec<f64>) -> Self {
         let diagonal = (0..columns * across).map(|cell| toeplitz[0] + hankel[2 * (cell % across)]).collect();
-        Self { columns, across, toeplitz, hankel, diagonal }
+        Self {
+            columns,
+            across,
+            diagonal,
+            product: CellProduct::new(columns, across, &toeplitz, &hankel),
+            single: CellProduct::new(columns, across, &toeplitz, &hankel),
+            mirrored: toeplitz
+                .chunks_exact(across)
+                .flat_map(|row| row[1..].iter().rev().chain(row))
+                .map(|&value| value as f32)
+                .collect(),
+            images: hankel.iter().map(|&value| value as f32).collect(),
+            sum: vec![0.0; columns * across],
+            toeplitz,
+            hankel,
+        }
     }
 
     /// Cells along.
@@ -51,12 +78,97 @@ impl InstantCells {
         &self.diagonal
     }
 
+    /// u = G F.
+    pub fn displacement(&mut self, forces: &[f64], out: &mut [f64]) {
+        self.product.displacement(forces, out);
+    }
+
+    /// u = G F to single precision.
+    pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
+        self.single.displacement(forces, out);
+    }
+
+    /// Adds to u what one force does, to single precision.
+    pub fn add_single_force(&self, cell: usize, force: f32, out: &mut [f32]) {
+        let across = self.across;
+        let (column, j) = (cell / across, cell % across);
+        let width = 2 * across - 1;
+        for (i, out) in out.chunks_exact_mut(across).enumerate() {
+            let row = i.abs_diff(column) * width;
+            let free = &self.mirrored[row + across - 1 - j..][..across];
+            let images = &self.images[row + j..][..across];
+            for ((out, free), images) in out.iter_mut().zip(free).zip(images) {
+                *out += force * (free + images);
+            }
+        }
+    }
+
+    /// A bound of the norm of G.
+    pub fn norm_bound(&self) -> f64 {
+        self.product.norm_bound()
+    }
+
+    /// The middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
+    pub fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
+        self.product.inverse_stencil(radius)
+    }
+
     /// Adds u = G F to what is there.
     pub fn add_displacement(&mut self, forces: &[f64], out: &mut [f64]) {
-        for (b, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
-            for (a, out) in out.iter_mut().enumerate() {
-                *out = self.entry(a, b).mul_add(force, *out);
+        let mut sum = std::mem::take(&mut self.sum);
+        self.displacement(forces, &mut sum);
+        out.iter_mut().zip(&sum).for_each(|(out, sum)| *out += sum);
+        self.sum = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_are_those_with_the_entries() {
+        for (columns, across) in [(1, 1), (1, 7), (5, 1), (2, 3), (7, 9), (17, 33), (30, 25), (64, 60)] {
+            let value = |n: usize, m: usize, c: f64| (c * (n * m) as f64 + n as f64).sin() / (1 + n + m) as f64;
+            let table =
+                |width: usize, c: f64| (0..columns * width).map(|n| value(n / width, n % width, c)).collect::<Vec<_>>();
+            let mut cells = InstantCells::new(columns, across, table(across, 0.3), table(2 * across - 1, 0.7));
+            let forces: Vec<f64> = (0..cells.cells()).map(|n| (n as f64 * 1.3).cos()).collect();
+            let single: Vec<f32> = forces.iter().map(|force| *force as f32).collect();
+            let (mut u, mut single_u) = (vec![1.0; cells.cells()], vec![0.0; cells.cells()]);
+            cells.add_displacement(&forces, &mut u);
+            cells.single_displacement(&single, &mut single_u);
+            let largest = u.iter().fold(1.0_f64, |largest, u| largest.max(u.abs()));
+            for a in (0..cells.cells()).step_by(1 + cells.cells() / 100) {
+                let expected: f64 = forces.iter().enumerate().map(|(b, force)| cells.entry(a, b) * force).sum();
+                let error = (u[a] - 1.0 - expected).abs() / largest;
+                assert!(error < 1e-14 * (1.0 + cells.cells() as f64).sqrt(), "{columns} x {across}: {error:e}");
+                assert!((f64::from(single_u[a]) - expected).abs() < 1e-5 * largest);
             }
+        }
+    }
+
+    #[test]
+    #[ignore = "measures"]
+    fn time_of_products() {
+        for (columns, across) in [(64, 60), (128, 120)] {
+            let table = |width: usize| (0..columns * width).map(|n| (n as f64).sin()).collect::<Vec<_>>();
+            let mut cells = InstantCells::new(columns, across, table(across), table(2 * across - 1));
+            let forces = vec![1.0; cells.cells()];
+            let single = vec![1.0; cells.cells()];
+            let (mut u, mut single_u) = (vec![0.0; cells.cells()], vec![0.0; cells.cells()]);
+            let best = |mut work: Box<dyn FnMut() + '_>| {
+                (0..2000)
+                    .map(|_| {
+                        let begin = std::time::Instant::now();
+                        work();
+                        begin.elapsed()
+                    })
+                    .min()
+            };
+            let double = best(Box::new(|| cells.displacement(&forces, &mut u)));
+            let single = best(Box::new(|| cells.single_displacement(&single, &mut single_u)));
+            println!("{columns} x {across}: {double:?}, {single:?}");
         }
     }
 }

@@ -3,7 +3,7 @@
 //! - [`instant`]: what the forces on the cells displace at the same instant;
 //! - [`search`]: which cells touch, and with which forces.
 //!
-//! - [`transform`]: between cells and waves;
+//! - [`wave_transform`]: between cells and waves;
 //! - [`past`]: what past forces displace, by poles; [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest;
 //! - [`zone`]: one instant, from the past to the forces.
@@ -11,11 +11,16 @@
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 
 pub mod direct;
+mod element;
+mod gradients;
 pub mod instant;
 pub mod past;
+mod product;
+mod proportioning;
 pub mod resting;
 pub mod search;
-pub mod transform;
+mod transform;
+pub mod wave_transform;
 pub mod zone;
 
 pub use instant::InstantCells;

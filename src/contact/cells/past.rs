@@ -12,7 +12,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::transform::CellTransform;
+use super::wave_transform::WaveTransform;
 use crate::contact::history::wavenumber_group::{GROUP, Pass, WavenumberGroup};
 use crate::counters::Work;
 use crate::storage::state::{StateError, fill_all};
@@ -30,7 +30,7 @@ const WAVES_TOGETHER: usize = 2048;
 /// Waves of one ring and their past.
 pub struct WavePast {
     rule: TimeRule,
-    transform: CellTransform,
+    transform: WaveTransform,
     groups: Vec<WavenumberGroup>,
     /// What a force at a stage does one, two, ... instants later \[m/N\]: stage by stage, lag by lag, wave by wave.
     within: Vec<f64>,
@@ -56,14 +56,14 @@ pub struct WavePastState {
 
 impl WavePast {
     /// At rest.
-    pub fn new(model: &CellModel, transform: CellTransform, rule: TimeRule, time_step: f64) -> Self {
+    pub fn new(model: &CellModel, transform: WaveTransform, rule: TimeRule, time_step: f64) -> Self {
         Self::with_blocks(model, transform, rule, time_step, STEPS)
     }
 
     /// As [`Self::new`], in blocks of so many steps: with one the plain recursion, to measure against.
     pub fn with_blocks(
         model: &CellModel,
-        transform: CellTransform,
+        transform: WaveTransform,
         rule: TimeRule,
         time_step: f64,
         steps: usize,

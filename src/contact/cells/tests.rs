@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::direct::DirectPast;
 use super::past::WavePast;
-use super::transform::CellTransform;
+use super::wave_transform::WaveTransform;
 use crate::scene::{DEFAULT, PLATE, Scene, Tyre};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
@@ -95,7 +95,7 @@ fn both_pasts_are_the_convolution_with_the_definition() {
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
         let sums = sums(&tyre, FINITE, rule);
         let rows = sums.waves(WaveBand::WHOLE);
-        let transform = || CellTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
+        let transform = || WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
         let mut direct = DirectPast::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
         let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
@@ -128,7 +128,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let (rule, lags) = (TimeRule::Bdf2, 64);
     let sums = sums(&tyre, FINITE, rule);
     let rows = sums.waves(WaveBand::WHOLE);
-    let transform = CellTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
+    let transform = WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
     let mut direct = DirectPast::new(&sums, &rows, transform, rule, TIME_STEP, lags);
     // One impulse, seen by another cell: a trapezoidal sum on a circle of its own.
     let (own, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);

@@ -1,162 +1,225 @@
-//! Between the cells of the window and the waves of a ring.
+//! Complex Fourier transforms of several sequences side by side, one to a lane of the processor's vectors.
 //!
-//! Across by a product with the waves' shapes, those that are even about the tyre's middle and those that are odd apart
-//! from each other, which halves it; along by a transform for each lateral number. Cells are material: a cell keeps its
-//! place on the ring.
+//! Stockham's form: passes of radix 8, 4, 2, 3 and 5 between two arrays, each of which leaves its part of the order
+//! right, so that nothing is permuted at the end. All lanes take the same factors; nothing is moved between lanes.
 
-use std::sync::Arc;
+use std::f64::consts::TAU;
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
-use num_complex::Complex64;
-use rayon::prelude::*;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use pulp::Simd;
 
-use crate::tyre::influence::{CellGrid, CellRow};
+use super::element::Element;
 
-/// Rows that a thread takes at a time.
-const ROWS_TOGETHER: usize = 8;
+/// A complex number to a lane: real parts, imaginary parts.
+pub type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
-/// Lateral numbers whose shapes are all even, or all odd, about the middle.
-struct Side {
-    /// Their rows.
-    rows: Vec<Row>,
-    /// s_m(y_j), m by m, j below the middle.
-    shapes: Vec<f64>,
-    /// Fields across \[rows or half of the cells\] x columns.
-    cells: Vec<f64>,
-    waves: Vec<f64>,
+/// One pass.
+struct Pass<R> {
+    radix: usize,
+    /// Butterflies with different factors.
+    factors: usize,
+    /// Neighbours that share them.
+    stride: usize,
+    /// exp(-2 pi i p k / n) for p = 1, ..., factors - 1 and k = 1, ..., radix - 1.
+    twiddles: Vec<[R; 2]>,
 }
 
-/// One lateral number.
-struct Row {
-    /// Where its waves are in the list of all.
-    start: usize,
-    /// Number of the first one on the ring.
-    first: usize,
-    count: usize,
-    field: Vec<f64>,
-    spectrum: Vec<Complex64>,
-    scratch: Vec<Complex64>,
+/// Transforms of one length.
+pub struct Transform<R> {
+    length: usize,
+    passes: Vec<Pass<R>>,
 }
 
-/// The transforms of one ring.
-pub struct CellTransform {
-    ring: usize,
-    columns: usize,
-    across: usize,
-    waves: usize,
-    even: Side,
-    odd: Side,
-    forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
+/// exp(-2 pi i numerator / denominator), the angle taken within one turn.
+pub fn unit<R: Element>(numerator: usize, denominator: usize) -> [R; 2] {
+    let angle = TAU * (numerator % denominator) as f64 / denominator as f64;
+    [R::rounded(angle.cos()), R::rounded(-angle.sin())]
 }
 
-impl CellTransform {
-    /// Between windows of so many columns and the waves of rows on a ring of so many cells.
-    pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, inverse) = (planner.plan_fft_forward(ring), planner.plan_fft_inverse(ring));
-        let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
-        let half = grid.across.div_ceil(2);
-        let side = || Side { rows: Vec::new(), shapes: Vec::new(), cells: Vec::new(), waves: Vec::new() };
-        let (mut even, mut odd) = (side(), side());
-        let mut start = 0;
-        for CellRow { m, first, waves } in rows {
-            // The ends of the strip tell even from odd; the middle one of an odd number of cells counts once.
-            let shapes: Vec<f64> = (0..half).map(|j| grid.shape(*m, j)).collect();
-            let is_even = (m % 2 == 0) == (grid.waves().first_lateral_number() == 0);
-            let side = if is_even { &mut even } else { &mut odd };
-            side.shapes.extend(shapes);
-            side.rows.push(Row {
-                start,
-                first: *first,
-                count: waves.len(),
-                field: forward.make_input_vec(),
-                spectrum: forward.make_output_vec(),
-                scratch: vec![Complex64::ZERO; scratch],
-            });
-            start += waves.len();
+/// a w for a factor in all lanes.
+#[inline(always)]
+pub fn times<R: Element, S: Simd>(simd: S, a: Wave<R, S>, [re, im]: [R; 2]) -> Wave<R, S> {
+    let (re, im) = (R::splat(simd, re), R::splat(simd, im));
+    product::<R, S>(simd, a, [re, im])
+}
+
+/// a b.
+#[inline(always)]
+pub fn product<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
+    let cross = R::neg(simd, R::mul(simd, a[1], b[1]));
+    [R::mul_add(simd, a[0], b[0], cross), R::mul_add(simd, a[0], b[1], R::mul(simd, a[1], b[0]))]
+}
+
+#[inline(always)]
+fn add<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
+    [R::add(simd, a[0], b[0]), R::add(simd, a[1], b[1])]
+}
+
+#[inline(always)]
+fn sub<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
+    [R::sub(simd, a[0], b[0]), R::sub(simd, a[1], b[1])]
+}
+
+/// -i a.
+#[inline(always)]
+fn turned<R: Element, S: Simd>(simd: S, a: Wave<R, S>) -> Wave<R, S> {
+    [a[1], R::neg(simd, a[0])]
+}
+
+/// a + factor b.
+#[inline(always)]
+fn plus<R: Element, S: Simd>(simd: S, a: Wave<R, S>, factor: f64, b: Wave<R, S>) -> Wave<R, S> {
+    let factor = R::splat(simd, R::rounded(factor));
+    [R::mul_add(simd, factor, b[0], a[0]), R::mul_add(simd, factor, b[1], a[1])]
+}
+
+/// factor a.
+#[inline(always)]
+fn scaled<R: Element, S: Simd>(simd: S, factor: f64, a: Wave<R, S>) -> Wave<R, S> {
+    let factor = R::splat(simd, R::rounded(factor));
+    [R::mul(simd, factor, a[0]), R::mul(simd, factor, a[1])]
+}
+
+#[inline(always)]
+fn four<R: Element, S: Simd>(simd: S, a: [Wave<R, S>; 4]) -> [Wave<R, S>; 4] {
+    let (even, other) = (add::<R, S>(simd, a[0], a[2]), sub::<R, S>(simd, a[0], a[2]));
+    let (odd, quarter) = (add::<R, S>(simd, a[1], a[3]), turned::<R, S>(simd, sub::<R, S>(simd, a[1], a[3])));
+    [
+        add::<R, S>(simd, even, odd),
+        add::<R, S>(simd, other, quarter),
+        sub::<R, S>(simd, even, odd),
+        sub::<R, S>(simd, other, quarter),
+    ]
+}
+
+/// The transform of N numbers.
+#[inline(always)]
+fn butterfly<R: Element, S: Simd, const N: usize>(simd: S, a: [Wave<R, S>; N]) -> [Wave<R, S>; N] {
+    let mut b = a;
+    match N {
+        2 => {
+            b[0] = add::<R, S>(simd, a[0], a[1]);
+            b[1] = sub::<R, S>(simd, a[0], a[1]);
         }
-        for side in [&mut even, &mut odd] {
-            side.cells = vec![0.0; half * columns];
-            side.waves = vec![0.0; side.rows.len() * columns];
+        3 => {
+            let (sum, difference) = (add::<R, S>(simd, a[1], a[2]), sub::<R, S>(simd, a[1], a[2]));
+            let middle = plus::<R, S>(simd, a[0], -0.5, sum);
+            let side = turned::<R, S>(simd, scaled::<R, S>(simd, 0.75_f64.sqrt(), difference));
+            b[0] = add::<R, S>(simd, a[0], sum);
+            b[1] = add::<R, S>(simd, middle, side);
+            b[2] = sub::<R, S>(simd, middle, side);
         }
-        Self { ring, columns, across: grid.across, waves: start, even, odd, forward, inverse }
+        4 => b.copy_from_slice(&four::<R, S>(simd, [a[0], a[1], a[2], a[3]])),
+        5 => {
+            /// cos and sin of 2 pi/5 and 4 pi/5.
+            const COSINES: [f64; 2] = [0.309_016_994_374_947_45, -0.809_016_994_374_947_5];
+            const SINES: [f64; 2] = [0.951_056_516_295_153_5, 0.587_785_252_292_473_1];
+            let (near, far) = (add::<R, S>(simd, a[1], a[4]), add::<R, S>(simd, a[2], a[3]));
+            let (d_near, d_far) = (sub::<R, S>(simd, a[1], a[4]), sub::<R, S>(simd, a[2], a[3]));
+            let (first, second) = (
+                plus::<R, S>(simd, plus::<R, S>(simd, a[0], COSINES[0], near), COSINES[1], far),
+                plus::<R, S>(simd, plus::<R, S>(simd, a[0], COSINES[1], near), COSINES[0], far),
+            );
+            let (s_first, s_second) = (
+                turned::<R, S>(simd, plus::<R, S>(simd, scaled::<R, S>(simd, SINES[0], d_near), SINES[1], d_far)),
+                turned::<R, S>(simd, plus::<R, S>(simd, scaled::<R, S>(simd, SINES[1], d_near), -SINES[0], d_far)),
+            );
+            b[0] = add::<R, S>(simd, a[0], add::<R, S>(simd, near, far));
+            b[1] = add::<R, S>(simd, first, s_first);
+            b[2] = add::<R, S>(simd, second, s_second);
+            b[3] = sub::<R, S>(simd, second, s_second);
+            b[4] = sub::<R, S>(simd, first, s_first);
+        }
+        8 => {
+            let even = four::<R, S>(simd, [a[0], a[2], a[4], a[6]]);
+            let odd = four::<R, S>(simd, [a[1], a[3], a[5], a[7]]);
+            let half = 0.5_f64.sqrt();
+            let one = odd[1];
+            let three = odd[3];
+            let odd = [
+                odd[0],
+                scaled::<R, S>(simd, half, [R::add(simd, one[0], one[1]), R::sub(simd, one[1], one[0])]),
+                turned::<R, S>(simd, odd[2]),
+                scaled::<R, S>(
+                    simd,
+                    half,
+                    [R::sub(simd, three[1], three[0]), R::neg(simd, R::add(simd, three[0], three[1]))],
+                ),
+            ];
+            for k in 0..4 {
+                b[k] = add::<R, S>(simd, even[k], odd[k]);
+                b[k + 4] = sub::<R, S>(simd, even[k], odd[k]);
+            }
+        }
+        _ => {}
+    }
+    b
+}
+
+impl<R: Element> Pass<R> {
+    #[inline(always)]
+    fn run<S: Simd, const N: usize>(&self, simd: S, from: &[Wave<R, S>], to: &mut [Wave<R, S>]) {
+        let (factors, stride) = (self.factors, self.stride);
+        let from: [&[Wave<R, S>]; N] = std::array::from_fn(|t| &from[t * factors * stride..(t + 1) * factors * stride]);
+        for (p, to) in to[..N * factors * stride].chunks_exact_mut(N * stride).enumerate() {
+            let twiddles = if p == 0 { &[][..] } else { &self.twiddles[(p - 1) * (N - 1)..p * (N - 1)] };
+            for q in 0..stride {
+                let mut a = [from[0][p * stride + q]; N];
+                for t in 1..N {
+                    a[t] = from[t][p * stride + q];
+                }
+                let mut b = butterfly::<R, S, N>(simd, a);
+                if p > 0 {
+                    for k in 1..N {
+                        b[k] = times::<R, S>(simd, b[k], twiddles[k - 1]);
+                    }
+                }
+                for k in 0..N {
+                    to[k * stride + q] = b[k];
+                }
+            }
+        }
+    }
+}
+
+impl<R: Element> Transform<R> {
+    /// Of a length without prime factors above 5.
+    pub fn new(length: usize) -> Self {
+        let (mut left, mut stride, mut passes) = (length, 1, Vec::new());
+        while left > 1 {
+            let radix = [8, 4, 2, 3, 5].into_iter().find(|radix| left.is_multiple_of(*radix)).unwrap_or(left);
+            let factors = left / radix;
+            let twiddles = (1..factors).flat_map(|p| (1..radix).map(move |k| unit(p * k, left))).collect();
+            passes.push(Pass { radix, factors, stride, twiddles });
+            left = factors;
+            stride *= radix;
+        }
+        Self { length, passes }
     }
 
-    /// Waves.
-    pub fn waves(&self) -> usize {
-        self.waves
+    /// How many numbers.
+    pub fn length(&self) -> usize {
+        self.length
     }
 
-    /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
-    pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex64]) {
-        let Self { ring, columns, across, even, odd, forward, .. } = self;
-        let half = across.div_ceil(2);
-        for (column, cells) in forces.chunks_exact(*across).enumerate() {
-            for j in 0..half {
-                let (near, far) = (cells[j], cells[*across - 1 - j]);
-                let middle = 2 * j + 1 == *across;
-                even.cells[column * half + j] = if middle { near } else { near + far };
-                odd.cells[column * half + j] = if middle { 0.0 } else { near - far };
+    /// sum of x_n exp(-2 pi i k n / length); both arrays are overwritten, the result is the one that is handed back.
+    #[inline(always)]
+    pub fn run<'a, S: Simd>(
+        &self,
+        simd: S,
+        from: &'a mut [Wave<R, S>],
+        to: &'a mut [Wave<R, S>],
+    ) -> (&'a mut [Wave<R, S>], &'a mut [Wave<R, S>]) {
+        let (mut from, mut to) = (from, to);
+        for pass in &self.passes {
+            match pass.radix {
+                8 => pass.run::<S, 8>(simd, from, to),
+                4 => pass.run::<S, 4>(simd, from, to),
+                2 => pass.run::<S, 2>(simd, from, to),
+                3 => pass.run::<S, 3>(simd, from, to),
+                _ => pass.run::<S, 5>(simd, from, to),
             }
+            (from, to) = (to, from);
         }
-        let first = first_element.rem_euclid(*ring as i64) as usize;
-        for side in [even, odd] {
-            let rows = side.rows.len();
-            let waves = MatMut::from_row_major_slice_mut(&mut side.waves, rows, *columns);
-            let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
-            let cells = MatRef::from_column_major_slice(&side.cells, half, *columns);
-            matmul(waves, Accum::Replace, shapes, cells, 1.0, Par::Seq);
-            let waves = &side.waves;
-            side.rows.par_iter_mut().with_min_len(ROWS_TOGETHER).enumerate().for_each(|(index, row)| {
-                row.field.fill(0.0);
-                for (column, value) in waves[index * *columns..][..*columns].iter().enumerate() {
-                    row.field[(first + column) % *ring] = *value;
-                }
-                // Planned lengths: nothing to refuse.
-                let _ = forward.process_with_scratch(&mut row.field, &mut row.spectrum, &mut row.scratch);
-            });
-            for row in &side.rows {
-                spectrum[row.start..row.start + row.count].copy_from_slice(&row.spectrum[row.first..][..row.count]);
-            }
-        }
-    }
-
-    /// Adds what waves displace to the cells of the window.
-    pub fn add_inverse(&mut self, spectrum: &[Complex64], first_element: i64, out: &mut [f64]) {
-        let Self { ring, columns, across, even, odd, inverse, .. } = self;
-        let half = across.div_ceil(2);
-        let first = first_element.rem_euclid(*ring as i64) as usize;
-        for side in [&mut *even, &mut *odd] {
-            side.rows.par_iter_mut().with_min_len(ROWS_TOGETHER).for_each(|row| {
-                row.spectrum.fill(Complex64::ZERO);
-                row.spectrum[row.first..][..row.count].copy_from_slice(&spectrum[row.start..][..row.count]);
-                // The ends of the spectrum of a real field are real.
-                let last = row.spectrum.len() - 1;
-                (row.spectrum[0].im, row.spectrum[last].im) = (0.0, 0.0);
-                let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.field, &mut row.scratch);
-            });
-            for (row, waves) in side.rows.iter().zip(side.waves.chunks_exact_mut(*columns)) {
-                for (column, value) in waves.iter_mut().enumerate() {
-                    *value = row.field[(first + column) % *ring];
-                }
-            }
-            let rows = side.rows.len();
-            let cells = MatMut::from_column_major_slice_mut(&mut side.cells, half, *columns);
-            let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
-            let waves = MatRef::from_row_major_slice(&side.waves, rows, *columns);
-            matmul(cells, Accum::Replace, shapes.transpose(), waves, 1.0, Par::Seq);
-        }
-        for (column, cells) in out.chunks_exact_mut(*across).enumerate() {
-            for j in 0..half {
-                let (symmetric, skew) = (even.cells[column * half + j], odd.cells[column * half + j]);
-                cells[j] += symmetric + skew;
-                if 2 * j + 1 < *across {
-                    cells[*across - 1 - j] += symmetric - skew;
-                }
-            }
-        }
+        (from, to)
     }
 }

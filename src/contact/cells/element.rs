@@ -1,0 +1,130 @@
+//! Single and double precision behind one name, side by side in the processor's vectors.
+
+use pulp::Simd;
+
+/// A number of which a vector holds several.
+pub trait Element: Copy + Default + Send + Sync + 'static {
+    /// The vector.
+    type Vector<S: Simd>: Copy;
+
+    /// Rounded from double precision.
+    fn rounded(value: f64) -> Self;
+    /// To double precision.
+    fn double(self) -> f64;
+    /// Numbers as vectors; those that do not fill one are left out.
+    fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
+    /// The same to be written.
+    fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
+    /// The first numbers as a vector, zeros behind them.
+    fn load<S: Simd>(simd: S, values: &[Self]) -> Self::Vector<S>;
+    /// As many of a vector as there is room for.
+    fn store<S: Simd>(simd: S, values: &mut [Self], vector: Self::Vector<S>);
+    /// The same number everywhere.
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
+    /// a + b.
+    fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// a - b.
+    fn sub<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// a b.
+    fn mul<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// a b + c.
+    fn mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
+    /// -a.
+    fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
+
+    /// Numbers to a vector.
+    #[inline(always)]
+    fn lanes<S: Simd>() -> usize {
+        size_of::<Self::Vector<S>>() / size_of::<Self>()
+    }
+}
+
+macro_rules! element {
+    ($number:ty, $vector:ident, $round:expr, $as:ident, $as_mut:ident, $load:ident, $store:ident, $splat:ident,
+     $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $neg:ident) => {
+        impl Element for $number {
+            type Vector<S: Simd> = S::$vector;
+
+            #[inline(always)]
+            fn rounded(value: f64) -> Self {
+                $round(value)
+            }
+            #[inline(always)]
+            fn double(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline(always)]
+            fn vectors<S: Simd>(values: &[Self]) -> &[S::$vector] {
+                S::$as(values).0
+            }
+            #[inline(always)]
+            fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [S::$vector] {
+                S::$as_mut(values).0
+            }
+            #[inline(always)]
+            fn load<S: Simd>(simd: S, values: &[Self]) -> S::$vector {
+                simd.$load(&values[..values.len().min(Self::lanes::<S>())])
+            }
+            #[inline(always)]
+            fn store<S: Simd>(simd: S, values: &mut [Self], vector: S::$vector) {
+                let room = values.len().min(Self::lanes::<S>());
+                simd.$store(&mut values[..room], vector);
+            }
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, value: Self) -> S::$vector {
+                simd.$splat(value)
+            }
+            #[inline(always)]
+            fn add<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$add(a, b)
+            }
+            #[inline(always)]
+            fn sub<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$sub(a, b)
+            }
+            #[inline(always)]
+            fn mul<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$mul(a, b)
+            }
+            #[inline(always)]
+            fn mul_add<S: Simd>(simd: S, a: S::$vector, b: S::$vector, c: S::$vector) -> S::$vector {
+                simd.$mul_add(a, b, c)
+            }
+            #[inline(always)]
+            fn neg<S: Simd>(simd: S, a: S::$vector) -> S::$vector {
+                simd.$neg(a)
+            }
+        }
+    };
+}
+
+element!(
+    f64,
+    f64s,
+    |value| value,
+    as_simd_f64s,
+    as_mut_simd_f64s,
+    partial_load_f64s,
+    partial_store_f64s,
+    splat_f64s,
+    add_f64s,
+    sub_f64s,
+    mul_f64s,
+    mul_add_e_f64s,
+    neg_f64s
+);
+element!(
+    f32,
+    f32s,
+    |value| value as f32,
+    as_simd_f32s,
+    as_mut_simd_f32s,
+    partial_load_f32s,
+    partial_store_f32s,
+    splat_f32s,
+    add_f32s,
+    sub_f32s,
+    mul_f32s,
+    mul_add_e_f32s,
+    neg_f32s
+);

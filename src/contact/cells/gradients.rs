@@ -1,0 +1,297 @@
+//! Projected conjugate gradients over the cells, in single precision.
+//!
+//! After Polonsky and Keer (Wear 231 (1999) 206-219), as for rough half-spaces, but for required displacements:
+//!
+//! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
+//! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
+//!    the free field's T.
+//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), which forgets by itself when A changes.
+//! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.
+//!
+//! Forces stay in double precision; products and all that is made of u - d are in single precision, since they are
+//! begun anew from an exact u - d before the digits are used up.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::instant::InstantCells;
+
+/// Numbers of a vector that sums are taken over side by side.
+const LANES: usize = 16;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress {
+    /// Iterations.
+    pub iterations: u64,
+    /// Products with G.
+    pub products: u64,
+    /// Forces that were cut.
+    pub cuts: u64,
+}
+
+/// The method's room; whole vectors of cells, zeros behind the last one.
+pub struct Gradients {
+    arch: Arch,
+    /// Cells on either side that the stencil reaches.
+    radius: usize,
+    /// W by distance along and across, (radius + 1)^2.
+    stencil: Vec<f32>,
+    /// Row length of the residual with its edges of zeros.
+    stride: usize,
+    /// u - d.
+    miss: Vec<f32>,
+    /// F.
+    forces: Vec<f64>,
+    /// r.
+    residual: Vec<f32>,
+    /// r with edges.
+    edged: Vec<f32>,
+    /// z.
+    preconditioned: Vec<f32>,
+    /// r of the iteration before.
+    previous: Vec<f32>,
+    /// t.
+    direction: Vec<f32>,
+    /// G t.
+    response: Vec<f32>,
+    /// What was added to forces that would have been below 0.
+    cut: Vec<f32>,
+}
+
+/// W r.
+struct Stencil<'a> {
+    radius: usize,
+    weights: &'a [f32],
+    stride: usize,
+    across: usize,
+    residual: &'a [f32],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Stencil<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        /// Vectors of a row that are summed together.
+        const TOGETHER: usize = 4;
+        let Self { radius, weights, stride, across, residual, out } = self;
+        let lanes = S::F32_LANES;
+        for (i, row) in out.chunks_exact_mut(across).enumerate() {
+            for (number, out) in row.chunks_mut(TOGETHER * lanes).enumerate() {
+                let first = number * TOGETHER * lanes;
+                let mut sums = [simd.splat_f32s(0.0); TOGETHER];
+                for a in 0..=2 * radius {
+                    let weights = &weights[a.abs_diff(radius) * (radius + 1)..][..=radius];
+                    let line = &residual[(i + a) * stride + first..];
+                    for b in 0..=2 * radius {
+                        let weight = simd.splat_f32s(weights[b.abs_diff(radius)]);
+                        let (vectors, _) = S::as_simd_f32s(&line[b..b + TOGETHER * lanes]);
+                        for (sum, &vector) in sums.iter_mut().zip(vectors) {
+                            *sum = simd.mul_add_e_f32s(weight, vector, *sum);
+                        }
+                    }
+                }
+                for (out, sum) in out.chunks_mut(lanes).zip(sums) {
+                    simd.partial_store_f32s(out, sum);
+                }
+            }
+        }
+    }
+}
+
+/// A pass over all cells, compiled for the processor's instructions; loops over whole vectors' numbers side by side, so
+/// that no sum waits for the other.
+enum Pass {
+    /// r on A; how far the conditions are missed.
+    Residual,
+    /// z on A; z.r and z.(r - r_old).
+    Precondition,
+    /// t from z with beta; r.t.
+    Direct(f32),
+    /// t.G t.
+    Curvature,
+    /// A step along t of such a length; how many forces were cut.
+    Advance(f32),
+}
+
+struct Dispatched<'a> {
+    gradients: &'a mut Gradients,
+    pass: Pass,
+}
+
+impl WithSimd for Dispatched<'_> {
+    type Output = [f32; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f32; 2] {
+        let Gradients { miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
+            self.gradients;
+        let (miss, forces) = (miss.as_chunks_mut::<LANES>().0, forces.as_chunks_mut::<LANES>().0);
+        let (r, z) = (residual.as_chunks_mut::<LANES>().0, preconditioned.as_chunks_mut::<LANES>().0);
+        let (previous, t) = (previous.as_chunks_mut::<LANES>().0, direction.as_chunks_mut::<LANES>().0);
+        let (response, cut) = (response.as_chunks::<LANES>().0, cut.as_chunks_mut::<LANES>().0);
+        let [mut first, mut second] = [[0.0_f32; LANES]; 2];
+        let total = |sums: [f32; LANES]| sums.into_iter().sum::<f32>();
+        match self.pass {
+            Pass::Residual => {
+                for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
+                    for lane in 0..LANES {
+                        let touches = forces[lane] > 0.0 || miss[lane] < 0.0;
+                        r[lane] = if touches { -miss[lane] } else { 0.0 };
+                        let size = r[lane].abs();
+                        first[lane] = if size > first[lane] { size } else { first[lane] };
+                    }
+                }
+                [first.into_iter().fold(0.0, f32::max), 0.0]
+            }
+            Pass::Precondition => {
+                for ((r, z), previous) in r.iter().zip(z).zip(previous) {
+                    for lane in 0..LANES {
+                        z[lane] = if r[lane].abs() > 0.0 { z[lane] } else { 0.0 };
+                        first[lane] += z[lane] * r[lane];
+                        second[lane] += z[lane] * (r[lane] - previous[lane]);
+                        previous[lane] = r[lane];
+                    }
+                }
+                [total(first), total(second)]
+            }
+            Pass::Direct(beta) => {
+                for ((r, z), t) in r.iter().zip(z).zip(t) {
+                    for lane in 0..LANES {
+                        t[lane] = if r[lane].abs() > 0.0 { z[lane] + beta * t[lane] } else { 0.0 };
+                        first[lane] += r[lane] * t[lane];
+                    }
+                }
+                [total(first), 0.0]
+            }
+            Pass::Curvature => {
+                for (t, response) in t.iter().zip(response) {
+                    for lane in 0..LANES {
+                        first[lane] += t[lane] * response[lane];
+                    }
+                }
+                [total(first), 0.0]
+            }
+            Pass::Advance(length) => {
+                let steps = t.iter().zip(response);
+                for (((miss, forces), cut), (t, response)) in miss.iter_mut().zip(forces).zip(cut).zip(steps) {
+                    for lane in 0..LANES {
+                        miss[lane] += length * response[lane];
+                        let next = forces[lane] + f64::from(length * t[lane]);
+                        let kept = if next > 0.0 { next } else { 0.0 };
+                        forces[lane] = kept;
+                        cut[lane] = (kept - next) as f32;
+                        first[lane] += if next < 0.0 { 1.0 } else { 0.0 };
+                    }
+                }
+                [total(first), 0.0]
+            }
+        }
+    }
+}
+
+impl Gradients {
+    /// For a window, with a stencil that reaches so far.
+    pub fn new(cells: &InstantCells, radius: usize) -> Self {
+        let (columns, across) = (cells.columns(), cells.across());
+        let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
+        let room = (columns * across).next_multiple_of(LANES);
+        let zeros = || vec![0.0; room];
+        Self {
+            arch: Arch::new(),
+            radius,
+            stencil: cells.inverse_stencil(radius),
+            stride,
+            miss: zeros(),
+            forces: vec![0.0; room],
+            residual: zeros(),
+            edged: vec![0.0; (columns + 2 * radius) * stride],
+            preconditioned: zeros(),
+            previous: zeros(),
+            direction: zeros(),
+            response: zeros(),
+            cut: zeros(),
+        }
+    }
+
+    /// Begins with forces of which u - d is not known: u to single precision.
+    pub fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
+        let count = forces.len();
+        self.cut.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
+        cells.single_displacement(&self.cut[..count], &mut self.response[..count]);
+        for ((miss, &u), &d) in self.miss.iter_mut().zip(&self.response).zip(required) {
+            *miss = (f64::from(u) - d) as f32;
+        }
+    }
+
+    /// Begins with an exact u.
+    pub fn begin(&mut self, required: &[f64], displacement: &[f64]) {
+        for ((miss, &u), &d) in self.miss.iter_mut().zip(displacement).zip(required) {
+            *miss = (u - d) as f32;
+        }
+    }
+
+    fn pass(&mut self, pass: Pass) -> [f32; 2] {
+        let arch = self.arch;
+        arch.dispatch(Dispatched { gradients: self, pass })
+    }
+
+    /// Improves the forces until the conditions are met to `goal` or after `most` iterations.
+    pub fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
+        let mut progress = Progress::default();
+        let (count, across) = (forces.len(), cells.across());
+        self.forces[..count].copy_from_slice(forces);
+        self.direction.fill(0.0);
+        self.previous.fill(0.0);
+        let mut last = 0.0;
+        while progress.iterations < most && self.pass(Pass::Residual)[0] > goal {
+            progress.iterations += 1;
+            self.precondition(count, across);
+            let [product, change] = self.pass(Pass::Precondition);
+            let beta = if last > 0.0 { (change / last).max(0.0) } else { 0.0 };
+            last = product;
+            let [along, _] = self.pass(Pass::Direct(beta));
+            cells.single_displacement(&self.direction[..count], &mut self.response[..count]);
+            progress.products += 1;
+            let length = along / self.pass(Pass::Curvature)[0];
+            if !(length.is_finite() && product > 0.0) {
+                break;
+            }
+            let cuts = self.pass(Pass::Advance(length))[0] as u64;
+            if cuts > 0 {
+                progress.cuts += cuts;
+                self.take_back(cells, count, cuts, &mut progress);
+            }
+        }
+        forces.copy_from_slice(&self.forces[..count]);
+        progress
+    }
+
+    /// z = W r, off A, too.
+    fn precondition(&mut self, count: usize, across: usize) {
+        let Self { arch, radius, stencil, stride, residual, edged, preconditioned, .. } = self;
+        let (radius, stride) = (*radius, *stride);
+        let lines = edged[radius * stride..].chunks_exact_mut(stride);
+        for (line, row) in lines.zip(residual[..count].chunks_exact(across)) {
+            line[radius..radius + across].copy_from_slice(row);
+        }
+        let out = &mut preconditioned[..count];
+        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, out });
+    }
+
+    /// Tells u of the cuts: a few one by one, many by a product.
+    fn take_back(&mut self, cells: &mut InstantCells, count: usize, cuts: u64, progress: &mut Progress) {
+        /// Cuts that take the time of a product.
+        const MANY: u64 = 24;
+        if cuts > MANY {
+            cells.single_displacement(&self.cut[..count], &mut self.response[..count]);
+            progress.products += 1;
+            self.miss.iter_mut().zip(&self.response).for_each(|(miss, response)| *miss += response);
+        } else {
+            for (cell, &cut) in self.cut.iter().enumerate().filter(|(_, cut)| **cut > 0.0) {
+                cells.add_single_force(cell, cut, &mut self.miss[..count]);
+            }
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! Products with T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\] through Fourier transforms.
+//!
+//! Along, P >= columns: T and H are even and the forces real, so the odd frequencies pi (2 m + 1/2)/P of a transform of
+//! length 2 P say everything. With them nothing wraps round, and one complex transform of length P of
+//! x_n exp(-i pi n/(2 P)) gives them all. Across, Q >= across: those waves are complex, and all 2 Q frequencies are
+//! needed, the even ones by a transform of x_j, the odd ones by one of x_j exp(-i pi j/Q). There T is a product with a
+//! real number, H one with the wave of the opposite frequency: sum over j' of H\[j + j'\] F_j' has the transform
+//! H(k) F(-k).
+//!
+//! Lanes hold cells across while the transforms run along, and waves along while they run across, so that no transform
+//! moves anything between lanes; blocks of one vector's width are turned in between.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::element::Element;
+use super::transform::{Transform, Wave, product, times, unit};
+use crate::contact::complementarity::tiles::Aligned;
+use crate::numeric::transform_length;
+
+/// Most numbers of a vector.
+const MOST: usize = 16;
+
+/// G in the waves of a window, with room for a product.
+pub struct CellProduct<R> {
+    columns: usize,
+    across: usize,
+    arch: Arch,
+    along: Transform<R>,
+    crosswise: Transform<R>,
+    /// exp(-i pi n/(2 P)).
+    shift_along: Vec<[R; 2]>,
+    /// exp(-i pi j/Q).
+    shift_across: Vec<[R; 2]>,
+    /// Transform of T by block of waves along, even and odd frequencies, frequency across, wave.
+    toeplitz: Aligned<R>,
+    /// That of H in the same order, real and imaginary parts.
+    hankel: Aligned<R>,
+    /// By block of cells across: waves along.
+    spectrum: Aligned<R>,
+    /// By block of waves along: cells across.
+    turned: Aligned<R>,
+    /// Two sequences.
+    scratch: [Aligned<R>; 2],
+    /// Transform of T, frequencies across to each wave along.
+    free_field: Vec<f64>,
+    /// A bound of the norm.
+    norm_bound: f64,
+}
+
+/// Numbers to a vector on this machine.
+struct Width<R>(std::marker::PhantomData<R>);
+
+impl<R: Element> WithSimd for Width<R> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        R::lanes::<S>()
+    }
+}
+
+impl<R: Element> CellProduct<R> {
+    /// From T, columns x across, and H, columns x (2 across - 1).
+    pub fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
+        let half_length = |cells: usize| transform_length(2 * cells) / 2;
+        let (p, q) = (half_length(columns), half_length(across));
+        let arch = Arch::new();
+        let width = arch.dispatch(Width::<R>(std::marker::PhantomData));
+        let (p_padded, padded) = (p.next_multiple_of(MOST), across.next_multiple_of(MOST));
+        let room = |numbers: usize| Aligned::<R>::new(numbers);
+        let mut this = Self {
+            columns,
+            across,
+            arch,
+            along: Transform::new(p),
+            crosswise: Transform::new(q),
+            shift_along: (0..columns).map(|n| unit(n, 4 * p)).collect(),
+            shift_across: (0..across).map(|j| unit(j, 2 * q)).collect(),
+            toeplitz: room(2 * q * p_padded),
+            hankel: room(4 * q * p_padded),
+            spectrum: room(2 * p_padded * padded),
+            turned: room(2 * p_padded * padded),
+            scratch: [room(2 * p.max(q) * MOST), room(2 * p.max(q) * MOST)],
+            free_field: Vec::with_capacity(2 * p * q),
+            norm_bound: 0.0,
+        };
+        let folded = 2 * across - 1;
+        let waves = along_waves(columns, p, across, toeplitz).zip(along_waves(columns, p, folded, hankel));
+        let scale = 1.0 / (2 * p * q) as f64;
+        let cosines: Vec<[f64; 2]> = (0..2 * q).map(|n| unit(n, 2 * q)).collect();
+        let (whole_t, whole_h) = (2 * q * p_padded, 4 * q * p_padded);
+        let (t_out, h_out) = (this.toeplitz.part(0, whole_t), this.hankel.part(0, whole_h));
+        for (wave, (t, h)) in waves.enumerate() {
+            let (block, lane) = (wave / width, wave % width);
+            for frequency in 0..2 * q {
+                let mut even = t[0];
+                for (j, t) in t.iter().enumerate().skip(1) {
+                    even += 2.0 * t * cosines[j * frequency % (2 * q)][0];
+                }
+                let [mut re, mut im] = [0.0; 2];
+                for (j, h) in h.iter().enumerate() {
+                    let [cosine, sine] = cosines[j * frequency % (2 * q)];
+                    re += h * cosine;
+                    im += h * sine;
+                }
+                // G is a part of a matrix with these transforms, whose norm is the largest of them.
+                this.norm_bound = this.norm_bound.max(even.abs() + re.hypot(im));
+                this.free_field.push(even);
+                let place = (2 * block + frequency % 2) * q + frequency / 2;
+                t_out[place * width + lane] = R::rounded(even * scale);
+                h_out[2 * place * width + lane] = R::rounded(re * scale);
+                h_out[(2 * place + 1) * width + lane] = R::rounded(im * scale);
+            }
+        }
+        this
+    }
+
+    /// A bound of the norm of G.
+    pub fn norm_bound(&self) -> f64 {
+        self.norm_bound
+    }
+
+    /// The middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
+    pub fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
+        /// Part of the norm below which no wave of T is taken to be.
+        const FLOOR: f64 = 1e-3;
+        let (p, q) = (self.along.length(), self.crosswise.length());
+        let mut stencil = vec![0.0; (radius + 1) * (radius + 1)];
+        for (m, waves) in self.free_field.chunks_exact(2 * q).enumerate() {
+            for (k, &wave) in waves.iter().enumerate() {
+                let inverse = wave.max(FLOOR * self.norm_bound).recip() / self.free_field.len() as f64;
+                for (place, value) in stencil.iter_mut().enumerate() {
+                    let [a, b] = [place / (radius + 1), place % (radius + 1)];
+                    let [along, _]: [f64; 2] = unit(a * (4 * m + 1), 4 * p);
+                    let [across, _]: [f64; 2] = unit(b * k, 2 * q);
+                    *value += along * across * inverse;
+                }
+            }
+        }
+        stencil.into_iter().map(|value| value as f32).collect()
+    }
+
+    /// out = G F.
+    pub fn displacement(&mut self, forces: &[R], out: &mut [R]) {
+        let arch = self.arch;
+        arch.dispatch(Multiply { product: self, forces, out });
+    }
+}
+
+/// Values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p.
+fn along_waves(columns: usize, p: usize, each: usize, values: &[f64]) -> impl Iterator<Item = Vec<f64>> {
+    (0..p).map(move |m| {
+        let mut sums = vec![0.0; each];
+        for (n, values) in values.chunks_exact(each).take(columns).enumerate() {
+            let [cosine, _]: [f64; 2] = unit(n * (4 * m + 1), 4 * p);
+            let factor = if n == 0 { 1.0 } else { 2.0 * cosine };
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value);
+        }
+        sums
+    })
+}
+
+/// One product.
+struct Multiply<'a, R> {
+    product: &'a mut CellProduct<R>,
+    forces: &'a [R],
+    out: &'a mut [R],
+}
+
+/// Numbers as complex vectors.
+#[inline(always)]
+fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
+    R::vectors_mut::<S>(values).as_chunks_mut().0
+}
+
+/// What a transform the other way takes and gives: real and imaginary parts change places.
+#[inline(always)]
+fn swapped<R: Element, S: Simd>([re, im]: Wave<R, S>) -> Wave<R, S> {
+    [im, re]
+}
+
+/// `from` holds blocks of `rows` x 2 x `width` numbers; what was number l of row r of block b becomes number
+/// r mod width of row b width + l of block r / width of `to`, whose blocks have `to_rows` rows.
+#[inline(always)]
+fn turn<R: Element, const WIDTH: usize>(from: &[R], rows: usize, to: &mut [R], to_rows: usize) {
+    let (from, _) = from.as_chunks::<WIDTH>();
+    let (to, _) = to.as_chunks_mut::<WIDTH>();
+    for (b, from) in from.chunks_exact(2 * rows).enumerate() {
+        for (r, from) in from.chunks_exact(2 * WIDTH).enumerate() {
+            for part in 0..2 {
+                let place = 2 * (r * to_rows + b * WIDTH) + part;
+                for l in 0..WIDTH {
+                    to[place + 2 * l] = std::array::from_fn(|c| from[2 * c + part][l]);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn turn_by<R: Element>(width: usize, from: &[R], rows: usize, to: &mut [R], to_rows: usize) {
+    match width {
+        16 => turn::<R, 16>(from, rows, to, to_rows),
+        8 => turn::<R, 8>(from, rows, to, to_rows),
+        4 => turn::<R, 4>(from, rows, to, to_rows),
+        2 => turn::<R, 2>(from, rows, to, to_rows),
+        _ => turn::<R, 1>(from, rows, to, to_rows),
+    }
+}
+
+impl<R: Element> WithSimd for Multiply<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { product: this, forces, out } = self;
+        let width = R::lanes::<S>();
+        let (columns, across) = (this.columns, this.across);
+        let (p, q) = (this.along.length(), this.crosswise.length());
+        let (p_padded, padded) = (p.next_multiple_of(MOST), across.next_multiple_of(MOST));
+        let [first, second] = &mut this.scratch;
+        let numbers = 2 * p.max(q) * width;
+        let (first, second) = (first.part(0, numbers), second.part(0, numbers));
+        let zero = R::splat(simd, R::default());
+        let spectrum = this.spectrum.part(0, 2 * p_padded * padded);
+        for (block, spectrum) in spectrum.chunks_exact_mut(2 * p_padded * width).enumerate() {
+            let j = block * width;
+            if j >= across {
+                break;
+            }
+            let (from, to) = (waves::<R, S>(first), waves::<R, S>(second));
+            for ((row, &[re, im]), from) in forces.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
+                let force = R::load(simd, &row[j..]);
+                *from = [R::mul(simd, R::splat(simd, re), force), R::mul(simd, R::splat(simd, im), force)];
+            }
+            from[columns..p].fill([zero; 2]);
+            let (result, _) = this.along.run(simd, from, to);
+            waves::<R, S>(spectrum)[..p].copy_from_slice(&result[..p]);
+        }
+        let turned = this.turned.part(0, 2 * p_padded * padded);
+        turn_by(width, spectrum, p_padded, turned, padded);
+
+        let toeplitz = R::vectors::<S>(this.toeplitz.part(0, 2 * q * p_padded));
+        let hankel = R::vectors::<S>(this.hankel.part(0, 4 * q * p_padded)).as_chunks::<2>().0;
+        let symbols = toeplitz.chunks_exact(2 * q).zip(hankel.chunks_exact(2 * q));
+        for (turned, (toeplitz, hankel)) in turned.chunks_exact_mut(2 * padded * width).zip(symbols) {
+            let cells = &mut waves::<R, S>(turned)[..across];
+            // The odd frequencies first: the cells are still needed for the even ones.
+            let (from, to) = (waves::<R, S>(first), waves::<R, S>(second));
+            for ((from, &cell), &shift) in from.iter_mut().zip(&*cells).zip(&this.shift_across) {
+                *from = times::<R, S>(simd, cell, shift);
+            }
+            from[across..q].fill([zero; 2]);
+            let (result, other) = this.crosswise.run(simd, from, to);
+            respond::<R, S>(simd, &mut result[..q], &toeplitz[q..], &hankel[q..], q - 1);
+            let (odd, even) = this.crosswise.run(simd, result, other);
+            // The even ones in the room that is left, the odd ones' result kept among the cells.
+            even[..across].copy_from_slice(cells);
+            for ((cell, &odd), &[re, im]) in cells.iter_mut().zip(&*odd).zip(&this.shift_across) {
+                *cell = times::<R, S>(simd, swapped::<R, S>(odd), [re, R::rounded(-im.double())]);
+            }
+            even[across..q].fill([zero; 2]);
+            let (result, other) = this.crosswise.run(simd, even, odd);
+            respond::<R, S>(simd, &mut result[..q], &toeplitz[..q], &hankel[..q], q);
+            let (even, _) = this.crosswise.run(simd, result, other);
+            for (cell, &even) in cells.iter_mut().zip(&*even) {
+                *cell = [R::add(simd, cell[0], even[1]), R::add(simd, cell[1], even[0])];
+            }
+        }
+        turn_by(width, turned, padded, spectrum, p_padded);
+
+        for (block, spectrum) in spectrum.chunks_exact_mut(2 * p_padded * width).enumerate() {
+            let j = block * width;
+            if j >= across {
+                break;
+            }
+            let (from, to) = (waves::<R, S>(first), waves::<R, S>(second));
+            for (from, &wave) in from.iter_mut().zip(&waves::<R, S>(spectrum)[..p]) {
+                *from = swapped::<R, S>(wave);
+            }
+            let (result, _) = this.along.run(simd, from, to);
+            for ((row, &[re, im]), &[sine, cosine]) in out.chunks_exact_mut(across).zip(&this.shift_along).zip(&*result)
+            {
+                // The real part of the wave times exp(+i pi n/(2 P)).
+                let cosine = R::mul(simd, R::splat(simd, re), cosine);
+                let u = R::mul_add(simd, R::splat(simd, im), sine, cosine);
+                R::store(simd, &mut row[j..], u);
+            }
+        }
+    }
+}
+
+/// T F + H F', real and imaginary parts changed.
+#[inline(always)]
+fn answer<R: Element, S: Simd>(
+    simd: S,
+    own: Wave<R, S>,
+    other: Wave<R, S>,
+    toeplitz: R::Vector<S>,
+    hankel: Wave<R, S>,
+) -> Wave<R, S> {
+    let [re, im] = product::<R, S>(simd, hankel, other);
+    [R::mul_add(simd, toeplitz, own[1], im), R::mul_add(simd, toeplitz, own[0], re)]
+}
+
+/// U(k) = T(k) F(k) + H(k) F(-k), with real and imaginary parts changed for the way back; -k is at `mirror` - m.
+#[inline(always)]
+fn respond<R: Element, S: Simd>(
+    simd: S,
+    waves: &mut [Wave<R, S>],
+    toeplitz: &[R::Vector<S>],
+    hankel: &[Wave<R, S>],
+    mirror: usize,
+) {
+    let length = waves.len();
+    for m in 0..length {
+        let other = (mirror - m) % length;
+        if m <= other {
+            let (own, opposite) = (waves[m], waves[other]);
+            waves[m] = answer::<R, S>(simd, own, opposite, toeplitz[m], hankel[m]);
+            waves[other] = answer::<R, S>(simd, opposite, own, toeplitz[other], hankel[other]);
+        }
+    }
+}

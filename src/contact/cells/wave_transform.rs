@@ -1,0 +1,162 @@
+//! Between the cells of the window and the waves of a ring.
+//!
+//! Across by a product with the waves' shapes, those that are even about the tyre's middle and those that are odd apart
+//! from each other, which halves it; along by a transform for each lateral number. Cells are material: a cell keeps its
+//! place on the ring.
+
+use std::sync::Arc;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use num_complex::Complex64;
+use rayon::prelude::*;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+
+use crate::tyre::influence::{CellGrid, CellRow};
+
+/// Rows that a thread takes at a time.
+const ROWS_TOGETHER: usize = 8;
+
+/// Lateral numbers whose shapes are all even, or all odd, about the middle.
+struct Side {
+    /// Their rows.
+    rows: Vec<Row>,
+    /// s_m(y_j), m by m, j below the middle.
+    shapes: Vec<f64>,
+    /// Fields across \[rows or half of the cells\] x columns.
+    cells: Vec<f64>,
+    waves: Vec<f64>,
+}
+
+/// One lateral number.
+struct Row {
+    /// Where its waves are in the list of all.
+    start: usize,
+    /// Number of the first one on the ring.
+    first: usize,
+    count: usize,
+    field: Vec<f64>,
+    spectrum: Vec<Complex64>,
+    scratch: Vec<Complex64>,
+}
+
+/// The transforms of one ring.
+pub struct WaveTransform {
+    ring: usize,
+    columns: usize,
+    across: usize,
+    waves: usize,
+    even: Side,
+    odd: Side,
+    forward: Arc<dyn RealToComplex<f64>>,
+    inverse: Arc<dyn ComplexToReal<f64>>,
+}
+
+impl WaveTransform {
+    /// Between windows of so many columns and the waves of rows on a ring of so many cells.
+    pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
+        let mut planner = RealFftPlanner::<f64>::new();
+        let (forward, inverse) = (planner.plan_fft_forward(ring), planner.plan_fft_inverse(ring));
+        let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
+        let half = grid.across.div_ceil(2);
+        let side = || Side { rows: Vec::new(), shapes: Vec::new(), cells: Vec::new(), waves: Vec::new() };
+        let (mut even, mut odd) = (side(), side());
+        let mut start = 0;
+        for CellRow { m, first, waves } in rows {
+            // The ends of the strip tell even from odd; the middle one of an odd number of cells counts once.
+            let shapes: Vec<f64> = (0..half).map(|j| grid.shape(*m, j)).collect();
+            let is_even = (m % 2 == 0) == (grid.waves().first_lateral_number() == 0);
+            let side = if is_even { &mut even } else { &mut odd };
+            side.shapes.extend(shapes);
+            side.rows.push(Row {
+                start,
+                first: *first,
+                count: waves.len(),
+                field: forward.make_input_vec(),
+                spectrum: forward.make_output_vec(),
+                scratch: vec![Complex64::ZERO; scratch],
+            });
+            start += waves.len();
+        }
+        for side in [&mut even, &mut odd] {
+            side.cells = vec![0.0; half * columns];
+            side.waves = vec![0.0; side.rows.len() * columns];
+        }
+        Self { ring, columns, across: grid.across, waves: start, even, odd, forward, inverse }
+    }
+
+    /// Waves.
+    pub fn waves(&self) -> usize {
+        self.waves
+    }
+
+    /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
+    pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex64]) {
+        let Self { ring, columns, across, even, odd, forward, .. } = self;
+        let half = across.div_ceil(2);
+        for (column, cells) in forces.chunks_exact(*across).enumerate() {
+            for j in 0..half {
+                let (near, far) = (cells[j], cells[*across - 1 - j]);
+                let middle = 2 * j + 1 == *across;
+                even.cells[column * half + j] = if middle { near } else { near + far };
+                odd.cells[column * half + j] = if middle { 0.0 } else { near - far };
+            }
+        }
+        let first = first_element.rem_euclid(*ring as i64) as usize;
+        for side in [even, odd] {
+            let rows = side.rows.len();
+            let waves = MatMut::from_row_major_slice_mut(&mut side.waves, rows, *columns);
+            let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
+            let cells = MatRef::from_column_major_slice(&side.cells, half, *columns);
+            matmul(waves, Accum::Replace, shapes, cells, 1.0, Par::Seq);
+            let waves = &side.waves;
+            side.rows.par_iter_mut().with_min_len(ROWS_TOGETHER).enumerate().for_each(|(index, row)| {
+                row.field.fill(0.0);
+                for (column, value) in waves[index * *columns..][..*columns].iter().enumerate() {
+                    row.field[(first + column) % *ring] = *value;
+                }
+                // Planned lengths: nothing to refuse.
+                let _ = forward.process_with_scratch(&mut row.field, &mut row.spectrum, &mut row.scratch);
+            });
+            for row in &side.rows {
+                spectrum[row.start..row.start + row.count].copy_from_slice(&row.spectrum[row.first..][..row.count]);
+            }
+        }
+    }
+
+    /// Adds what waves displace to the cells of the window.
+    pub fn add_inverse(&mut self, spectrum: &[Complex64], first_element: i64, out: &mut [f64]) {
+        let Self { ring, columns, across, even, odd, inverse, .. } = self;
+        let half = across.div_ceil(2);
+        let first = first_element.rem_euclid(*ring as i64) as usize;
+        for side in [&mut *even, &mut *odd] {
+            side.rows.par_iter_mut().with_min_len(ROWS_TOGETHER).for_each(|row| {
+                row.spectrum.fill(Complex64::ZERO);
+                row.spectrum[row.first..][..row.count].copy_from_slice(&spectrum[row.start..][..row.count]);
+                // The ends of the spectrum of a real field are real.
+                let last = row.spectrum.len() - 1;
+                (row.spectrum[0].im, row.spectrum[last].im) = (0.0, 0.0);
+                let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.field, &mut row.scratch);
+            });
+            for (row, waves) in side.rows.iter().zip(side.waves.chunks_exact_mut(*columns)) {
+                for (column, value) in waves.iter_mut().enumerate() {
+                    *value = row.field[(first + column) % *ring];
+                }
+            }
+            let rows = side.rows.len();
+            let cells = MatMut::from_column_major_slice_mut(&mut side.cells, half, *columns);
+            let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
+            let waves = MatRef::from_row_major_slice(&side.waves, rows, *columns);
+            matmul(cells, Accum::Replace, shapes.transpose(), waves, 1.0, Par::Seq);
+        }
+        for (column, cells) in out.chunks_exact_mut(*across).enumerate() {
+            for j in 0..half {
+                let (symmetric, skew) = (even.cells[column * half + j], odd.cells[column * half + j]);
+                cells[j] += symmetric + skew;
+                if 2 * j + 1 < *across {
+                    cells[*across - 1 - j] += symmetric - skew;
+                }
+            }
+        }
+    }
+}

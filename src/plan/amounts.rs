@@ -8,9 +8,10 @@
 use serde::Serialize;
 
 use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
-use crate::contact::history::ModalHistory;
+use crate::contact::history::{ModalHistory, expected_multiply_adds};
 use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
+use crate::plan::cells::ExpectedCells;
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
 use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
@@ -19,7 +20,7 @@ use crate::response::pressure::{PlaceTransfers, PressureStream};
 use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
-use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration};
+use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation, WAVE_BYTES, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
@@ -128,12 +129,15 @@ impl Amounts {
         if plan.needs_model() {
             amounts.model(scene, plan.kept_poles);
         }
-        match scene.numerics.history {
-            History::Direct => amounts.direct(scene, plan),
-            History::Modal => amounts.modal(scene, plan),
+        match (plan.decisions.zone, scene.numerics.history) {
+            (Zone::Slices, History::Direct) => amounts.direct(scene, plan),
+            (Zone::Slices, History::Modal) => amounts.modal(scene, plan),
+            (Zone::Cells, _) => amounts.cells(scene, plan),
         }
         amounts.road(scene, plan);
-        amounts.contact(scene, plan);
+        if plan.decisions.zone == Zone::Slices {
+            amounts.contact(scene, plan);
+        }
         if let Some(vibration) = &plan.decisions.vibration {
             amounts.vibration(scene, plan, vibration);
         }
@@ -208,6 +212,33 @@ impl Amounts {
         self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * work.transforms, Place::Behind);
         self.hold("poles and their states", work.pole_bytes);
         self.hold("forces, displacements and influences of blocks", work.block_bytes);
+    }
+
+    /// The past of cells, and the search for those in contact.
+    fn cells(&mut self, scene: &Scene, plan: &Plan) {
+        let ExpectedCells { cells, waves, poles, transforms, search, bytes } =
+            plan.expected_cells(self.expected.columns);
+        let (rule, steps) = (scene.numerics.time_rule, plan.steps as f64);
+        let instants = steps * rule.stages() as f64;
+        self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
+        self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
+        self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);
+        self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::MarchOnAll);
+        self.count(Counter::Steps, steps);
+        self.hold("poles, states and fields of the cells", bytes);
+        if scene.numerics.history == History::Direct {
+            let sums = plan.lags as f64 * waves * (rule.stages() * rule.stages()) as f64;
+            self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
+            self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * steps * sums, Place::MarchOnAll);
+            self.hold("weights and forces of the past", 24.0 * sums);
+            return;
+        }
+        self.poles = poles;
+        self.count(Counter::Poles, poles);
+        // A fit of 512 elements is one of 257 waves.
+        self.add(Stage::Fit, Unit::Fit, waves / 257.0, Place::BeforeOnAll);
+        let recursion = expected_multiply_adds(rule, 4, waves as usize, poles);
+        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::MarchOnAll);
     }
 
     fn road(&mut self, scene: &Scene, plan: &Plan) {

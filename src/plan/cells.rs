@@ -1,13 +1,42 @@
 //! Numbers of contact over cells.
 
 use super::Plan;
-use crate::tyre::influence::WaveBand;
+use crate::numeric::transform_multiply_adds;
+use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand};
 use crate::tyre::poles::cells::CellFitOptions;
 
 /// Wavenumbers times the tread's thickness between which waves are handed from the tyre's ring to a shorter one.
 const HANDED_OVER: [f64; 2] = [6.0, 12.0];
 /// Length of the shorter ring over that of the window, at least.
 const RING: usize = 2;
+
+/// Residuals of the search for cells are no smaller than this part of the largest required displacement: its steps are
+/// taken in single precision, and each round that brings the exact residual down costs as much as the first.
+const LEAST_TOLERANCE: f64 = 3e-10;
+/// Poles of a wave, conjugates counted, at a tolerance of 1e-5, and how many less for each factor of ten above it
+/// (measured, N = 256 to 1024).
+const POLES: [f64; 2] = [32.0, 5.0];
+/// Bytes of a pole, conjugates counted: its model, its coefficients and its states.
+const POLE_BYTES: f64 = 90.0;
+/// Products in single precision that the search for an instant takes, with what goes with them (measured).
+const PRODUCTS: f64 = 16.0;
+
+/// What contact over cells is expected to take.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ExpectedCells {
+    /// Cells of the window.
+    pub cells: f64,
+    /// Waves of all rings.
+    pub waves: f64,
+    /// Their poles, conjugates counted.
+    pub poles: f64,
+    /// Multiply-adds for each instant of the transforms between cells and waves.
+    pub transforms: f64,
+    /// Multiply-adds for each instant of the search.
+    pub search: f64,
+    /// Poles, states, weights, and fields of the window \[bytes\].
+    pub bytes: f64,
+}
 
 impl Plan {
     /// Height of the tread above its middle, at a distance from there \[m\].
@@ -36,6 +65,44 @@ impl Plan {
             }
             _ => vec![WaveBand::WHOLE],
         }
+    }
+
+    /// The cells round the tyre and across its strip.
+    pub fn cell_grid(&self) -> CellGrid {
+        let across = self.decisions.cells_across.unwrap_or(1);
+        CellGrid::new(&self.decisions.tyre, self.scene.numerics.elements, across)
+    }
+
+    /// How far their sums go.
+    pub fn cell_truncation(&self) -> CellTruncation {
+        let numerics = &self.scene.numerics;
+        CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases }
+    }
+
+    /// How far a cell may be from where it is required to be, relative to the largest required displacement.
+    pub fn cell_tolerance(&self) -> f64 {
+        self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
+    }
+
+    /// What a window of so many columns is expected to take.
+    pub(super) fn expected_cells(&self, columns: f64) -> ExpectedCells {
+        let (grid, instants) = (self.cell_grid(), self.scene.numerics.time_rule.stages() as f64);
+        let cells = columns * grid.across as f64;
+        let of_wave = POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10();
+        let mut expected = ExpectedCells { cells, ..ExpectedCells::default() };
+        for band in self.wave_bands(columns as usize) {
+            let rows = band.rows(&grid, self.cell_truncation());
+            expected.waves += rows.iter().map(|row| row.waves.len()).sum::<usize>() as f64;
+            let ring = transform_multiply_adds(grid.elements() / band.part);
+            // There and back: a transform along for each lateral number, a product across by halves.
+            expected.transforms += rows.len() as f64 * (ring + cells);
+        }
+        expected.poles = of_wave * expected.waves;
+        expected.search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
+        // Forces and displacements of a block of four steps, and the first weights of its instants.
+        let block = expected.waves * 4.0 * instants * (32.0 + 8.0 * instants);
+        expected.bytes = POLE_BYTES * expected.poles + block + 8.0 * cells * 40.0;
+        expected
     }
 
     /// What the fits of the waves have to be.

@@ -31,7 +31,7 @@ pub use forecast::Forecast;
 pub use unit::{Unit, UnitCosts};
 
 use crate::road::{Lattice, RoadError};
-use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread};
+use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread, Zone};
 use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
@@ -157,7 +157,8 @@ impl Plan {
 
     /// Whether a fitted model is needed: by the recursion, or by the vibration.
     pub(crate) fn needs_model(&self) -> bool {
-        self.scene.numerics.history == History::Modal || self.decisions.vibration.is_some()
+        let modal = self.scene.numerics.history == History::Modal && self.decisions.zone == Zone::Slices;
+        modal || self.decisions.vibration.is_some()
     }
 
     /// The lattice on which the run sees its road; reads the header of a grid's file.

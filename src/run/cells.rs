@@ -16,7 +16,7 @@ use crate::run::past::{count_evaluations, refused};
 use crate::scene::{History, LoadedScene};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellTruncation, WaveBand};
+use crate::tyre::influence::{CellRow, CellSums, WaveBand};
 use crate::tyre::poles::FitError;
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
@@ -32,12 +32,12 @@ pub struct CellContact<'a> {
 impl<'a> CellContact<'a> {
     /// Of a planned scene; `stop` ends the work on the influence functions once it is set.
     pub fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
-        let (numerics, tyre) = (&plan.scene.numerics, &plan.decisions.tyre);
-        let grid = CellGrid::new(tyre, numerics.elements, plan.decisions.cells_across.unwrap_or(1));
+        let numerics = &plan.scene.numerics;
+        let grid = plan.cell_grid();
         let crown = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
-        let truncation = CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases };
         let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
-        let sums = CellSums::new(tyre, grid, truncation, numerics.influence_tolerance, largest);
+        let (tyre, tolerance) = (&plan.decisions.tyre, numerics.influence_tolerance);
+        let sums = CellSums::new(tyre, grid, plan.cell_truncation(), tolerance, largest);
         Self { loaded, plan, sums, crown, stop }
     }
 
@@ -62,7 +62,7 @@ impl<'a> CellContact<'a> {
             History::Direct => CellPast::Direct(Box::new(self.direct(columns, meter))),
             History::Modal => CellPast::Modal(self.rings(columns, meter, warnings)?),
         };
-        Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), scene.numerics.contact_tolerance))
+        Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), self.plan.cell_tolerance()))
     }
 
     fn transform(&self, band: WaveBand, columns: usize, rows: &[CellRow]) -> WaveTransform {

@@ -47,6 +47,14 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
         ),
     ];
     let mut sound = Some(());
+    if let (Some(terms), Some(across)) = (scene.numerics.lateral_terms, scene.contact.cells_across)
+        && terms < across
+    {
+        let wrong =
+            format!("{terms} waves across cannot tell {across} cells apart: what they feel of each other is singular");
+        let right = format!("write a whole number of at least {across}, or leave this out");
+        sound = table.complain("numerics.lateral_terms", Problem::new(wrong, right));
+    }
     for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
         sound = table.complain(key, Problem::new(wrong, right));
     }

@@ -6,6 +6,7 @@
 mod axle;
 mod axle_mass;
 mod bad_input;
+mod cells;
 mod common;
 mod compliance;
 mod conditions;

@@ -27,6 +27,7 @@ pub(super) mod wavenumber_group;
 pub use direct::{DirectHistory, LagKernel};
 pub use modes::{INSTANTS, ModalHistory};
 pub use state::HistoryState;
+pub use wavenumber_group::expected_multiply_adds;
 
 use crate::counters::Meter;
 use crate::storage::StateError;

@@ -137,7 +137,7 @@ impl WithSimd for Dispatched<'_> {
             Pass::Residual => {
                 for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
                     for lane in 0..LANES {
-                        let touches = forces[lane] > 0.0 || miss[lane] < 0.0;
+                        let touches = (forces[lane] > 0.0) | (miss[lane] < 0.0);
                         r[lane] = if touches { -miss[lane] } else { 0.0 };
                         let size = r[lane].abs();
                         first[lane] = if size > first[lane] { size } else { first[lane] };

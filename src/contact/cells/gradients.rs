@@ -5,7 +5,8 @@
 //! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
 //! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
 //!    the free field's T.
-//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), which forgets by itself when A changes.
+//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)):
+//!    it forgets by itself when A changes.
 //! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.
 //!
 //! Forces stay in double precision; products and all that is made of u - d are in single precision, since they are
@@ -137,7 +138,7 @@ impl WithSimd for Dispatched<'_> {
             Pass::Residual => {
                 for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
                     for lane in 0..LANES {
-                        let touches = forces[lane] > 0.0 || miss[lane] < 0.0;
+                        let touches = (forces[lane] > 0.0) | (miss[lane] < 0.0);
                         r[lane] = if touches { -miss[lane] } else { 0.0 };
                         let size = r[lane].abs();
                         first[lane] = if size > first[lane] { size } else { first[lane] };

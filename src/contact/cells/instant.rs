@@ -2,6 +2,8 @@
 //!
 //! G(ij, i'j') = T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\].
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::product::CellProduct;
 
 /// G of the cells of a window.
@@ -16,6 +18,7 @@ pub struct InstantCells {
     hankel: Vec<f64>,
     /// G(a, a).
     diagonal: Vec<f64>,
+    arch: Arch,
     /// Products.
     product: CellProduct<f64>,
     /// Products in single precision.
@@ -37,6 +40,7 @@ impl InstantCells {
             columns,
             across,
             diagonal,
+            arch: Arch::new(),
             product: CellProduct::new(columns, across, &toeplitz, &hankel),
             single: CellProduct::new(columns, across, &toeplitz, &hankel),
             mirrored: toeplitz
@@ -90,17 +94,7 @@ impl InstantCells {
 
     /// Adds to u what one force does, to single precision.
     pub fn add_single_force(&self, cell: usize, force: f32, out: &mut [f32]) {
-        let across = self.across;
-        let (column, j) = (cell / across, cell % across);
-        let width = 2 * across - 1;
-        for (i, out) in out.chunks_exact_mut(across).enumerate() {
-            let row = i.abs_diff(column) * width;
-            let free = &self.mirrored[row + across - 1 - j..][..across];
-            let images = &self.images[row + j..][..across];
-            for ((out, free), images) in out.iter_mut().zip(free).zip(images) {
-                *out += force * (free + images);
-            }
-        }
+        self.arch.dispatch(OneForce { cells: self, cell, force, out });
     }
 
     /// A bound of the norm of G.
@@ -119,6 +113,36 @@ impl InstantCells {
         self.displacement(forces, &mut sum);
         out.iter_mut().zip(&sum).for_each(|(out, sum)| *out += sum);
         self.sum = sum;
+    }
+}
+
+/// What one force displaces.
+struct OneForce<'a> {
+    cells: &'a InstantCells,
+    cell: usize,
+    force: f32,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for OneForce<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { cells, cell, force, out } = self;
+        let across = cells.across;
+        let (column, j, lanes) = (cell / across, cell % across, S::F32_LANES);
+        let (width, force) = (2 * across - 1, simd.splat_f32s(force));
+        for (i, out) in out.chunks_exact_mut(across).enumerate() {
+            let row = i.abs_diff(column) * width;
+            let free = &cells.mirrored[row + across - 1 - j..][..across];
+            let images = &cells.images[row + j..][..across];
+            for ((out, free), images) in out.chunks_mut(lanes).zip(free.chunks(lanes)).zip(images.chunks(lanes)) {
+                let both = simd.add_f32s(simd.partial_load_f32s(free), simd.partial_load_f32s(images));
+                let sum = simd.mul_add_e_f32s(force, both, simd.partial_load_f32s(out));
+                simd.partial_store_f32s(out, sum);
+            }
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 //!
 //! Minimises F.G F/2 - d.F over F >= 0. Gradient g = u - d; phi is its part where F > 0, beta its negative part where
 //! F = 0. Each step is one of three: of conjugate gradients in the face F > 0; as far along as it goes and then a
-//! projected one of fixed length, where such a step leaves F >= 0; or, where |beta|^2 exceeds phi's reduced product, one
-//! along beta. With a length of at most 1/|G| (2/|G| would do) the error falls by a factor that the condition number
-//! of G bounds, whatever the set of cells does: the method always ends.
+//! projected one of fixed length, where such a step leaves F >= 0; or, where |beta|^2 exceeds phi's reduced product,
+//! one along beta. With a length of at most 1/|G| (2/|G| would do) the error falls by a factor that the
+//! condition number of G bounds, whatever the set of cells does: the method always ends.
 
 use super::instant::InstantCells;
 

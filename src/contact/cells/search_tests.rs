@@ -209,7 +209,7 @@ fn time_of_rolling() {
             }
             let counts = search.counts();
             println!(
-                "{columns} x {across}, radius {radius}: last {:.0} us, mean of best {:.0} us; {counts:?}, last {} {} {}",
+                "{columns} x {across}, radius {radius}: last {:.0}, mean of best {:.0} us; {counts:?}, last {} {} {}",
                 1e6 * best[11],
                 1e6 * best[1..].iter().sum::<f64>() / 11.0,
                 counts.iterations - before.iterations,

@@ -12,6 +12,9 @@ use super::element::Element;
 /// A complex number to a lane: real parts, imaginary parts.
 pub type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
+/// Two arrays of them.
+pub type Both<'a, R, S> = (&'a mut [Wave<R, S>], &'a mut [Wave<R, S>]);
+
 /// One pass.
 struct Pass<R> {
     radix: usize,
@@ -203,12 +206,7 @@ impl<R: Element> Transform<R> {
 
     /// sum of x_n exp(-2 pi i k n / length); both arrays are overwritten, the result is the one that is handed back.
     #[inline(always)]
-    pub fn run<'a, S: Simd>(
-        &self,
-        simd: S,
-        from: &'a mut [Wave<R, S>],
-        to: &'a mut [Wave<R, S>],
-    ) -> (&'a mut [Wave<R, S>], &'a mut [Wave<R, S>]) {
+    pub fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [Wave<R, S>], to: &'a mut [Wave<R, S>]) -> Both<'a, R, S> {
         let (mut from, mut to) = (from, to);
         for pass in &self.passes {
             match pass.radix {

@@ -21,12 +21,12 @@ keys! {
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
         #[serde(skip_serializing_if = "Option::is_none")]
         local_compliance: Option<f64> = None => Optional(Bounds::positive("m/Pa")),
-        /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits
-        /// exactly keeps its own).
+        /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
+        /// grid that fits exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_across: Option<usize> = None => Optional(Whole::least(1)),
-        /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly
-        /// keeps its own).
+        /// Cells along an element; default: as many as the road's texture asks for, each 2 mm at most (a grid that fits
+        /// exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_along: Option<usize> = None => Optional(Whole::least(1)),
         /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it
@@ -45,7 +45,7 @@ keys! {
 }
 
 pub(in crate::scene) const CONTACT: Nested<Contact> =
-    Nested { title: "[contact]", wanted: "the table [contact]", read: contact };
+    Nested { title: "[contact]", wanted: "the table [contact]", schema: Contact::schema, read: contact };
 
 fn contact(table: &mut Table<'_>) -> Option<Contact> {
     let tread = table.peek("tread", &OneOf::<Tread>::new()).map(Option::unwrap_or_default);

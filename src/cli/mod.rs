@@ -14,6 +14,7 @@ mod indent;
 mod influence;
 mod influence_cost;
 mod interrupt;
+mod keys;
 mod mobility;
 mod options;
 mod plan;
@@ -80,6 +81,8 @@ pub enum Command {
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.
     Plan(plan::PlanArguments),
+    /// List every key that a scene may have, with default, bounds and meaning; or their JSON Schema.
+    Keys(keys::KeysArguments),
     /// Show what each effect is worth: levels, force, patch, time and memory with and without it.
     Effects(effects::EffectsArguments),
     /// Show accuracy against time of every knob: errors, work, and the best combinations.
@@ -126,6 +129,7 @@ impl Command {
         match self {
             Self::Run(arguments) => arguments.execute(context),
             Self::Plan(arguments) => arguments.execute(context),
+            Self::Keys(arguments) => arguments.execute(),
             Self::Effects(arguments) => arguments.execute(context),
             Self::Study(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
@@ -198,7 +202,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 20);
+        assert_eq!(names.len(), 21);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use tyrewave::counters::machine::instruction_set;
@@ -26,7 +27,8 @@ const EXAMPLES: &str = "\
 A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, compliance, \
 influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
 between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval, of \
-each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is installed.
+each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is installed. The verdict \
+says how many pairs of runs and counts of instructions it rests on: as many as fit into --budget.
 
 Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
@@ -81,9 +83,14 @@ pub struct CompareArguments {
     pub first: Option<PathBuf>,
     /// A record (.json) or a program to judge; default: this program.
     pub second: Option<PathBuf>,
-    /// Pairs of runs in a batch, when two programs are compared.
+    /// Pairs of runs in a batch at most, when two programs are compared.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(12..=1000))]
     pub pairs: u32,
+    /// Seconds that it may take to compare two programs; pairs of runs and counts of instructions for which that is too
+    /// short are left out, and the verdict says what it rests on.
+    #[arg(long, value_name = "SECONDS", default_value_t = 180)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..90_000))]
+    pub budget: u32,
     /// Do not count instructions of two programs, even if valgrind is there (it takes some minutes).
     #[arg(long)]
     pub no_instructions: bool,
@@ -195,7 +202,8 @@ impl CompareArguments {
         let workloads = if self.workloads.is_empty() { Workload::ALL.to_vec() } else { self.workloads };
         let programs = matches!((&first, &second), (Side::Program(_), Side::Program(_)));
         let instructions = !self.no_instructions && instructions::can_count();
-        let effort = Effort { pairs: self.pairs as usize, instructions };
+        let effort =
+            Effort { pairs: self.pairs as usize, instructions, budget: Duration::from_secs(self.budget.into()) };
         // A second batch only where it is needed: the bar may end early.
         let steps = if programs { 2 * effort.pairs + 1 + usize::from(instructions) } else { 1 };
         let progress = context.bar("comparing", (workloads.len() * steps) as u64);

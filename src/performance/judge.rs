@@ -15,13 +15,14 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use super::changes::{AcceptedChanges, differences};
 use super::error::PerformanceError;
 use super::instructions;
 use super::measure::Measurement;
 use super::program::{Program, in_turn};
-use super::ratio::{Ratio, stage_times};
+use super::ratio::{Ratio, are_enough, stage_times};
 use super::record::{Record, RecordedWorkload};
 use super::verdict::{Change, DOUBT, LEAST_SHARE, StageVerdict, Verdict, WorkloadVerdict};
 use super::workload::Workload;
@@ -60,11 +61,18 @@ impl Side {
 /// How much is done to judge programs.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Pairs of a batch.
+    /// Pairs of a batch, at most.
     pub pairs: usize,
     /// Whether instructions are counted.
     pub instructions: bool,
+    /// Time that all of it may take: pairs and counts for which it does not suffice are left out.
+    pub budget: Duration,
 }
+
+/// Part of the time for pairs where instructions are counted in what is left.
+const FOR_PAIRS: f64 = 0.7;
+/// Counting instructions takes so many times as long as the work alone, as a rule.
+const COUNTING: f64 = 80.0;
 
 /// Judges `second` by `first`. `watch` is called with the workload at every step of the work.
 ///
@@ -83,21 +91,32 @@ pub fn judge(
         first: first.path().clone(),
         second: second.path().clone(),
         evidence: "results and counters; times and instructions are compared between two programs only".to_owned(),
+        times_judged: false,
         workloads: Vec::new(),
         stages: Vec::new(),
     };
     if let (Side::Program(a), Side::Program(b)) = (first, second) {
         let programs = [a, b];
-        let mut batch = |pairs: usize| -> Result<Vec<Timed>, PerformanceError> {
-            workloads.iter().map(|&workload| Timed::measure(programs, workload, pairs, stop, watch)).collect()
+        let begin = Instant::now();
+        let for_pairs = if effort.instructions { effort.budget.mul_f64(FOR_PAIRS) } else { effort.budget };
+        let mut batch = |pairs: usize, until: Duration| -> Result<Vec<Timed>, PerformanceError> {
+            let until = begin + until;
+            let runs = in_turn(programs, workloads, pairs, until, stop, watch)?;
+            Ok(workloads.iter().zip(&runs).map(|(&workload, runs)| Timed::new(workload, runs)).collect())
         };
         // One of each beforehand: files are read and the tyre is fitted.
-        batch(1)?;
-        let first = batch(effort.pairs)?;
+        batch(1, Duration::ZERO)?;
+        let before = begin.elapsed();
+        let first = batch(effort.pairs, for_pairs / 2)?;
+        let mut pairs = vec![fewest_pairs(&first)];
+        // Time of the clock for a second of work: starts of programs, and others at work.
+        let work: f64 = first.iter().map(|timed| 2.0 * pairs[0] as f64 * timed.whole().seconds).sum();
+        let slowness = (begin.elapsed() - before).as_secs_f64() / work;
         verdict.workloads = first.iter().map(|timed| timed.verdict(accepted)).collect();
         verdict.stages = pooled(&first);
         if verdict.rows().any(|row| row.change != Change::None && row.change != Change::NotJudged) {
-            let second = batch(effort.pairs)?;
+            let second = batch(effort.pairs, for_pairs)?;
+            pairs.push(fewest_pairs(&second));
             for (found, again) in verdict.workloads.iter_mut().zip(&second) {
                 confirm(&mut found.stages, &again.stages());
             }
@@ -109,8 +128,13 @@ pub fn judge(
                 if stop.load(Ordering::Relaxed) {
                     return Err(PerformanceError::Interrupted);
                 }
-                let [a, b] = programs.map(|program| instructions::count(program, workload));
-                if let (Some((a, _)), Some((b, _))) = (a, b) {
+                let expected = found.whole.map_or(0.0, |whole| COUNTING * slowness * whole.seconds);
+                if begin.elapsed().as_secs_f64() + expected > effort.budget.as_secs_f64() {
+                    continue;
+                }
+                // Counts do not mind each other: side by side where there are two processors.
+                let count = |program: &Program| instructions::count(program, workload);
+                if let (Some((a, _)), Some((b, _))) = rayon::join(|| count(programs[0]), || count(programs[1])) {
                     found.instructions = Some((a.all, b.all));
                     for row in &mut found.stages {
                         row.instructions = a.of(&row.stage).zip(b.of(&row.stage));
@@ -119,8 +143,12 @@ pub fn judge(
             }
         }
         let counted = verdict.workloads.iter().filter(|found| found.instructions.is_some()).count();
+        verdict.times_judged = pairs.iter().all(|&pairs| are_enough(pairs, DOUBT));
         verdict.evidence = format!(
-            "results, counters and times of every stage, and the instructions (exact) of {counted} of {} workloads",
+            "results, counters, times of every stage in {} pairs of runs{}, and the instructions (exact) of {counted} \
+             of {} workloads",
+            pairs.iter().map(usize::to_string).collect::<Vec<_>>().join(" and "),
+            if verdict.times_judged { "" } else { " (too few to judge by)" },
             workloads.len()
         );
         return Ok(verdict);
@@ -176,14 +204,7 @@ struct Timed {
 }
 
 impl Timed {
-    fn measure(
-        programs: [&Program; 2],
-        workload: Workload,
-        pairs: usize,
-        stop: &AtomicBool,
-        watch: &mut dyn FnMut(Workload),
-    ) -> Result<Self, PerformanceError> {
-        let runs = in_turn(programs, workload, pairs, stop, watch)?;
+    fn new(workload: Workload, runs: &[Vec<Measurement>; 2]) -> Self {
         let first = runs.each_ref().map(|runs| runs[0].clone());
         let names = first[0].blocks.keys().filter(|stage| first[1].blocks.contains_key(*stage));
         let stages = names.map(|stage| {
@@ -193,7 +214,7 @@ impl Timed {
             let (a, b) = stage_times(&a, &b);
             (stage.clone(), [a, b])
         });
-        Ok(Self { workload, stages: stages.collect(), first })
+        Self { workload, stages: stages.collect(), first }
     }
 
     /// All stages together.
@@ -224,6 +245,10 @@ impl Timed {
             ..WorkloadVerdict::new(self.workload, differences, b.found)
         }
     }
+}
+
+fn fewest_pairs(workloads: &[Timed]) -> usize {
+    workloads.iter().map(|timed| timed.whole().pairs).min().unwrap_or(0)
 }
 
 /// Every stage over all workloads in whose time it has a share worth judging, if there are several.

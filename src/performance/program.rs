@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
 
 use super::error::PerformanceError;
 use super::measure::Measurement;
@@ -79,27 +80,34 @@ impl Drop for Program {
     }
 }
 
-/// So many measurements of a workload by each of two programs, in the order A B, B A, A B, ...: neither program always
-/// comes first, and a steady drift cancels.
+/// Measurements of all workloads by two programs, one after the other.
+pub type Runs = Vec<[Vec<Measurement>; 2]>;
+
+/// So many pairs of measurements of every workload, or as many as begin before the time is up, one at least. All
+/// workloads have one pair before any has the next, in the order A B, B A, A B, ...: neither program always comes
+/// first, and a steady drift cancels.
 ///
 /// # Errors
 /// [`PerformanceError::Program`], [`PerformanceError::Interrupted`].
 pub fn in_turn(
     programs: [&Program; 2],
-    workload: Workload,
+    workloads: &[Workload],
     pairs: usize,
+    until: Instant,
     stop: &AtomicBool,
     watch: &mut dyn FnMut(Workload),
-) -> Result<[Vec<Measurement>; 2], PerformanceError> {
-    let mut found = [Vec::new(), Vec::new()];
-    for pair in 0..pairs {
-        if stop.load(Ordering::Relaxed) {
-            return Err(PerformanceError::Interrupted);
+) -> Result<Runs, PerformanceError> {
+    let mut found = vec![[Vec::new(), Vec::new()]; workloads.len()];
+    for pair in (0..pairs).take_while(|&pair| pair == 0 || Instant::now() < until) {
+        for (found, &workload) in found.iter_mut().zip(workloads) {
+            if stop.load(Ordering::Relaxed) {
+                return Err(PerformanceError::Interrupted);
+            }
+            for which in if pair % 2 == 0 { [0, 1] } else { [1, 0] } {
+                found[which].push(programs[which].measure(workload)?);
+            }
+            watch(workload);
         }
-        for which in if pair % 2 == 0 { [0, 1] } else { [1, 0] } {
-            found[which].push(programs[which].measure(workload)?);
-        }
-        watch(workload);
     }
     Ok(found)
 }

@@ -58,6 +58,11 @@ impl Ratio {
     }
 }
 
+/// Whether so many pairs have an interval.
+pub fn are_enough(pairs: usize, doubt: f64) -> bool {
+    rank(pairs, doubt).is_some()
+}
+
 /// The largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
 fn rank(pairs: usize, doubt: f64) -> Option<usize> {
     // P(B(n, 1/2) < k), summed from below.

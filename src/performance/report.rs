@@ -57,14 +57,18 @@ impl Verdict {
         let mut all: Vec<f64> = judged.map(|stage| stage.resolution).collect();
         let worst = all.iter().copied().fold(0.0, f64::max);
         let median = super::ratio::median(&mut all);
+        let smallest = if worst.is_finite() {
+            let [median, worst] = [median, worst].map(|resolution| 100.0 * (resolution + MARGIN));
+            format!("{median:.1} % for half of the stages, {worst:.1} % for the worst")
+        } else {
+            "none, for want of pairs".to_owned()
+        };
         format!(
             "Intervals hold the median ratio with a probability of {:.1} %; \
              a stage is called changed if two batches in a row lie beyond {:.0} %.\n\
-             Smallest change that shows here and now: {:.1} % for half of the stages, {:.1} % for the worst.\n",
+             Smallest change that shows here and now: {smallest}.\n",
             100.0 * (1.0 - DOUBT),
             100.0 * MARGIN,
-            100.0 * (median + MARGIN),
-            100.0 * (worst + MARGIN)
         )
     }
 
@@ -89,7 +93,7 @@ impl Verdict {
         }
         let (counted, evidence) = (self.workloads.len(), &self.evidence);
         let failed = self.workloads.iter().filter(|workload| !workload.complaints().is_empty()).count();
-        let _ = match (self.passes(), self.workloads.iter().all(|workload| workload.whole.is_some())) {
+        let _ = match (self.passes(), self.times_judged) {
             (true, true) => {
                 writeln!(text, "{counted} workloads: results right, counters as they should be; no stage slower")
             }

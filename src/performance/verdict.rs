@@ -79,6 +79,8 @@ pub struct Verdict {
     pub second: PathBuf,
     /// What it rests on, in words.
     pub evidence: String,
+    /// Whether there were enough times to judge by.
+    pub times_judged: bool,
     /// Workloads that both know.
     pub workloads: Vec<WorkloadVerdict>,
     /// Stages that several workloads have, their times pooled, in the order of their shares.

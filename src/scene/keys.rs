@@ -4,13 +4,16 @@
 /// `=` it must be given), and after `=>` what may stand there. A key that the file calls otherwise has its name after
 /// `as`.
 ///
-/// From this come the type, its reader, and its default where every key has one.
+/// From this come the type, its reader, its schema, and its default where every key has one.
 macro_rules! keys {
-    ($(#[$meta:meta])* $table:ident {
-        $($(#[$about:meta])* $key:ident $(as $name:literal)?: $type:ty = $default:expr => $kind:expr,)*
+    ($(#[doc = $title:literal])* #[derive($($trait:ident),*)] $table:ident {
+        $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
+        $key:ident $(as $name:literal)?: $type:ty = $default:expr => $kind:expr,)*
     }) => {
         $crate::scene::keys::keys! { @read
-            $(#[$meta])* $table { $($(#[$about])* $key $(as $name)?: $type = $default => $kind,)* }
+            $(#[doc = $title])* #[derive($($trait),*)] $table {
+                $($(#[doc = $about])* $(#[serde($($serde)*)])* $key $(as $name)?: $type = $default => $kind,)*
+            }
         }
 
         impl Default for $table {
@@ -19,12 +22,14 @@ macro_rules! keys {
             }
         }
     };
-    (@read $(#[$meta:meta])* $table:ident {
-        $($(#[$about:meta])* $key:ident $(as $name:literal)?: $type:ty $(= $default:expr)? => $kind:expr,)*
+    (@read $(#[doc = $title:literal])* #[derive($($trait:ident),*)] $table:ident {
+        $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
+        $key:ident $(as $name:literal)?: $type:ty $(= $default:expr)? => $kind:expr,)*
     }) => {
-        $(#[$meta])*
+        $(#[doc = $title])*
+        #[derive($($trait),*)]
         pub struct $table {
-            $($(#[$about])* pub $key: $type,)*
+            $($(#[doc = $about])* $(#[serde($($serde)*)])* pub $key: $type,)*
         }
 
         impl $table {
@@ -33,6 +38,15 @@ macro_rules! keys {
                 $(let $key = $crate::scene::keys::keys!(@key table, ($key $($name)?), $kind $(, $default)?);)*
                 Some(Self { $($key: $key?),* })
             }
+
+            /// What may stand in it.
+            pub(in crate::scene) fn schema() -> serde_json::Value {
+                $crate::scene::schema::table(concat!($($title),*), [$((
+                    $crate::scene::keys::keys!(@name ($key $($name)?)),
+                    concat!($($about),*),
+                    $crate::scene::keys::keys!(@schema $type, $kind $(, $default)?),
+                )),*])
+            }
         }
     };
     (@key $table:ident, $name:tt, $kind:expr) => {
@@ -40,6 +54,10 @@ macro_rules! keys {
     };
     (@key $table:ident, $name:tt, $kind:expr, $default:expr) => {
         $table.or($crate::scene::keys::keys!(@name $name), &$kind, $default)
+    };
+    (@schema $type:ty, $kind:expr) => { $crate::scene::schema::key::<$type>(&$kind, None) };
+    (@schema $type:ty, $kind:expr, $default:expr) => {
+        $crate::scene::schema::key::<$type>(&$kind, Some($default))
     };
     (@name ($key:ident)) => { stringify!($key) };
     (@name ($key:ident $name:literal)) => { $name };

@@ -5,13 +5,16 @@ use std::marker::PhantomData;
 use std::ops::Bound;
 use std::path::PathBuf;
 
+use serde::Serialize;
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeOwned, IntoDeserializer};
+use serde_json::{Value as Json, json};
 use toml::de::{DeInteger, DeValue};
 
 use super::Problem;
 use super::problem::{quoted, short};
-use super::table::{Kind, Value};
+use super::schema;
+use super::table::{Kind, Value, array};
 
 /// Where a number has to lie, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +103,20 @@ impl Kind for Bounds {
             _ => value.complain(Problem::too_large(&text, &self.wanted())),
         }
     }
+
+    fn schema(&self) -> Json {
+        let mut schema = json!({ "type": "number" });
+        for (bound, included, excluded) in
+            [(self.low, "minimum", "exclusiveMinimum"), (self.high, "maximum", "exclusiveMaximum")]
+        {
+            match bound {
+                Bound::Included(limit) => schema[included] = limit.into(),
+                Bound::Excluded(limit) => schema[excluded] = limit.into(),
+                Bound::Unbounded => {}
+            }
+        }
+        schema
+    }
 }
 
 fn whole(integer: &DeInteger<'_>) -> Option<i128> {
@@ -116,7 +133,7 @@ impl<T> Whole<T> {
     }
 }
 
-impl<T: TryFrom<i128>> Kind for Whole<T> {
+impl<T: TryFrom<i128> + Serialize> Kind for Whole<T> {
     type Output = T;
 
     fn wanted(&self) -> String {
@@ -132,11 +149,22 @@ impl<T: TryFrom<i128>> Kind for Whole<T> {
         let too_large = || Problem::too_large(&integer.to_string(), &self.wanted());
         number.and_then(|number| T::try_from(number).ok()).or_else(|| value.complain(too_large()))
     }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "integer", "minimum": self.0 })
+    }
 }
 
 /// A level difference in quotes, such as "0.5 dB".
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decibels(pub(super) Bounds);
+
+impl Decibels {
+    /// As it is written.
+    pub(super) fn text(difference: f64) -> String {
+        format!("{difference} dB")
+    }
+}
 
 impl Kind for Decibels {
     type Output = f64;
@@ -155,6 +183,14 @@ impl Kind for Decibels {
         }
         self.0.inside_or_complain(number, value)
     }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "string", "pattern": r"[0-9.]\s*dB\s*$" })
+    }
+
+    fn written(&self, difference: &f64) -> Json {
+        Self::text(*difference).into()
+    }
 }
 
 /// `true` or `false`.
@@ -171,6 +207,10 @@ impl Kind for Flag {
     fn read(&self, value: &Value<'_>) -> Option<bool> {
         value.get().as_bool().or_else(|| value.wrong_type(self))
     }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "boolean" })
+    }
 }
 
 /// A text, possibly empty.
@@ -186,6 +226,10 @@ impl Kind for Text {
 
     fn read(&self, value: &Value<'_>) -> Option<String> {
         value.get().as_str().map(str::to_owned).or_else(|| value.wrong_type(self))
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "string" })
     }
 }
 
@@ -206,6 +250,10 @@ impl Kind for File {
             Some(path) => Some(PathBuf::from(path)),
             None => value.wrong_type(self),
         }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "string", "minLength": 1 })
     }
 }
 
@@ -229,6 +277,10 @@ impl Kind for Column {
             _ => value.wrong_type(self),
         }
     }
+
+    fn schema(&self) -> Json {
+        json!({ "type": ["integer", "string"], "minimum": 1, "minLength": 1 })
+    }
 }
 
 /// What may be left out.
@@ -244,6 +296,10 @@ impl<K: Kind> Kind for Optional<K> {
 
     fn read(&self, value: &Value<'_>) -> Option<Option<K::Output>> {
         self.0.read(value).map(Some)
+    }
+
+    fn schema(&self) -> Json {
+        self.0.schema()
     }
 }
 
@@ -261,13 +317,20 @@ impl<K: Kind> Kind for Numbers<K> {
     fn read(&self, value: &Value<'_>) -> Option<Vec<K::Output>> {
         value.each(&self.0, self)
     }
+
+    fn schema(&self) -> Json {
+        array(&self.0)
+    }
 }
 
 /// An array of exactly so many numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exactly<const COUNT: usize>(pub(super) Bounds);
 
-impl<const COUNT: usize> Kind for Exactly<COUNT> {
+impl<const COUNT: usize> Kind for Exactly<COUNT>
+where
+    [f64; COUNT]: Serialize,
+{
     type Output = [f64; COUNT];
 
     fn wanted(&self) -> String {
@@ -281,6 +344,12 @@ impl<const COUNT: usize> Kind for Exactly<COUNT> {
             return value.complain(Problem::new(wrong, format!("write {COUNT} values")));
         }
         value.each(&self.0, self)?.try_into().ok()
+    }
+
+    fn schema(&self) -> Json {
+        let mut schema = array(&self.0);
+        (schema["minItems"], schema["maxItems"]) = (COUNT.into(), COUNT.into());
+        schema
     }
 }
 
@@ -297,21 +366,35 @@ impl<T: DeserializeOwned> OneOf<T> {
         let deserializer: StrDeserializer<'_, UnknownVariant> = word.into_deserializer();
         T::deserialize(deserializer)
     }
+
+    /// The words.
+    pub(super) fn words() -> &'static [&'static str] {
+        // No variant is called "": the refusal carries the list.
+        Self::parse("").err().map_or(&[], |refused| refused.0)
+    }
+
+    /// One table or another, as the word of the key `tag` says.
+    pub(super) fn tables(tag: &'static str, about: &str, table: fn(T) -> Json) -> Json {
+        let alternative = |&word: &&str| Some(schema::tagged(tag, word, about, table(Self::parse(word).ok()?)));
+        json!({ "oneOf": Self::words().iter().filter_map(alternative).collect::<Vec<_>>() })
+    }
 }
 
-impl<T: DeserializeOwned> Kind for OneOf<T> {
+impl<T: DeserializeOwned + Serialize> Kind for OneOf<T> {
     type Output = T;
 
     fn wanted(&self) -> String {
-        // No variant is called "": the refusal carries the list.
-        let accepted = Self::parse("").err().map_or(&[][..], |refused| refused.0);
-        format!("one of {}", quoted(accepted))
+        format!("one of {}", quoted(Self::words()))
     }
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
         let Some(word) = value.get().as_str() else { return value.wrong_type(self) };
         Self::parse(word)
             .map_or_else(|UnknownVariant(accepted)| value.complain(Problem::not_a_choice(word, accepted)), Some)
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "string", "enum": Self::words() })
     }
 }
 

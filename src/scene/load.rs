@@ -68,6 +68,15 @@ impl Scene {
         LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new())
     }
 
+    /// The JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`, what has
+    /// to stand there in words, and a `description`. What has to fit together beyond that is told when a scene is
+    /// loaded.
+    pub fn json_schema() -> serde_json::Value {
+        let mut schema = Self::schema();
+        schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
+        schema
+    }
+
     /// The scene as TOML, every default spelt out; [`Scene::from_str`] reads it back to an equal scene.
     ///
     /// # Errors

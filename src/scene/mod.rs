@@ -12,6 +12,7 @@ mod kind;
 mod load;
 pub mod model;
 mod problem;
+pub mod schema;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -1,5 +1,7 @@
 //! Reads a TOML table key by key and knows at the end which keys nobody asked for.
 
+use serde::Serialize;
+use serde_json::{Value as Json, json};
 use toml::de::{DeTable, DeValue};
 
 use super::Problem;
@@ -9,13 +11,21 @@ use super::problem::nearest;
 /// What may stand at a key.
 pub(super) trait Kind {
     /// What it is read as.
-    type Output;
+    type Output: Serialize;
 
     /// What has to stand there, in words that continue "write ...".
     fn wanted(&self) -> String;
 
     /// Reads it, or complains and returns `None`.
     fn read(&self, value: &Value<'_>) -> Option<Self::Output>;
+
+    /// The same as a JSON Schema.
+    fn schema(&self) -> Json;
+
+    /// How a value that was read is written; null for what is left out.
+    fn written(&self, output: &Self::Output) -> Json {
+        json!(output)
+    }
 }
 
 /// A value and its key path.
@@ -219,6 +229,11 @@ impl<'a> Table<'a> {
     }
 }
 
+/// The schema of an array of at least one item of a kind.
+pub(super) fn array(kind: &impl Kind) -> Json {
+    json!({ "type": "array", "items": kind.schema(), "minItems": 1 })
+}
+
 /// A table within a table.
 #[derive(Debug)]
 pub(super) struct Nested<T> {
@@ -226,11 +241,13 @@ pub(super) struct Nested<T> {
     pub(super) title: &'static str,
     /// What has to stand there.
     pub(super) wanted: &'static str,
+    /// What may stand in it.
+    pub(super) schema: fn() -> Json,
     /// Reads its keys.
     pub(super) read: fn(&mut Table<'_>) -> Option<T>,
 }
 
-impl<T> Kind for Nested<T> {
+impl<T: Serialize> Kind for Nested<T> {
     type Output = T;
 
     fn wanted(&self) -> String {
@@ -244,13 +261,17 @@ impl<T> Kind for Nested<T> {
         table.finish();
         read
     }
+
+    fn schema(&self) -> Json {
+        (self.schema)()
+    }
 }
 
 /// An array of tables, at least one.
 #[derive(Debug)]
 pub(super) struct Each<T>(pub(super) Nested<T>);
 
-impl<T> Kind for Each<T> {
+impl<T: Serialize> Kind for Each<T> {
     type Output = Vec<T>;
 
     fn wanted(&self) -> String {
@@ -259,5 +280,9 @@ impl<T> Kind for Each<T> {
 
     fn read(&self, value: &Value<'_>) -> Option<Vec<T>> {
         value.each(&self.0, self)
+    }
+
+    fn schema(&self) -> Json {
+        array(&self.0)
     }
 }

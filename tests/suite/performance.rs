@@ -155,6 +155,11 @@ fn comparisons_end_with_the_right_exit_code() {
     other.write(&path).unwrap();
     let (code, text) = run(&[record.to_str().unwrap(), path.to_str().unwrap(), "--workload", "compliance"]);
     assert!(code == 1 && text.contains("wrong result"), "{text}");
+    // Out of time, a verdict says what it rests on.
+    let itself = program();
+    let itself = itself.to_str().unwrap();
+    let (code, text) = run(&[itself, itself, "--workload", "compliance", "--budget", "1"]);
+    assert!(code == 0 && text.contains("(too few to judge by)") && text.contains("0 of 1 workloads"), "{text}");
     // A program that does not measure is told apart from one that is worse.
     let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "compliance"]);
     assert!(code == 1 && text.contains("profile measure"), "{text}");

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::scene::Problem;
-use crate::scene::kind::Bounds;
+use crate::scene::keys::keys;
+use crate::scene::kind::{Bounds, Optional};
 use crate::scene::table::{Kind, Nested, Table};
 
 /// What holds the axle: a load, a height, or a mass under a load that moves.
@@ -53,51 +54,58 @@ impl Axle {
     pub const LOAD_TOLERANCE: f64 = 0.01;
 }
 
+keys! {
+    /// What holds the axle: a load, with or without a mass that moves, or a height.
+    #[derive(Debug)]
+    AxleKeys {
+        /// Vertical load \[N\]: the height is found so that it is the mean force. Or give an `indentation`.
+        load: Option<f64> = None => Optional(Bounds::positive("N")),
+        /// How far the rigid tyre is pushed into the plane z = 0, and held there \[m\]. Or give a `load`.
+        indentation: Option<f64> = None => Optional(Bounds::not_negative("m")),
+        /// Relative tolerance of the mean force, of a load.
+        tolerance: f64 = Axle::LOAD_TOLERANCE => Bounds::inside(0.0, 1.0, ""),
+        /// Time over which an indentation rises linearly from zero \[s\].
+        ramp: f64 = 0.0 => Bounds::not_negative("s"),
+        /// Mass under a load that moves with the axle \[kg\]; without it the height stays as it was found.
+        mass: Option<f64> = None => Optional(Bounds::positive("kg")),
+        /// Stiffness of the spring above the mass \[N/m\].
+        stiffness: f64 = 0.0 => Bounds::not_negative("N/m"),
+        /// Damping of the damper above the mass \[N s/m\].
+        damping: f64 = 0.0 => Bounds::not_negative("N s/m"),
+    }
+}
+
 const WANTED: &str = "{ load = ... } in N, or { indentation = ..., ramp = ... } in m and s; with a load, mass = ... \
 in kg lets the axle move";
-/// What only a moving axle has beside its mass.
-const OF_A_MASS: [&str; 2] = ["stiffness", "damping"];
 
-pub(in crate::scene) const AXLE: Nested<Axle> = Nested { title: "the axle", wanted: WANTED, read: axle };
+pub(in crate::scene) const AXLE: Nested<Axle> =
+    Nested { title: "the axle", wanted: WANTED, schema: AxleKeys::schema, read: axle };
 
 fn axle(table: &mut Table<'_>) -> Option<Axle> {
     match (table.has("load"), table.has("indentation")) {
-        (true, true) => {
-            table.be_lenient();
-            table.complain("indentation", Problem::conflict("load"))
-        }
         (true, false) => {
             table.refuse(&["ramp"], "a load", "remove it: the load acts from the start; or give an indentation");
-            let load = table.required("load", &Bounds::positive("N"));
-            let tolerance = table.or("tolerance", &Bounds::inside(0.0, 1.0, ""), Axle::LOAD_TOLERANCE);
-            if table.has("mass") {
-                let mass = table.required("mass", &Bounds::positive("kg"));
-                let stiffness = table.or("stiffness", &Bounds::not_negative("N/m"), 0.0);
-                let damping = table.or("damping", &Bounds::not_negative("N s/m"), 0.0);
-                let (stiffness, damping) = (stiffness?, damping?);
-                return Some(Axle::Mass { load: load?, mass: mass?, stiffness, damping, tolerance: tolerance? });
+            if !table.has("mass") {
+                let right = "give its mass, too: mass = ... in kg; or remove it";
+                table.refuse(&["stiffness", "damping"], "an axle without a mass", right);
             }
-            table.take("mass");
-            table.refuse(&OF_A_MASS, "an axle without a mass", "give its mass, too: mass = ... in kg; or remove it");
-            Some(Axle::Load { load: load?, tolerance: tolerance? })
         }
         (false, true) => {
             table.refuse(&["tolerance"], "an indentation", "remove it: a height is held exactly; or give a load");
             let right = "remove it: a height is held whatever the force; or give a load";
             table.refuse(&["mass", "stiffness", "damping"], "an indentation", right);
-            let indentation = table.required("indentation", &Bounds::not_negative("m"));
-            let ramp = table.or("ramp", &Bounds::not_negative("s"), 0.0);
-            Some(Axle::Indentation { indentation: indentation?, ramp: ramp? })
         }
-        (false, false) => {
-            for key in ["load", "indentation", "tolerance", "ramp", "mass", "stiffness", "damping"] {
-                table.take(key);
-            }
-            if table.has("mass") {
-                return table.complain("load", Problem::missing(&Bounds::positive("N").wanted()));
-            }
-            // A misspelt key explains why neither is there; it is enough to name that.
-            if table.has_unknown() { None } else { table.complain_here(Problem::empty(WANTED)) }
-        }
+        _ => {}
+    }
+    let AxleKeys { load, indentation, tolerance, ramp, mass, stiffness, damping } = AxleKeys::read(table)?;
+    match (load, indentation, mass) {
+        (Some(load), None, None) => Some(Axle::Load { load, tolerance }),
+        (Some(load), None, Some(mass)) => Some(Axle::Mass { load, mass, stiffness, damping, tolerance }),
+        (None, Some(indentation), _) => Some(Axle::Indentation { indentation, ramp }),
+        (Some(_), Some(_), _) => table.complain("indentation", Problem::conflict("load")),
+        (None, None, Some(_)) => table.complain("load", Problem::missing(&Bounds::positive("N").wanted())),
+        // A misspelt key explains why neither is there; it is enough to name that.
+        (None, None, None) if table.has_unknown() => None,
+        (None, None, None) => table.complain_here(Problem::empty(WANTED)),
     }
 }

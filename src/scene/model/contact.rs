@@ -27,12 +27,12 @@ keys! {
         /// Size of a cell across \[m\], `zone = "cells"` only; instead of `cells_across`. Default: a cell's length.
         #[serde(skip_serializing_if = "Option::is_none")]
         cell: Option<f64> = None => Optional(Bounds::positive("m")),
-        /// Cells across the contact width; default: about [`Road::cell`](super::Road::cell) each (a grid that fits
-        /// exactly keeps its own).
+        /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
+        /// grid that fits exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_across: Option<usize> = None => Optional(Whole::least(1)),
-        /// Cells along an element; default: at most [`Road::cell`](super::Road::cell) each (a grid that fits exactly
-        /// keeps its own).
+        /// Cells along an element; default: as many as the road's texture asks for, each 2 mm at most (a grid that fits
+        /// exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_along: Option<usize> = None => Optional(Whole::least(1)),
         /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it
@@ -51,7 +51,7 @@ keys! {
 }
 
 pub(in crate::scene) const CONTACT: Nested<Contact> =
-    Nested { title: "[contact]", wanted: "the table [contact]", read: contact };
+    Nested { title: "[contact]", wanted: "the table [contact]", schema: Contact::schema, read: contact };
 
 /// Keys that cells have no use for.
 const OF_SLICES: [&str; 7] = [

@@ -45,7 +45,7 @@ keys! {
 }
 
 pub(in crate::scene) const EFFECTS: Nested<Effects> =
-    Nested { title: "[effects]", wanted: "the table [effects]", read: effects };
+    Nested { title: "[effects]", wanted: "the table [effects]", schema: Effects::schema, read: effects };
 
 fn effects(table: &mut Table<'_>) -> Option<Effects> {
     let read = Effects::read(table);

@@ -6,40 +6,52 @@ use serde::Serialize;
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::Bounds;
+use crate::scene::kind::{Bounds, Optional};
 use crate::scene::problem::short;
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Kind, Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m");
-
-/// The inflation pressure and, where they are given, the sidewalls that it stretches between rim and belt.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Inflation {
-    /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns; a flat one feels
-    /// it through its sidewalls only.
-    pub pressure: f64,
-    /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\]; a curved tyre's.
-    #[serde(skip_serializing_if = "is_default")]
-    pub sidewall_mass: f64,
-    /// The arcs of the sidewalls: what tension and foundation come from where they are not given.
-    #[serde(flatten)]
-    pub sidewalls: Option<Sidewalls>,
-}
+const ANGLE: Bounds = Bounds::any("rad");
 
 keys! {
-    /// Two sidewalls as membranes: circular arcs from rim to belt, see [`Sidewalls::carry`]. Both lengths of an arc are
-    /// given, or neither.
-    #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-    Sidewalls {
-        /// Radius r_s of an arc \[m\].
-        #[serde(rename = "sidewall_radius")]
-        radius as "sidewall_radius": f64 => LENGTH,
-        /// Half its angle, phi, between 0 and pi \[rad\].
-        #[serde(rename = "sidewall_angle")]
-        angle as "sidewall_angle": f64 => Bounds::any("rad"),
+    /// The inflation pressure and, where they are given, the sidewalls that it stretches between rim and belt: what
+    /// tension and foundation come from where they are not given. Both lengths of their arcs are given, or neither.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Inflation {
+        /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns; a flat one
+        /// feels it through its sidewalls only.
+        pressure: f64 => Bounds::positive("Pa"),
+        /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\]; a curved tyre's.
+        #[serde(skip_serializing_if = "is_default")]
+        sidewall_mass: f64 = 0.0 => Bounds::not_negative("kg/m^2"),
+        /// Radius r_s of a sidewall's arc \[m\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sidewall_radius: Option<f64> = None => Optional(LENGTH),
+        /// Half the angle of the arc, phi, between 0 and pi \[rad\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sidewall_angle: Option<f64> = None => Optional(ANGLE),
         /// Shear stiffness G t of the wall \[N/m\].
-        #[serde(rename = "sidewall_shear")]
-        shear as "sidewall_shear": f64 = 0.0 => Bounds::not_negative("N/m"),
+        #[serde(skip_serializing_if = "is_default")]
+        sidewall_shear: f64 = 0.0 => Bounds::not_negative("N/m"),
+    }
+}
+
+/// Two sidewalls as membranes: circular arcs from rim to belt, see [`Self::carry`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sidewalls {
+    /// Radius r_s of an arc \[m\].
+    pub radius: f64,
+    /// Half its angle, phi, between 0 and pi \[rad\].
+    pub angle: f64,
+    /// Shear stiffness G t of the wall \[N/m\].
+    pub shear: f64,
+}
+
+impl Inflation {
+    /// The sidewalls, where their arcs are given.
+    pub fn sidewalls(&self) -> Option<Sidewalls> {
+        let (radius, angle) = self.sidewall_radius.zip(self.sidewall_angle)?;
+        Some(Sidewalls { radius, angle, shear: self.sidewall_shear })
     }
 }
 
@@ -103,27 +115,32 @@ keys! {
 pub(super) const INFLATION: Nested<Inflation> = Nested {
     title: "the inflation",
     wanted: "a table, { pressure = ..., sidewall_radius = ..., sidewall_angle = ... }",
+    schema: Inflation::schema,
     read: inflation,
 };
-pub(super) const CAVITY: Nested<Cavity> =
-    Nested { title: "the cavity", wanted: "a table, { radius = ..., depth = ..., density = ... }", read: cavity };
+pub(super) const CAVITY: Nested<Cavity> = Nested {
+    title: "the cavity",
+    wanted: "a table, { radius = ..., depth = ..., density = ... }",
+    schema: Cavity::schema,
+    read: cavity,
+};
 
 fn inflation(table: &mut Table<'_>) -> Option<Inflation> {
-    let pressure = table.required("pressure", &Bounds::positive("Pa"));
-    let sidewall_mass = table.or("sidewall_mass", &Bounds::not_negative("kg/m^2"), 0.0);
-    let given = ["sidewall_radius", "sidewall_angle", "sidewall_shear"].iter().any(|key| table.has(key));
-    let sidewalls = if given { sidewalls(table).map(Some) } else { Some(None) };
-    Some(Inflation { pressure: pressure?, sidewall_mass: sidewall_mass?, sidewalls: sidewalls? })
-}
-
-fn sidewalls(table: &mut Table<'_>) -> Option<Sidewalls> {
-    let read = Sidewalls::read(table);
-    match table.peek("sidewall_angle", &Bounds::any("rad")) {
+    let read = Inflation::read(table);
+    let mut sound = Some(());
+    if ["sidewall_radius", "sidewall_angle", "sidewall_shear"].iter().any(|key| table.has(key)) {
+        for (key, kind) in [("sidewall_radius", LENGTH), ("sidewall_angle", ANGLE)] {
+            if !table.has(key) {
+                sound = table.complain(key, Problem::missing(&kind.wanted()));
+            }
+        }
+    }
+    match table.peek("sidewall_angle", &ANGLE) {
         Some(Some(angle)) if !(angle > 0.0 && angle < PI) => {
             let wrong = format!("{} rad is not half the angle of an arc from rim to belt", short(angle));
             table.complain("sidewall_angle", Problem::new(wrong, "write a number above 0 and below pi rad"))
         }
-        _ => read,
+        _ => sound.and(read),
     }
 }
 

@@ -66,6 +66,7 @@ keys! {
 const POWER_LAW: Nested<PowerLawTexture> = Nested {
     title: "a power-law texture",
     wanted: "a table, { rms = ..., exponent = ..., longest = ..., shortest = ... }",
+    schema: PowerLawTexture::schema,
     read: power_law,
 };
 

@@ -105,6 +105,7 @@ impl Serialize for Material {
 pub(super) const MATERIAL: Nested<Material> = Nested {
     title: "a material",
     wanted: "a table, { law = ..., modulus = ..., loss_factor = ..., poisson = ..., density = ... }",
+    schema: Material::schema,
     read: material,
 };
 

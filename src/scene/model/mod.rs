@@ -29,6 +29,6 @@ pub use numerics::*;
 pub use road::*;
 pub use rolling::*;
 pub use scene::*;
-pub use sound::*;
+pub use sound::{AirMotion, Radiation, RadiationQuality, Receiver, ReceiverPlace, StandardReceiver, Vehicle};
 pub use tyre::*;
 pub use vibration::*;

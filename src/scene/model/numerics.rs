@@ -1,6 +1,7 @@
 //! `[numerics]` and `[outputs]`: resolution, tolerances, and what is written.
 
 use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Value as Json, json};
 
 use super::vibration::{VIBRATION, Vibration};
 use crate::scene::Problem;
@@ -61,7 +62,7 @@ keys! {
 const FMAX: Bounds = Bounds::positive("Hz");
 
 pub(in crate::scene) const NUMERICS: Nested<Numerics> =
-    Nested { title: "[numerics]", wanted: "the table [numerics]", read: numerics };
+    Nested { title: "[numerics]", wanted: "the table [numerics]", schema: Numerics::schema, read: numerics };
 
 impl Numerics {
     /// Fewer elements do not even resolve the patch of a car tyre by two.
@@ -124,18 +125,19 @@ impl Kind for Elements {
             value.complain(Problem::new(format!("{elements} is odd"), right))
         }
     }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "integer", "minimum": Numerics::FEWEST_ELEMENTS, "multipleOf": 2 })
+    }
 }
 
 fn optional_decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    match accuracy {
-        Some(accuracy) => decibels(accuracy, serializer),
-        None => serializer.serialize_none(),
-    }
+    accuracy.map(Decibels::text).serialize(serializer)
 }
 
 /// A level difference as it is read, in quotes.
 pub(super) fn decibels<S: Serializer>(difference: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(&format!("{difference} dB"))
+    Decibels::text(*difference).serialize(serializer)
 }
 
 /// A named row of the table of accuracy against time.
@@ -198,4 +200,4 @@ keys! {
 }
 
 pub(in crate::scene) const OUTPUTS: Nested<Outputs> =
-    Nested { title: "[outputs]", wanted: "the table [outputs]", read: Outputs::read };
+    Nested { title: "[outputs]", wanted: "the table [outputs]", schema: Outputs::schema, read: Outputs::read };

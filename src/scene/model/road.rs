@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
 
 use super::made_road::{MadeRoad, made};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Column, Exactly, File, OneOf, Optional, Whole};
+use crate::scene::schema;
 use crate::scene::table::{Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m");
@@ -188,11 +190,15 @@ impl Road {
     }
 }
 
-pub(in crate::scene) const ROAD: Nested<Road> =
-    Nested { title: "the road", wanted: "the table [road] with a kind and its keys", read: road };
+pub(in crate::scene) const ROAD: Nested<Road> = Nested {
+    title: "the road",
+    wanted: "the table [road] with a kind and its keys",
+    schema: || OneOf::<RoadKind>::tables("kind", "What kind of road it is.", |kind| kind.table().1()),
+    read: road,
+};
 
 /// The words accepted as `kind`; the tags of [`Road`].
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum RoadKind {
     Smooth,
@@ -202,18 +208,28 @@ enum RoadKind {
     Grid,
 }
 
+impl RoadKind {
+    /// The table of its keys: in words, what may stand in it beside the kind, and its reader.
+    #[expect(clippy::type_complexity, reason = "three parts of one statement")]
+    fn table(self) -> (&'static str, fn() -> Json, fn(&mut Table<'_>) -> Option<Road>) {
+        match self {
+            Self::Smooth => ("a smooth road", || schema::table("The plane z = 0.", []), |_| Some(Road::Smooth)),
+            Self::Made => ("a made road", MadeRoad::schema, |table| made(table).map(Road::Made)),
+            Self::Profile => ("a profile road", ProfileRoad::schema, |table| profile(table).map(Road::Profile)),
+            Self::OpenCrg => {
+                ("an opencrg road", OpenCrgRoad::schema, |table| OpenCrgRoad::read(table).map(Road::OpenCrg))
+            }
+            Self::Grid => ("a grid road", GridRoad::schema, |table| GridRoad::read(table).map(Road::Grid)),
+        }
+    }
+}
+
 fn road(table: &mut Table<'_>) -> Option<Road> {
     let Some(kind) = table.required("kind", &OneOf::<RoadKind>::new()) else {
         table.be_lenient();
         return None;
     };
-    let (title, read): (_, fn(&mut Table<'_>) -> Option<Road>) = match kind {
-        RoadKind::Smooth => ("a smooth road", |_| Some(Road::Smooth)),
-        RoadKind::Made => ("a made road", |table| made(table).map(Road::Made)),
-        RoadKind::Profile => ("a profile road", |table| profile(table).map(Road::Profile)),
-        RoadKind::OpenCrg => ("an opencrg road", |table| OpenCrgRoad::read(table).map(Road::OpenCrg)),
-        RoadKind::Grid => ("a grid road", |table| GridRoad::read(table).map(Road::Grid)),
-    };
+    let (title, _, read) = kind.table();
     table.rename(title);
     read(table)
 }

@@ -26,8 +26,12 @@ keys! {
     }
 }
 
-pub(in crate::scene) const ROLLING: Nested<Rolling> =
-    Nested { title: "[rolling]", wanted: "the table [rolling] with speed_kmh, duration and axle", read: Rolling::read };
+pub(in crate::scene) const ROLLING: Nested<Rolling> = Nested {
+    title: "[rolling]",
+    wanted: "the table [rolling] with speed_kmh, duration and axle",
+    schema: Rolling::schema,
+    read: Rolling::read,
+};
 
 impl Rolling {
     /// Default warm-up \[s\]: the default tyre's transient after a static start has died out by then.

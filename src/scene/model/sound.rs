@@ -6,7 +6,7 @@ use super::numerics::decibels;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Exactly, Flag, OneOf, Optional, Text, Whole};
-use crate::scene::table::{Each, Nested, Table};
+use crate::scene::table::{Each, Kind, Nested, Table};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
 ///
@@ -147,79 +147,98 @@ pub enum AirMotion {
     WithTread,
 }
 
-pub(in crate::scene) const RECEIVERS: Each<Receiver> =
-    Each(Nested { title: "[[receiver]]", wanted: "tables [[receiver]], one for each place", read: receiver });
+pub(in crate::scene) const RECEIVERS: Each<Receiver> = Each(Nested {
+    title: "[[receiver]]",
+    wanted: "tables [[receiver]], one for each place",
+    schema: ReceiverKeys::schema,
+    read: receiver,
+});
 pub(in crate::scene) const RADIATION: Nested<Radiation> =
-    Nested { title: "[radiation]", wanted: "the table [radiation]", read: Radiation::read };
-const VEHICLE: Nested<Vehicle> =
-    Nested { title: "the vehicle", wanted: "a table, { wheelbase = 2.7, track = 1.55 }", read: Vehicle::read };
+    Nested { title: "[radiation]", wanted: "the table [radiation]", schema: Radiation::schema, read: Radiation::read };
+const VEHICLE: Nested<Vehicle> = Nested {
+    title: "the vehicle",
+    wanted: "a table, { wheelbase = 2.7, track = 1.55 }",
+    schema: Vehicle::schema,
+    read: Vehicle::read,
+};
 
 /// What no microphone stands beyond.
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
 const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m");
 
 /// The words of `standard`.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-enum Standard {
+pub enum Standard {
     CoastBy,
     Cpx,
     Circle,
     Hemisphere,
 }
 
-fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
-    let name = table.or("name", &Text, String::new());
-    let place = match (table.has("position"), table.has("standard")) {
-        (true, false) => {
-            let position = table.required("position", &Exactly::<3>(COORDINATE));
-            table.refuse(&["standard", "distance", "height", "radius", "vehicle"], "position", "leave this out");
-            position.map(|position| ReceiverPlace::Position { position })
-        }
-        (true, true) => table.complain("standard", Problem::new("`position` is given, too", "one of the two")),
-        (false, false) => {
-            for key in ["position", "standard", "distance", "height", "radius", "vehicle"] {
-                table.take(key);
-            }
-            // A slip in the key's name is told by itself, with the name that was meant.
-            if table.has_unknown() {
-                return None;
-            }
-            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\" or \
-                         \"hemisphere\"";
-            table.complain_here(Problem::new("it says nowhere where the receiver is", right))
-        }
-        (false, true) => standard(table).map(ReceiverPlace::Standard),
-    };
-    if place.is_none() {
-        table.be_lenient();
+keys! {
+    /// A place, or places, at which the sound pressure is wanted: a `position`, or what a `standard` says.
+    #[derive(Debug)]
+    ReceiverKeys {
+        /// Its name in tables, files and legends; made from the place where it is left out.
+        name: String = String::new() => Text,
+        /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
+        /// \[m\].
+        position: Option<[f64; 3]> = None => Optional(Exactly(COORDINATE)),
+        /// Places beside the passing tyre (UN R117, ISO 362), close to it (ISO 11819-2), or round it for its
+        /// directivity or its sound power (ISO 3744).
+        standard: Option<Standard> = None => Optional(OneOf::new()),
+        /// Of `coast-by`: from the tyre's path, or the middle of the vehicle's, to its left \[m\].
+        distance: f64 = StandardReceiver::DISTANCE => LENGTH,
+        /// Above the road \[m\]: of `circle`, and of `coast-by`, there by default as in UN R117.
+        height: Option<f64> = None => Optional(LENGTH),
+        /// Of `circle`, round the vertical through the axle, or of `hemisphere`, round the point under it \[m\].
+        radius: Option<f64> = None => Optional(LENGTH),
+        /// Of `coast-by`: the vehicle whose four tyres are heard; one tyre alone where it is left out.
+        vehicle: Option<Vehicle> = None => Optional(VEHICLE),
     }
-    Some(Receiver { name: name?, place: place? })
 }
 
-fn standard(table: &mut Table<'_>) -> Option<StandardReceiver> {
-    let standard = table.required("standard", &OneOf::<Standard>::new())?;
-    let right = "leave this out";
-    Some(match standard {
-        Standard::CoastBy => {
-            table.refuse(&["radius"], "standard = \"coast-by\"", right);
-            let distance = table.or("distance", &LENGTH, StandardReceiver::DISTANCE);
-            let height = table.or("height", &LENGTH, StandardReceiver::HEIGHT);
-            let vehicle = table.or("vehicle", &Optional(VEHICLE), None);
-            StandardReceiver::CoastBy { distance: distance?, height: height?, vehicle: vehicle? }
+fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
+    let standard = table.peek("standard", &OneOf::<Standard>::new());
+    let (owner, others): (_, &[_]) = match standard {
+        _ if table.has("position") => ("position", &["distance", "height", "radius", "vehicle"]),
+        Some(Some(Standard::CoastBy)) => ("standard = \"coast-by\"", &["radius"]),
+        Some(Some(Standard::Cpx)) => ("standard = \"cpx\"", &["distance", "height", "radius", "vehicle"]),
+        Some(Some(Standard::Circle)) => ("standard = \"circle\"", &["distance", "vehicle"]),
+        Some(Some(Standard::Hemisphere)) => ("standard = \"hemisphere\"", &["distance", "height", "vehicle"]),
+        _ => ("", &[]),
+    };
+    table.refuse(others, owner, "leave this out");
+    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle } = ReceiverKeys::read(table)?;
+    let required = |key, length: Option<f64>| match length {
+        None => table.complain(key, Problem::missing(&LENGTH.wanted())),
+        given => given,
+    };
+    let place = match (position, standard) {
+        (Some(position), None) => ReceiverPlace::Position { position },
+        (Some(_), Some(_)) => {
+            return table.complain("standard", Problem::new("`position` is given, too", "one of the two"));
         }
-        Standard::Cpx => {
-            table.refuse(&["radius", "distance", "height", "vehicle"], "standard = \"cpx\"", right);
-            StandardReceiver::Cpx
+        // A slip in the key's name is told by itself, with the name that was meant.
+        (None, None) if table.has_unknown() => return None,
+        (None, None) => {
+            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\" or \
+                         \"hemisphere\"";
+            return table.complain_here(Problem::new("it says nowhere where the receiver is", right));
         }
-        Standard::Circle => {
-            table.refuse(&["distance", "vehicle"], "standard = \"circle\"", right);
-            let (radius, height) = (table.required("radius", &LENGTH), table.required("height", &LENGTH));
-            StandardReceiver::Circle { radius: radius?, height: height? }
-        }
-        Standard::Hemisphere => {
-            table.refuse(&["distance", "height", "vehicle"], "standard = \"hemisphere\"", right);
-            StandardReceiver::Hemisphere { radius: table.required("radius", &LENGTH)? }
-        }
-    })
+        (None, Some(standard)) => ReceiverPlace::Standard(match standard {
+            Standard::CoastBy => {
+                let height = height.unwrap_or(StandardReceiver::HEIGHT);
+                StandardReceiver::CoastBy { distance, height, vehicle }
+            }
+            Standard::Cpx => StandardReceiver::Cpx,
+            Standard::Circle => {
+                let (radius, height) = (required("radius", radius), required("height", height));
+                StandardReceiver::Circle { radius: radius?, height: height? }
+            }
+            Standard::Hemisphere => StandardReceiver::Hemisphere { radius: required("radius", radius)? },
+        }),
+    };
+    Some(Receiver { name, place })
 }

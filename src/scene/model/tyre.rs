@@ -1,13 +1,14 @@
 //! `[tyre]`: shape, layers, foundation and what is in it.
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
 use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls};
 use super::material::{MATERIAL, Material};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Exactly, Flag, OneOf, Optional, Text};
+use crate::scene::kind::{Bounds, Exactly, File, Flag, OneOf, Optional, Text};
 use crate::scene::problem::short;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
@@ -112,9 +113,9 @@ impl Tyre {
     /// What inflation and sidewalls give, where the arcs of the sidewalls are known; tension and foundation of the tyre
     /// are these values where the scene left them out.
     pub fn carried(&self) -> Option<Carried> {
-        let Inflation { pressure, sidewalls, .. } = self.inflation.as_ref()?;
+        let inflation = self.inflation.as_ref()?;
         let inner_radius = self.radius() - self.thickness();
-        sidewalls.as_ref().map(|sidewalls| sidewalls.carry(*pressure, self.width, inner_radius))
+        inflation.sidewalls().map(|arc| arc.carry(inflation.pressure, self.width, inner_radius))
     }
 
     /// Whether any layer is under tension along the circumference.
@@ -126,16 +127,22 @@ impl Tyre {
 /// The tyre: a table; the path of a tyre file was replaced by the table in it before.
 pub(in crate::scene) struct TyreKind;
 
-const TYRE: Nested<Tyre> =
-    Nested { title: "the tyre", wanted: "the table [tyre], or the path of a tyre file in quotes", read: tyre };
+const TYRE: Nested<Tyre> = Nested {
+    title: "the tyre",
+    wanted: "the table [tyre], or the path of a tyre file in quotes",
+    schema: Tyre::schema,
+    read: tyre,
+};
 const FOUNDATION: Nested<Foundation> = Nested {
     title: "the foundation",
     wanted: "a table, { normal = ..., tangential = ..., loss_factor = ... }",
+    schema: Foundation::schema,
     read: Foundation::read,
 };
 const LAYERS: Each<Layer> = Each(Nested {
     title: "a layer",
     wanted: "one table [[tyre.layers]] ([[layers]] in a tyre file) for each layer",
+    schema: Layer::schema,
     read: Layer::read,
 });
 
@@ -149,6 +156,10 @@ impl Kind for TyreKind {
     fn read(&self, value: &Value<'_>) -> Option<Tyre> {
         // A path is still here only if its file could not be read, which was complained about.
         if matches!(value.get(), DeValue::String(_)) { None } else { TYRE.read(value) }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [File.schema(), TYRE.schema()] })
     }
 }
 
@@ -170,7 +181,7 @@ fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
 fn bed_is_whole(table: &Table<'_>) -> Option<()> {
     match (table.peek("inflation", &INFLATION), table.peek("foundation", &FOUNDATION)) {
         // Sidewalls that are themselves wrong might have given it.
-        (None | Some(Some(Inflation { sidewalls: Some(_), .. })), _) | (_, None) => Some(()),
+        (None | Some(Some(Inflation { sidewall_radius: Some(_), .. })), _) | (_, None) => Some(()),
         (_, Some(None)) => table.complain("foundation", Problem::missing(&FOUNDATION.wanted())),
         (_, Some(Some(_))) => {
             let missing = || Problem::missing(&BED.wanted());
@@ -211,9 +222,8 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
 
 /// A tyre with what was left out taken from its inflation; `None` after complaints.
 fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
-    let (Some(Carried { tension, normal, tangential }), Some(Inflation { pressure, sidewalls: Some(arc), .. })) =
-        (tyre.carried(), &tyre.inflation)
-    else {
+    let arc = tyre.inflation.as_ref().and_then(|inflation| Some((inflation.pressure, inflation.sidewalls()?)));
+    let (Some(Carried { tension, normal, tangential }), Some((pressure, arc))) = (tyre.carried(), arc) else {
         return Some(tyre);
     };
     let mut sound = Some(());
@@ -221,12 +231,12 @@ fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
     let [no_tension, no_normal, no_tangential] =
         ["layers[0].tension", "foundation.normal", "foundation.tangential"].map(|key| !table.gives(key));
     if no_tension && !(tension >= 0.0 && tension.is_finite()) {
-        let Sidewalls { radius, angle, .. } = *arc;
+        let Sidewalls { radius, angle, .. } = arc;
         let pull = 2.0 * pressure * radius * angle.cos() / tyre.width;
         let wrong = format!(
             "the sidewalls pull the belt inwards by {pull:.3e} Pa, the pressure is {} Pa: a tension of {tension:.3e} \
              N/m would buckle it",
-            short(*pressure)
+            short(pressure)
         );
         let right = format!(
             "write a number above {:.4} rad, a sidewall_radius below {:.4} m, or the innermost layer's tension",

@@ -36,8 +36,12 @@ keys! {
     }
 }
 
-pub(in crate::scene) const VIBRATION: Nested<Vibration> =
-    Nested { title: "[outputs.vibration]", wanted: "the table [outputs.vibration]", read: vibration };
+pub(in crate::scene) const VIBRATION: Nested<Vibration> = Nested {
+    title: "[outputs.vibration]",
+    wanted: "the table [outputs.vibration]",
+    schema: Vibration::schema,
+    read: vibration,
+};
 
 fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
     let read = Vibration::read(table)?;

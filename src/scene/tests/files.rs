@@ -27,7 +27,7 @@ fn folder_with(scene: &str, tyre: Option<&str>) -> (tempfile::TempDir, PathBuf) 
     (folder, path)
 }
 
-fn scenes() -> Vec<PathBuf> {
+pub(super) fn scenes() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.filter(|path| path.extension().is_some_and(|ending| ending == "toml")).collect()

@@ -5,6 +5,7 @@ mod messages;
 mod mistakes;
 mod places;
 mod round_trip;
+mod schema;
 
 use super::{LoadedScene, Scene, SceneError};
 use crate::test_models::replaced;

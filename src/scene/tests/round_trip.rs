@@ -1,11 +1,15 @@
 //! A scene written as TOML reads back as the same scene.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use proptest::prelude::*;
 
 use super::super::*;
 use super::BASE;
+use super::schema::fits;
+
+static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(Scene::json_schema);
 
 fn positive() -> impl Strategy<Value = f64> {
     // Over many decades, with all digits.
@@ -127,7 +131,7 @@ fn tyre() -> impl Strategy<Value = Tyre> {
         |((circumference, width, part), foundation, mut layers, ([curvature, guided], inflation, cavity))| {
             let radius = circumference / std::f64::consts::TAU;
             let mut inflation = inflation;
-            if curvature || inflation.as_ref().is_some_and(|inflation| inflation.sidewalls.is_some()) {
+            if curvature || inflation.as_ref().is_some_and(|inflation| inflation.sidewall_radius.is_some()) {
                 let thickest = 0.3 * radius;
                 layers.iter_mut().for_each(|layer| layer.thickness = layer.thickness.min(thickest));
             }
@@ -160,12 +164,13 @@ fn tyre() -> impl Strategy<Value = Tyre> {
 
 fn inflation() -> impl Strategy<Value = Inflation> {
     // Arcs that may not serve for tension and foundation: both are written, and what is written wins.
-    let sidewalls = (positive(), 1e-9..std::f64::consts::PI, 0.0..1e5_f64)
-        .prop_map(|(radius, angle, shear)| Sidewalls { radius, angle, shear });
-    (positive(), 0.0..9.0_f64, prop::option::of(sidewalls)).prop_map(|(pressure, sidewall_mass, sidewalls)| Inflation {
+    let arc = prop::option::of((positive(), 1e-9..std::f64::consts::PI, 0.0..1e5_f64));
+    (positive(), 0.0..9.0_f64, arc).prop_map(|(pressure, sidewall_mass, arc)| Inflation {
         pressure,
         sidewall_mass,
-        sidewalls,
+        sidewall_radius: arc.map(|(radius, ..)| radius),
+        sidewall_angle: arc.map(|(_, angle, _)| angle),
+        sidewall_shear: arc.map_or(0.0, |(.., shear)| shear),
     })
 }
 
@@ -376,6 +381,7 @@ proptest! {
         let read = Scene::from_str(&text, "written");
         let read = read.unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)));
         prop_assert_eq!(&read.scene, &scene);
+        prop_assert!(fits(&scene.to_json().unwrap(), &SCHEMA), "{}", text);
         prop_assert_eq!(read.settings().unwrap(), scene.to_json().unwrap());
         prop_assert_eq!(super::hash(&LoadedScene::from_scene(&read.scene, "again").unwrap()), super::hash(&read));
     }

@@ -1,0 +1,80 @@
+//! What may stand in a scene, as a JSON Schema that its keys are put together to, and table by table.
+
+use serde_json::{Map, Value, json};
+
+use super::document::join;
+use super::table::Kind;
+
+/// One table of a schema.
+#[derive(Clone, Debug)]
+pub struct Section<'a> {
+    /// Its path, such as `tyre.layers`; empty for the scene itself.
+    pub path: String,
+    /// Whether there may be several of it.
+    pub repeated: bool,
+    /// Its own schema.
+    pub schema: &'a Value,
+}
+
+/// All tables of a schema, each before those in it; one whose keys depend on a word in it, once for each word.
+pub fn sections(schema: &Value) -> Vec<Section<'_>> {
+    let mut sections = Vec::new();
+    collect(String::new(), false, schema, &mut sections);
+    sections
+}
+
+fn collect<'a>(path: String, repeated: bool, schema: &'a Value, sections: &mut Vec<Section<'a>>) {
+    for alternative in ["anyOf", "oneOf"].into_iter().filter_map(|key| schema[key].as_array()).flatten() {
+        collect(path.clone(), repeated, alternative, sections);
+    }
+    if schema["items"].is_object() {
+        collect(path.clone(), true, &schema["items"], sections);
+    }
+    if let Some(keys) = schema["properties"].as_object() {
+        sections.push(Section { path: path.clone(), repeated, schema });
+        keys.iter().for_each(|(name, key)| collect(join(&path, name), false, key, sections));
+    }
+}
+
+/// A table of keys, each with what it means and whether it must be given; no others may stand in it.
+pub(super) fn table<const COUNT: usize>(about: &str, keys: [(&str, &str, (Value, bool)); COUNT]) -> Value {
+    let required: Vec<&str> = keys.iter().filter(|(_, _, (_, required))| *required).map(|(name, ..)| *name).collect();
+    let described = |(name, about, (mut key, _)): (&str, &str, (Value, bool))| {
+        key["description"] = plain(about).into();
+        (name.to_owned(), key)
+    };
+    json!({
+        "type": "object",
+        "description": plain(about),
+        "properties": keys.into_iter().map(described).collect::<Map<_, _>>(),
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+/// What may stand at a key, and whether it must be given: where there is no default.
+pub(super) fn key<T>(kind: &impl Kind<Output = T>, default: Option<T>) -> (Value, bool) {
+    let mut schema = kind.schema();
+    schema["title"] = kind.wanted().into();
+    let written = default.as_ref().map(|default| kind.written(default));
+    // Tables tell their defaults key by key; nothing is not written as an empty array.
+    if let Some(written) = written.filter(|written| !written.is_null() && !written.is_object() && *written != json!([]))
+    {
+        schema["default"] = written;
+    }
+    (schema, default.is_none())
+}
+
+/// A table that must have a word at a key to be this one.
+pub(super) fn tagged(key: &str, word: &str, about: &str, mut table: Value) -> Value {
+    table["properties"][key] = json!({ "const": word, "title": format!("\"{word}\""), "description": about });
+    if let Some(required) = table["required"].as_array_mut() {
+        required.push(key.into());
+    }
+    table
+}
+
+/// A comment of the documentation as one line of plain text.
+fn plain(comment: &str) -> String {
+    comment.trim().replace("  ", " ").replace("\\[", "[").replace("\\]", "]")
+}

@@ -7,8 +7,9 @@ use crate::tyre::poles::cells::CellFitOptions;
 
 /// Wavenumbers times the tread's thickness between which waves are handed from the tyre's ring to a shorter one.
 const HANDED_OVER: [f64; 2] = [6.0, 12.0];
-/// Length of the shorter ring over that of the window, at least.
-const RING: usize = 2;
+/// How far the shorter ring reaches beyond the window, at least, in the longest waves on it over 2 pi: what has gone
+/// round it has decayed by then.
+const DECAYED: f64 = 60.0;
 
 /// Residuals of the search for cells are no smaller than this part of the largest required displacement: its steps are
 /// taken in single precision, and each round that brings the exact residual down costs as much as the first.
@@ -49,20 +50,15 @@ impl Plan {
     pub fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
-        let fits = |part: &usize| {
-            let ring = numerics.elements / part;
-            numerics.elements.is_multiple_of(*part) && ring.is_multiple_of(2) && ring >= RING * columns
-        };
-        let part =
-            (1..=numerics.elements).take_while(|part| numerics.elements / part >= RING * columns).filter(fits).max();
-        match (part, self.scene.tyre.layers.last()) {
-            (Some(part), Some(tread)) if part > 1 && !finite => {
-                let border = Some(HANDED_OVER.map(|kh| kh / tread.thickness));
-                vec![
-                    WaveBand { part: 1, fades_in: None, fades_out: border },
-                    WaveBand { part, fades_in: border, fades_out: None },
-                ]
-            }
+        let Some(tread) = self.scene.tyre.layers.last().filter(|_| !finite) else { return vec![WaveBand::WHOLE] };
+        let border = HANDED_OVER.map(|kh| kh / tread.thickness);
+        let least = columns + (DECAYED / border[0] / self.element).ceil() as usize;
+        let whole_rings = (1..=numerics.elements / least).filter(|part| numerics.elements.is_multiple_of(2 * part));
+        match whole_rings.max() {
+            Some(part) if part > 1 => vec![
+                WaveBand { part: 1, fades_in: None, fades_out: Some(border) },
+                WaveBand { part, fades_in: Some(border), fades_out: None },
+            ],
             _ => vec![WaveBand::WHOLE],
         }
     }

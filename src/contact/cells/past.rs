@@ -8,7 +8,7 @@
 //! Waves are independent of each other, and threads share them out in groups: the same bits whoever takes which.
 
 use num_complex::Complex64;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -114,7 +114,7 @@ impl WavePast {
         if self.instant == 0 {
             self.rule.with_recursion(Block(self));
         }
-        let Self { rule, transform, within, instant, forces, foretold, sum, .. } = self;
+        let Self { rule, transform, within, instant, forces, foretold, sum, arch, .. } = self;
         let (stages, lags, waves) = (rule.stages(), forces.len() - 1, sum.len());
         let now = *instant;
         sum.par_chunks_mut(WAVES_TOGETHER).enumerate().for_each(|(part, sum)| {
@@ -123,10 +123,7 @@ impl WavePast {
             for (earlier, forces) in forces[..now].iter().enumerate() {
                 let row = (earlier % stages * lags + now - earlier - 1) * waves;
                 let weights = &within[row..row + waves][range.clone()];
-                for ((sum, weight), force) in sum.iter_mut().zip(weights).zip(&forces[range.clone()]) {
-                    sum.re = weight.mul_add(force.re, sum.re);
-                    sum.im = weight.mul_add(force.im, sum.im);
-                }
+                arch.dispatch(Weighted { sum, weights, forces: &forces[range.clone()] });
             }
         });
         transform.add_inverse(sum, first_element, out);
@@ -166,6 +163,26 @@ impl WavePast {
         }
         let states: Vec<&mut [f64]> = self.groups.iter_mut().flat_map(WavenumberGroup::states_mut).collect();
         fill_all(states.into_iter(), &state.poles)
+    }
+}
+
+/// Adds weight times force, wave by wave. A type, not a closure, since it has to be inlined into the dispatch to be
+/// compiled for its instructions.
+struct Weighted<'a> {
+    sum: &'a mut [Complex64],
+    weights: &'a [f64],
+    forces: &'a [Complex64],
+}
+
+impl WithSimd for Weighted<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for ((sum, &weight), force) in self.sum.iter_mut().zip(self.weights).zip(self.forces) {
+            sum.re = weight.mul_add(force.re, sum.re);
+            sum.im = weight.mul_add(force.im, sum.im);
+        }
     }
 }
 

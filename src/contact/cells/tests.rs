@@ -123,6 +123,45 @@ fn both_pasts_are_the_convolution_with_the_definition() {
 }
 
 #[test]
+fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
+    let (elements, columns, time_step) = (512, 24, 1.7e-4);
+    let tyre = tyre(PLATE);
+    let grid = CellGrid::new(&tyre, elements, 2);
+    let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 8.0 / time_step);
+    let options = CellFitOptions { top: 1.3e5, tolerance: 1e-4, most_poles: 160 };
+    let past = |band: WaveBand| {
+        let rows = sums.waves(band);
+        let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
+        let transform = WaveTransform::new(sums.grid(), elements / band.part, columns, &rows);
+        WavePast::new(&model, transform, TimeRule::Sdirk2, time_step)
+    };
+    let border = Some([461.0, 923.0]);
+    let mut whole = [past(WaveBand::WHOLE)];
+    let mut parts = [
+        past(WaveBand { part: 1, fades_in: None, fades_out: border }),
+        past(WaveBand { part: 4, fades_in: border, fades_out: None }),
+    ];
+    let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
+    for instant in 0..120 {
+        let first = (instant / 2) as i64;
+        let cells = (0..columns as i64).flat_map(|c| (0..2).map(move |j| force(instant / 7, first + c, j)));
+        let forces: Vec<f64> = cells.collect();
+        let displaced = |pasts: &mut [WavePast]| {
+            let mut out = vec![0.0; columns * 2];
+            pasts.iter_mut().for_each(|past| past.add_displacement(first, &mut out));
+            pasts.iter_mut().for_each(|past| past.push(first, &forces));
+            out
+        };
+        let (a, b) = (displaced(&mut whole), displaced(&mut parts));
+        for (a, b) in a.iter().zip(&b) {
+            (worst, largest) = (worst.max((a - b).abs()), largest.max(a.abs()));
+        }
+    }
+    println!("{:.1e}", worst / largest);
+    assert!(largest > 0.0 && worst < 1e-3 * largest, "{:.2e}", worst / largest);
+}
+
+#[test]
 fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let tyre = tyre(PLATE);
     let (rule, lags) = (TimeRule::Bdf2, 64);

@@ -43,8 +43,8 @@ const MAP_PLOTS: f64 = 20.0;
 /// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
 const VIBRATION_RESERVE: f64 = 1.8;
 
-/// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files that they were read
-/// from or of the equations that they were solved from (measured).
+/// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
+/// they come from (measured).
 const TRANSFER_RESERVE: f64 = 1.3;
 /// Memory of the sound's blocks over that of their arrays (measured).
 const SOUND_RESERVE: f64 = 1.15;

@@ -31,7 +31,7 @@ catalogue! {
         Factorisation => "factorise",
         /// Spectra of the vibration from the patch forces.
         Vibration => "transform to vibration",
-        /// Boundary elements, and from them the pressures for unit forces.
+        /// Boundary elements, or what is kept of them, and the tyre's waves.
         Radiation => "solve for the radiation",
         /// Sound pressures from the patch forces.
         Sound => "transform to sound",

@@ -11,17 +11,19 @@ use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
 use crate::contact::history::{ModalHistory, expected_multiply_adds};
 use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
+use crate::numeric::transform_multiply_adds;
 use crate::plan::cells::ExpectedCells;
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
 use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
 use crate::radiation::SetUpCost;
-use crate::response::pressure::{PlaceTransfers, PressureStream};
+use crate::response::SpectrumAccumulator;
+use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
-use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation, WAVE_BYTES, wave_count};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, SurfaceWaves, Truncation, WAVE_BYTES, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -41,6 +43,12 @@ const SPECTRUM_ARRAYS: f64 = 8.0;
 const MAP_PLOTS: f64 = 20.0;
 /// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
 const VIBRATION_RESERVE: f64 = 1.8;
+
+/// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
+/// they come from (measured).
+const TRANSFER_RESERVE: f64 = 1.3;
+/// Memory of the sound's blocks over that of their arrays (measured).
+const SOUND_RESERVE: f64 = 1.15;
 
 /// Where work is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -101,6 +109,8 @@ pub struct Amounts {
     pub fit_memory_per_thread: f64,
     /// Memory of the waves of a curved tyre in the fit \[bytes\].
     pub fit_memory: f64,
+    /// Memory of what the fit's time makes and the steps go on to hold, counted among [`Self::memory`] \[bytes\].
+    pub fit_memory_that_stays: f64,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
 }
@@ -124,6 +134,7 @@ impl Amounts {
             memory_per_thread: 0.0,
             fit_memory_per_thread: 0.0,
             fit_memory: 0.0,
+            fit_memory_that_stays: 0.0,
             result_bytes: 0.0,
         };
         if plan.needs_model() {
@@ -153,7 +164,7 @@ impl Amounts {
     pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.fit_memory_per_thread * threads as f64 + self.fit_memory;
-        fit.max(steps + expected_fit::KEPT * fit)
+        (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
     }
 
     fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
@@ -368,25 +379,33 @@ impl Amounts {
             self.count(Counter::RadiationKernels, kernels);
             self.count(Counter::RadiationSolves, frequencies as f64);
             self.fit_memory_per_thread = self.fit_memory_per_thread.max(cost.bytes as f64);
-            self.fit_memory = self.fit_memory.max(bytes_kept as f64);
+            self.fit_memory_that_stays = bytes_kept as f64;
+            self.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
         }
+        let (cells, lateral) = (Sound::GRID.around, sound.radiation.lateral_waves);
+        let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
+        self.add(Stage::Radiation, Unit::Evaluation, waves, Place::BeforeOnAll);
+        self.count(Counter::ComplianceEvaluations, waves);
         let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
         let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
-        let products = PlaceTransfers::multiply_adds(
-            &layout,
-            bins,
-            sound.points(),
-            Sound::GRID.around,
-            sound.radiation.lateral_waves,
-        );
-        self.add(Stage::Radiation, Unit::TransferMultiplyAdd, products, Place::BeforeOnAll);
-        let blocks = (plan.steps - plan.warm_up_steps) as f64 / layout.hop() as f64;
-        let multiply_adds = 4.0 * (layout.places() * bins * sound.points()) as f64;
-        self.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks * multiply_adds, Place::MarchOnAll);
-        self.hold("transfers of the sound", PlaceTransfers::bytes(&layout, bins, sound.points()));
-        self.hold("blocks of the sound", PressureStream::bytes(&layout, bins, sound.points()));
-        let kept = sound.kept_samples().min((plan.steps - plan.warm_up_steps) as usize);
-        self.hold("pressures to listen to", (4 * kept * sound.points()) as f64);
+        let points = sound.points();
+        let steps = plan.steps - plan.warm_up_steps;
+        let blocks = PressureStream::blocks(&layout, steps);
+        let together = PressureStream::together(&layout, bins, steps);
+        let passes = blocks.div_ceil(together.max(1) as u64);
+        let [shared, each] = PressureTransfers::multiply_adds(&layout, bins, together, cells, lateral);
+        let products = shared * PressureStream::batches(points).0 as f64 + each * points as f64;
+        self.add(Stage::Sound, Unit::TransferMultiplyAdd, passes as f64 * products, Place::MarchOnAll);
+        let transforms = 0.5 * (layout.places() + points) as f64 * transform_multiply_adds(layout.length());
+        self.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
+        let blocks = PressureStream::bytes(&layout, bins, steps, points, [cells, lateral]);
+        self.hold("blocks of the sound", SOUND_RESERVE * blocks);
+        let spectra = SpectrumAccumulator::bytes(plan.time_step, crate::plan::SEGMENT);
+        self.hold("spectra of the sound", points as f64 * spectra);
+        let samples = PressureStream::samples(&layout, steps) as usize;
+        let [kept, read] = sound.heard_samples(samples, plan.speed);
+        self.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
+        self.hold("pressures to listen to", 4.0 * kept);
     }
 
     fn results(&mut self, scene: &Scene, plan: &Plan) {

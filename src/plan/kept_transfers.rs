@@ -1,6 +1,8 @@
 //! Transfers of a body that earlier runs, or this one before it was stopped, have left on disk: one entry for each
 //! receiver of the scene and frequency.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use num_complex::Complex32;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -61,6 +63,8 @@ impl Plan {
 /// The entries of a problem.
 pub(crate) struct KeptTransfers<'a> {
     cache: Option<Cache>,
+    /// Whether the cache has failed and is left alone.
+    failed: AtomicBool,
     problem: &'a TransferProblem<'a>,
     range: &'a FrequencyRange,
     sound: &'a Sound,
@@ -75,7 +79,7 @@ impl<'a> KeptTransfers<'a> {
         warnings: &mut Vec<String>,
     ) -> Self {
         let cache = Cache::open().map_err(|error| warnings.push(format!("no cache of radiation: {error}"))).ok();
-        Self { cache, problem, range, sound }
+        Self { cache, failed: AtomicBool::new(false), problem, range, sound }
     }
 
     /// The key of a receiver's points at a frequency.
@@ -103,11 +107,15 @@ impl<'a> KeptTransfers<'a> {
         (0..self.sound.heard.len()).all(|receiver| entry(receiver).unwrap_or(false))
     }
 
-    /// All frequencies that the choice may call for and that are there for every receiver.
-    pub(crate) fn load(&self, warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
-        let Some(cache) = &self.cache else { return Vec::new() };
-        let candidates = self.range.candidates();
-        let entries: Vec<_> = candidates.par_iter().map(|&frequency| self.at(cache, frequency)).collect();
+    /// The cache while it works.
+    fn usable(&self) -> Option<&Cache> {
+        self.cache.as_ref().filter(|_| !self.failed.load(Ordering::Relaxed))
+    }
+
+    /// Those of some frequencies that are there for every receiver.
+    pub(crate) fn load(&self, wanted: &[f64], warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
+        let Some(cache) = self.usable() else { return Vec::new() };
+        let entries: Vec<_> = wanted.par_iter().map(|&frequency| self.at(cache, frequency)).collect();
         let mut found = Vec::new();
         for entry in entries {
             match entry {
@@ -115,6 +123,7 @@ impl<'a> KeptTransfers<'a> {
                 Ok(Err(unusable)) => warnings.push(unusable),
                 Err(error) => {
                     warnings.push(format!("cache not read: {error}"));
+                    self.failed.store(true, Ordering::Relaxed);
                     break;
                 }
             }
@@ -156,14 +165,14 @@ impl<'a> KeptTransfers<'a> {
     }
 
     /// Stores a finished frequency, receiver by receiver; trouble only gives a warning, the first time.
-    pub(crate) fn store(&mut self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
+    pub(crate) fn store(&self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
         for (receiver, heard) in self.sound.heard.iter().enumerate() {
-            let Some((cache, key)) = self.cache.as_ref().zip(self.key(receiver, found.frequency)) else { return };
+            let Some((cache, key)) = self.usable().zip(self.key(receiver, found.frequency)) else { return };
             let transfers = found.transfers[heard.points.clone()].iter();
             let values = transfers.map(|transfer| transfer.values.clone()).collect();
             if let Err(error) = cache.store(&key, &KeptReceiver { frequency: found.frequency, values }) {
                 warnings.push(format!("cache not written: {error}"));
-                self.cache = None;
+                self.failed.store(true, Ordering::Relaxed);
             }
         }
     }

@@ -11,8 +11,10 @@ use crate::response::vibration::SegmentLayout;
 use crate::results::sound::SoundError;
 use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Vehicle};
 use crate::sound::Air;
+use crate::sound::pass_by::STENCIL;
 use crate::sound::power::Iso3744;
 use crate::sound::receivers::{self, CoastByLine, Side};
+use crate::sound::resample::FILE_RATE;
 
 /// Length of the blocks \[s\] that forces are transformed in, at least: what the tyre's lowest modes need to ring out.
 const BLOCK: f64 = 0.5;
@@ -24,6 +26,8 @@ const LISTENED: f64 = 30.0;
 /// How far ahead of and behind a microphone beside the road its passage is followed \[m\]: what a pass-by reads, and
 /// some more for the detector to settle.
 const PASSED: f64 = 16.0;
+/// Samples of a point that a passage reads beyond those while it is near: what resampling reaches for.
+const EXCERPT_ENDS: f64 = 70.0;
 /// Distance of the points of a passage \[m\].
 const SPACING: f64 = 0.25;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
@@ -57,6 +61,11 @@ impl Heard {
     /// Whether the tyre passes it.
     pub fn is_passed(&self) -> bool {
         matches!(self.place, ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }))
+    }
+
+    /// Whether all of its pressures can be listened to: it moves along, as one microphone or two.
+    pub fn is_recorded(&self) -> bool {
+        matches!(self.place, ReceiverPlace::Position { .. } | ReceiverPlace::Standard(StandardReceiver::Cpx))
     }
 
     /// The vehicle whose four tyres it hears, if it hears more than one.
@@ -158,9 +167,30 @@ impl Sound {
         SoundError { forces: self.stated, way, band: forces.hypot(way), level_a: forces.hypot(way_a) }
     }
 
-    /// Samples of a point's pressure that are kept.
+    /// Samples of a point's pressure that may be heard.
     pub fn kept_samples(&self) -> usize {
         (LISTENED / self.layout.time_step) as usize
+    }
+}
+
+impl Sound {
+    /// What is heard of so many samples of all points at a speed \[m/s\]: how many of them are kept, and how many
+    /// samples of passages are read.
+    pub(crate) fn heard_samples(&self, samples: usize, speed: f64) -> [f64; 2] {
+        let kept = self.kept_samples().min(samples) as f64;
+        let one = |heard: &Heard| {
+            if !heard.is_passed() {
+                let recorded = heard.is_recorded() && self.radiation.audio;
+                return [if recorded { kept * heard.points.len() as f64 } else { 0.0 }, 0.0];
+            }
+            let lines = heard.lines();
+            let points = lines.first().map_or(0, ExactSizeIterator::len) as f64;
+            let seconds = (points - 1.0) * SPACING / speed;
+            let passages = (kept * self.layout.time_step / seconds).floor();
+            let excerpt = STENCIL as f64 * SPACING / speed / self.layout.time_step + EXCERPT_ENDS;
+            [points * excerpt, seconds * FILE_RATE].map(|samples| lines.len() as f64 * passages * samples)
+        };
+        self.heard.iter().map(one).fold([0.0; 2], |[kept, read], [k, r]| [kept + k, read + r])
     }
 }
 
@@ -304,6 +334,26 @@ mod tests {
         }
         let files: Vec<&str> = sound.heard.iter().map(|heard| heard.file.as_str()).collect();
         assert_eq!(files, ["coast-by", "coast-by-2", "coast-by-3"]);
+    }
+
+    #[test]
+    fn a_vehicle_is_heard_for_half_a_minute_within_a_gigabyte_and_a_point_more_takes_some_1_3_megabytes() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        scene.numerics.elements = 1024;
+        scene.rolling.duration = 40.0;
+        let receiver = |standard| Receiver { name: String::new(), place: ReceiverPlace::Standard(standard) };
+        let vehicle = Vehicle { wheelbase: 2.7, track: 1.55 };
+        let mut memory = |vehicles: usize| {
+            scene.receivers = vec![receiver(StandardReceiver::Cpx)];
+            scene.receivers.extend((0..vehicles).map(|_| receiver(coast_by(Some(vehicle)))));
+            let plan = Plan::new(&scene);
+            (plan.sound().unwrap().points(), plan.amounts().memory_on(2))
+        };
+        let [(few, least), (some, one), (many, four)] = [0, 1, 4].map(&mut memory);
+        assert_eq!([few, some, many], [2, 284, 1130]);
+        assert!(one < 0.8e9, "{one:.2e} bytes of {some} points, {least:.2e} of {few}");
+        let slope = (four - one) / (many - some) as f64;
+        assert!(slope < 1.4e6, "{slope:.2e} bytes a point");
     }
 
     #[test]

@@ -50,10 +50,12 @@ pub enum Unit {
     RadiationOperation,
     /// An evaluation of the acoustic kernel.
     RadiationKernel,
-    /// A real multiply-add of the products that make the transfers from forces to receivers.
+    /// A real multiply-add of the products that make pressures at receivers from forces.
     TransferMultiplyAdd,
-    /// A multiply-add from forces to a receiver.
+    /// A multiply-add of the transforms of forces and pressures over time.
     SoundMultiplyAdd,
+    /// A sample of a passage, put together and its level read.
+    PassedSample,
     /// A byte of a result array.
     OutputByte,
     /// A plot.
@@ -85,8 +87,9 @@ impl Unit {
             Self::TangentialPole => 8e-5,
             Self::RadiationOperation => 5e-11,
             Self::RadiationKernel => 6e-9,
-            Self::TransferMultiplyAdd => 3e-11,
+            Self::TransferMultiplyAdd => 1e-10,
             Self::SoundMultiplyAdd => 3e-10,
+            Self::PassedSample => 2.2e-6,
             Self::OutputByte => 1.2e-9,
             Self::Plot => 2e-3,
         }

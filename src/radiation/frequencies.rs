@@ -30,7 +30,7 @@ use super::elements::distance;
 use super::error::{RadiationError, positive};
 use super::parity::Block;
 use super::solve::SolveReport;
-use super::transfer::{Transfer, TransferProblem};
+use super::transfer::{Transfer, TransferProblem, contact_distance};
 use crate::numeric::{double, lagrange, single};
 
 /// Which frequencies.
@@ -178,6 +178,9 @@ pub struct FrequencyReport {
 
 /// Who is told, and who may stop the work.
 pub struct Watch<'a> {
+    /// Asked for those of some frequencies that are known before, for instance by a set-up that was stopped: what is
+    /// of the same receivers and grid is not solved again.
+    pub known: &'a mut dyn FnMut(&[f64]) -> Vec<FrequencyTransfers>,
     /// Gets each frequency as it is finished, in any order; its error ends the work.
     pub sink: &'a mut dyn FnMut(&FrequencyTransfers) -> Result<(), RadiationError>,
     /// Told after each frequency.
@@ -234,18 +237,12 @@ impl TransferSet {
     }
 }
 
-/// r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road \[m\].
-fn contact_distance(body: &Body, receiver: Vector) -> f64 {
-    distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
-}
-
 /// Equal up to rounding.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }
 
-/// Finds the transfers of a range. `known`: frequencies finished before, for instance by a set-up that was stopped;
-/// where they are what the choice calls for they are not solved again. At most so many threads are at work.
+/// Finds the transfers of a range. At most so many threads are at work.
 ///
 /// # Errors
 /// As [`TransferProblem::solve`] and [`FrequencyRange::check`]; [`RadiationError::Interrupted`]; the sink's. More
@@ -253,7 +250,6 @@ fn same(a: f64, b: f64) -> bool {
 pub fn transfers(
     problem: &TransferProblem<'_>,
     range: &FrequencyRange,
-    known: Vec<FrequencyTransfers>,
     threads: usize,
     watch: &mut Watch<'_>,
 ) -> Result<(TransferSet, FrequencyReport), RadiationError> {
@@ -267,7 +263,6 @@ pub fn transfers(
         problem,
         range,
         at_once: at_once.min(threads.max(1)),
-        known,
         report: FrequencyReport { reciprocal_condition: f64::INFINITY, ..FrequencyReport::default() },
         round: 0,
         finished: 0,
@@ -316,7 +311,6 @@ struct Search<'a> {
     problem: &'a TransferProblem<'a>,
     range: &'a FrequencyRange,
     at_once: usize,
-    known: Vec<FrequencyTransfers>,
     report: FrequencyReport,
     round: usize,
     finished: usize,
@@ -325,7 +319,9 @@ struct Search<'a> {
 impl Search<'_> {
     /// All wanted frequencies, in their order.
     fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
-        let mut found: Vec<_> = wanted.iter().map(|&frequency| self.lookup(frequency)).collect();
+        let mut known = (watch.known)(wanted);
+        let mut found: Vec<_> = wanted.iter().map(|&frequency| self.lookup(&mut known, frequency)).collect();
+        drop(known);
         self.finished += found.iter().flatten().count();
         let mut missing: Vec<usize> = (0..wanted.len()).filter(|&index| found[index].is_none()).collect();
         missing.sort_by(|&a, &b| wanted[b].total_cmp(&wanted[a]));
@@ -370,7 +366,7 @@ impl Search<'_> {
     }
 
     /// Takes a frequency known before, if it is of the same receivers and grid.
-    fn lookup(&mut self, frequency: f64) -> Option<FrequencyTransfers> {
+    fn lookup(&self, known: &mut Vec<FrequencyTransfers>, frequency: f64) -> Option<FrequencyTransfers> {
         let problem = self.problem;
         let sides = if problem.blocks.len() == Block::ALL.len() { 2 } else { 1 };
         let fits = |transfer: &Transfer, receiver: &Vector| {
@@ -379,12 +375,12 @@ impl Search<'_> {
                 && (transfer.sides, transfer.values.len()) == (sides, values)
                 && distance(transfer.receiver, *receiver) <= 0.0
         };
-        let index = self.known.iter().position(|entry| {
+        let index = known.iter().position(|entry| {
             same(entry.frequency, frequency)
                 && entry.transfers.len() == problem.receivers.len()
                 && entry.transfers.iter().zip(problem.receivers).all(|(transfer, receiver)| fits(transfer, receiver))
         })?;
-        Some(FrequencyTransfers { frequency, ..self.known.swap_remove(index) })
+        Some(FrequencyTransfers { frequency, ..known.swap_remove(index) })
     }
 
     fn add(&mut self, report: &SolveReport) {

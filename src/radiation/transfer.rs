@@ -62,6 +62,11 @@ pub fn half_tread(body: &Body) -> f64 {
     }
 }
 
+/// r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road \[m\].
+pub fn contact_distance(body: &Body, receiver: Vector) -> f64 {
+    distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
+}
+
 impl Transfer {
     /// The place of a value.
     pub fn index(&self, side: usize, across: usize, around: usize) -> usize {

@@ -15,7 +15,6 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 
@@ -44,9 +43,6 @@ pub struct SpectrumAccumulator {
     segments: [Vec<f64>; 2],
     /// |X|^2, Re(X conj W) and |W|^2 by bin.
     sums: [Vec<f64>; 3],
-    window: Vec<f64>,
-    bins: [Vec<Complex64>; 2],
-    scratch: Vec<Complex64>,
 }
 
 impl PowerSpectrum {
@@ -94,8 +90,7 @@ impl SpectrumAccumulator {
         // An even length that a mixed-radix transform likes; zeros in the tail change no energy.
         let length = transform_length((2.0 * hop).ceil() as usize + 2);
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-        let bins = transform.make_output_vec();
-        let sum = vec![0.0; bins.len()];
+        let sum = vec![0.0; length / 2 + 1];
         Ok(Self {
             samples: samples as u64,
             time_step,
@@ -106,11 +101,14 @@ impl SpectrumAccumulator {
             open: 0,
             segments: [vec![0.0; length], vec![0.0; length]],
             sums: [sum.clone(), sum.clone(), sum],
-            window: vec![0.0; length],
-            bins: [bins.clone(), bins],
-            scratch: transform.make_scratch_vec(),
             transform,
         })
+    }
+
+    /// Bytes of one whose segments are so long \[s\], and of its spectrum.
+    pub fn bytes(time_step: f64, segment: f64) -> f64 {
+        // Two segments, three sums and the power of half as many bins.
+        8.0 * (2.0 + 2.0) * segment / time_step
     }
 
     /// Takes the next sample; those past the record's length do not count.
@@ -158,7 +156,7 @@ impl SpectrumAccumulator {
             self.close();
         }
         let offset = self.moments.mean_of_shifted();
-        let length = self.window.len() as f64;
+        let length = self.segments[0].len() as f64;
         // Parseval: sum_n x_n^2 = (1/length) sum over all bins; every bin but the first and the last (even length) is
         // there twice.
         let scale = 1.0 / (length * self.samples as f64);
@@ -202,18 +200,18 @@ impl SpectrumAccumulator {
     /// Adds the first open segment to the sums and opens the next.
     fn close(&mut self) {
         let begin = self.begin(self.open);
-        for place in 0..self.window.len() {
-            self.window[place] = weight(self.distance(begin + place as i64, self.open));
-        }
-        let [of_segment, of_window] = &mut self.bins;
-        let inputs = [(&mut self.segments[0], of_segment), (&mut self.window, of_window)];
-        for (input, output) in inputs {
+        let places = 0..self.segments[0].len() as i64;
+        let mut window: Vec<f64> = places.map(|place| weight(self.distance(begin + place, self.open))).collect();
+        // Room that is needed for a moment is not kept: there may be hundreds of these.
+        let mut bins = [(); 2].map(|()| self.transform.make_output_vec());
+        let mut scratch = self.transform.make_scratch_vec();
+        for (input, output) in [&mut self.segments[0], &mut window].into_iter().zip(&mut bins) {
             // The lengths match by construction, the only thing the transform can complain about.
-            let _ = self.transform.process_with_scratch(input, output, &mut self.scratch);
+            let _ = self.transform.process_with_scratch(input, output, &mut scratch);
         }
         let share = if self.open == 0 || self.open == self.hops { 0.5 } else { 1.0 };
         let [squares, crosses, windows] = &mut self.sums;
-        let [of_segment, of_window] = &self.bins;
+        let [of_segment, of_window] = &bins;
         for (k, (x, w)) in of_segment.iter().zip(of_window).enumerate() {
             squares[k] += share * x.norm_sqr();
             crosses[k] += share * (x.re * w.re + x.im * w.im);
@@ -267,7 +265,7 @@ mod tests {
     /// The oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
         let plan = SpectrumAccumulator::new(signal.len(), time_step, segment).unwrap();
-        let (samples, length) = (signal.len() as i64, plan.window.len());
+        let (samples, length) = (signal.len() as i64, plan.segments[0].len());
         let mean = signal.iter().sum::<f64>() / samples as f64;
         let mut power = vec![0.0; length / 2 + 1];
         for segment in 0..=plan.hops {

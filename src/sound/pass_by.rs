@@ -47,7 +47,7 @@ use crate::numeric::lagrange::uniform_cubic;
 use crate::numeric::windowed_sinc::WindowedSinc;
 
 /// Points that are cross-faded at a time.
-const STENCIL: usize = 4;
+pub const STENCIL: usize = 4;
 
 /// Why there is no pass-by.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]

@@ -6,6 +6,7 @@
 //! the circumference are for the whole tread, as a force in the middle of the patch moves it while it rolls.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
@@ -66,7 +67,7 @@ pub struct Radiator {
     air: Air,
     contact_width: f64,
     layout: SegmentLayout,
-    waves: SurfaceWaves,
+    waves: Arc<SurfaceWaves>,
     motion: AirMotion,
     resolution: Resolution,
     width: f64,
@@ -94,7 +95,7 @@ impl Radiator {
                 air,
                 contact_width: tyre.contact_width,
                 layout,
-                waves,
+                waves: Arc::new(waves),
                 motion,
                 resolution,
                 width,
@@ -129,16 +130,16 @@ impl Radiator {
     }
 
     /// The rolling tyre, up to half of its sampling rate.
-    fn model(&self) -> PressureModel<'_> {
+    fn model(&self) -> PressureModel {
         PressureModel {
             layout: self.layout,
-            waves: &self.waves,
+            waves: Arc::clone(&self.waves),
             scale: 1.0,
             contact_width: self.contact_width,
             density: self.air.density,
             air: self.motion,
             highest: f64::INFINITY,
-            delays: &[],
+            delays: Vec::new(),
         }
     }
 

@@ -40,6 +40,10 @@ fn set_up(
     let mut kept = Vec::new();
     let begun = AtomicUsize::new(0);
     let mut watch = Watch {
+        known: &mut |wanted| {
+            let of = |entry: &&FrequencyTransfers| wanted.contains(&entry.frequency);
+            known.iter().filter(of).cloned().collect()
+        },
         sink: &mut |entry| {
             kept.push(entry.clone());
             Ok(())
@@ -47,7 +51,7 @@ fn set_up(
         progress: &mut |_| (),
         interrupted: &|| begun.fetch_add(1, Ordering::Relaxed) >= most,
     };
-    let result = transfers(&problem(&body), &range(), known, threads, &mut watch);
+    let result = transfers(&problem(&body), &range(), threads, &mut watch);
     (result, kept)
 }
 
@@ -100,9 +104,10 @@ fn time_of_a_whole_set_up() {
     };
     let range = FrequencyRange::up_to(number("HIGHEST", 2500.0), number("TOLERANCE", 0.2), 343.0);
     let begin = Instant::now();
-    let mut watch = Watch { sink: &mut |_| Ok(()), progress: &mut |_| (), interrupted: &|| false };
+    let mut watch =
+        Watch { known: &mut |_| Vec::new(), sink: &mut |_| Ok(()), progress: &mut |_| (), interrupted: &|| false };
     let threads = number("THREADS", 2.0) as usize;
-    let (set, report) = transfers(&problem, &range, Vec::new(), threads, &mut watch).unwrap();
+    let (set, report) = transfers(&problem, &range, threads, &mut watch).unwrap();
     let frequencies: Vec<f64> = set.frequencies().iter().map(|entry| entry.frequency).collect();
     println!("{frequencies:.1?}\n{report:#?}");
     let rate = 1e-9 * report.solve.factor_operations / report.solve.factor_seconds;

@@ -33,7 +33,8 @@ pub(super) struct Components {
 
 /// Pressures for unit amplitude at some bins.
 pub(super) struct Found<'a> {
-    most: usize,
+    /// Wavenumbers.
+    waves: usize,
     /// Of all receivers at a bin.
     width: usize,
     bins: usize,
@@ -43,7 +44,7 @@ pub(super) struct Found<'a> {
 
 impl Components {
     /// For so many receivers with G that is known where this one is.
-    pub(super) fn new(model: &PressureModel<'_>, green: &SurfaceGreen, receivers: usize) -> Self {
+    pub(super) fn new(model: &PressureModel, green: &SurfaceGreen, receivers: usize) -> Self {
         let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
         let most = integrals.most_under(&model.layout);
         let strip = model.strip();
@@ -51,6 +52,11 @@ impl Components {
         let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * strip.len() * receivers];
         let known = vec![Complex32::ZERO; integrals.count() * receivers];
         Self { integrals, strip, most, receivers, held, parts, known, found: Vec::new() }
+    }
+
+    /// Bytes of a receiver, with G on so many cells, so many lateral waves, and so many bins at a time.
+    pub(super) fn bytes(around: usize, lateral: usize, bins: usize) -> usize {
+        8 * around * (4 * lateral + lateral + bins)
     }
 
     /// Largest |n|.
@@ -61,7 +67,7 @@ impl Components {
     /// At bins from `begin` on, each with the frequencies about it, the same for all, and their weights.
     pub(super) fn at(
         &mut self,
-        model: &PressureModel<'_>,
+        model: &PressureModel,
         greens: &[SurfaceGreen],
         begin: usize,
         bins: &[(Range<usize>, Vec<f64>)],
@@ -98,7 +104,7 @@ impl Components {
             let columns = MatRef::from_column_major_slice(&columns, terms, 2 * bins.len());
             matmul(out, Accum::Replace, parts, columns, 1.0_f32, Par::Seq);
         });
-        Found { most: *most, width, bins: bins.len(), values: found }
+        Found { waves: 2 * *most + 1, width, bins: bins.len(), values: found }
     }
 
     /// Makes the integrals at a frequency of G unless they are there.
@@ -131,9 +137,9 @@ impl Components {
 }
 
 impl Found<'_> {
-    /// The component n at the bin of an index: the real parts by receiver, then the imaginary ones.
-    pub(super) fn of(&self, index: usize, n: i64) -> &[f32] {
-        let row = (n + self.most as i64) as usize;
-        &self.values[(row * self.bins + index) * self.width..][..self.width]
+    /// Those at the bin of an index: n by n a column, the real parts by receiver, then the imaginary ones.
+    pub(super) fn matrix(&self, index: usize) -> MatRef<'_, f32> {
+        let all = MatRef::from_column_major_slice(self.values, self.width * self.bins, self.waves);
+        all.subrows(index * self.width, self.width)
     }
 }

@@ -11,13 +11,13 @@
 //! ```
 //!
 //! in the frame of the axle, in which F_c is the force at a place x_c of the contact window, e_m = 2 (1 for m = 0) and
-//! a_m = sinc(ky_m b/2). All of it is linear in F_c and stands still, so a receiver has one transfer for each place of
-//! the window: tens of them, whatever N. The frequency shift is that of `vibration`; the air does not turn with the
+//! a_m = sinc(ky_m b/2). All of it is linear in F_c and stands still: a product over the wavenumbers n for each bin,
+//! made for many blocks of forces at once. The frequency shift is that of `vibration`; the air does not turn with the
 //! tyre, so what moves it is i w u and not the material's i (w - n Omega) u. A static flattening is silent.
 //!
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
-//! - [`transfer`]: the pressure for unit force at each place, by way of `components`, for unit amplitude of each
-//!   wavenumber, and `window`, from these to places;
+//! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
+//!   and `window`, from places to wavenumbers;
 //! - [`shares`]: which waves and which part of the circumference make it;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
@@ -37,6 +37,6 @@ mod window;
 
 pub use model::PressureModel;
 pub use shares::PressureShares;
-pub use stream::{PressureState, PressureStream};
+pub use stream::{BlockPressures, PressureState, PressureStream};
 pub use surface::SurfaceGreen;
-pub use transfer::PlaceTransfers;
+pub use transfer::PressureTransfers;

@@ -1,5 +1,8 @@
 //! What the pressures at receivers are made of beside the air's part: the tyre, and how forces act on it.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use num_complex::Complex64;
 
 use crate::numeric::sinc;
@@ -11,12 +14,12 @@ use crate::tyre::influence::SurfaceWaves;
 const TAPER: f64 = 0.05;
 
 /// What transfers are made of beside G.
-#[derive(Clone, Copy, Debug)]
-pub struct PressureModel<'a> {
+#[derive(Clone, Debug)]
+pub struct PressureModel {
     /// Segments in which forces are transformed; whole revolutions.
     pub layout: SegmentLayout,
     /// The tyre.
-    pub waves: &'a SurfaceWaves,
+    pub waves: Arc<SurfaceWaves>,
     /// Factor of all compliances; 1 unless a bedding's carcass is scaled.
     pub scale: f64,
     /// Width b of the contact strip \[m\].
@@ -28,10 +31,10 @@ pub struct PressureModel<'a> {
     /// Highest frequency \[Hz\].
     pub highest: f64,
     /// By receiver, what is left of the propagation delay r0/c when whole time steps are taken off \[s\].
-    pub delays: &'a [f64],
+    pub delays: Vec<f64>,
 }
 
-impl PressureModel<'_> {
+impl PressureModel {
     /// Bins 0..=highest of a segment that are radiated.
     pub fn bins(&self) -> usize {
         let last = (self.highest / self.layout.resolution()).floor() as usize;
@@ -83,10 +86,10 @@ impl PressureModel<'_> {
         out.iter_mut().zip(strip).for_each(|(value, strip)| *value *= factor * strip);
     }
 
-    /// By receiver, what the rest of its delay is at a bin.
-    pub(super) fn late(&self, bin: usize) -> impl Iterator<Item = Complex64> {
+    /// By receiver of some, what the rest of its delay is at a bin.
+    pub(super) fn late(&self, receivers: Range<usize>, bin: usize) -> impl Iterator<Item = Complex64> {
         let angular = self.layout.angular_frequency(bin);
-        self.delays.iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
+        self.delays[receivers].iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
     }
 
     /// C_nm at a frequency of the material, as the run's rule sees it.
@@ -103,6 +106,10 @@ impl PressureModel<'_> {
 
     fn taper(&self, frequency: f64) -> f64 {
         let into = ((frequency / self.highest - (1.0 - TAPER)) / TAPER).clamp(0.0, 1.0);
+        // Below it is one for nearly all frequencies: no cosine is needed to say so.
+        if into <= 0.0 {
+            return 1.0;
+        }
         0.5 * (1.0 + (std::f64::consts::PI * into).cos())
     }
 }

@@ -37,7 +37,7 @@ pub struct PressureShares {
 
 impl PressureShares {
     /// At one of G's frequencies; `model` gives the tyre, not the frequency.
-    pub fn at(model: &PressureModel<'_>, green: &SurfaceGreen, index: usize) -> Self {
+    pub fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
         let frequency = green.frequencies[index];
         let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
         let most = integrals.most_under(&model.layout) as i64;

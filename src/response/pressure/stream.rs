@@ -3,7 +3,11 @@
 //! A block holds the last K steps, and the next begins half a block later. Of the K pressures that a block gives the
 //! half that knows all that came before it is kept, three eighths from its beginning: a response may last three eighths
 //! of a block, and, since transfers end at a highest frequency, may begin an eighth before its force.
+//!
+//! Complete blocks wait as spectra of their forces until there are many, or until the last one is there. Then their
+//! pressures are made all at once, some receivers after the others.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use num_complex::{Complex32, Complex64};
@@ -11,22 +15,30 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 
-use super::transfer::PlaceTransfers;
+use super::transfer::{BlockSpectra, PressureSpectra, PressureTransfers};
+use crate::numeric::{double, single};
 use crate::response::vibration::SegmentLayout;
 use crate::storage::StateError;
 
+/// Most blocks that wait, and most bytes of them: the more, the rarer is what they share.
+const MOST_WAITING: usize = 32;
+const WAITING_BYTES: usize = 100_000_000;
+/// Most receivers whose pressures are in memory together.
+const RECEIVERS: usize = 160;
+
 /// From the forces of every step to the pressures at some receivers, sampled at the steps.
 pub struct PressureStream {
-    layout: SegmentLayout,
-    transfers: PlaceTransfers,
+    transfers: PressureTransfers,
     forward: Arc<dyn RealToComplex<f64>>,
     backward: Arc<dyn ComplexToReal<f64>>,
     /// Forces of the block, step by step \[N\].
     forces: Vec<f64>,
     /// Steps taken in so far.
     steps: u64,
-    /// Pressures of the block that was completed last, receiver by receiver \[Pa\].
-    pressures: Vec<f64>,
+    /// Blocks that are still to come.
+    ahead: u64,
+    /// Forces of the complete blocks whose pressures are still to be made.
+    waiting: Vec<BlockSpectra>,
 }
 
 /// What evolves of a [`PressureStream`].
@@ -34,33 +46,70 @@ pub struct PressureStream {
 pub struct PressureState {
     forces: Vec<f64>,
     steps: u64,
+    waiting: Vec<BlockSpectra>,
+}
+
+/// Pressures over time at some receivers, block by block.
+pub struct BlockPressures<'a> {
+    layout: &'a SegmentLayout,
+    backward: &'a dyn ComplexToReal<f64>,
+    spectra: PressureSpectra,
 }
 
 impl PressureStream {
-    /// Of forces in windows of the layout whose segments are the blocks, which begin with the layout's substep.
-    pub fn new(layout: SegmentLayout, transfers: PlaceTransfers) -> Self {
+    /// Of so many steps' forces in windows of the model's layout, whose segments are the blocks and begin with the
+    /// layout's substep.
+    pub fn new(transfers: PressureTransfers, steps: u64) -> Self {
         let mut planner = RealFftPlanner::new();
+        let layout = &transfers.model.layout;
         Self {
-            layout,
             forward: planner.plan_fft_forward(layout.length()),
             backward: planner.plan_fft_inverse(layout.length()),
             forces: Vec::with_capacity(layout.length() * layout.width()),
             steps: 0,
-            pressures: vec![0.0; transfers.receivers * layout.hop()],
+            ahead: Self::blocks(layout, steps),
+            waiting: Vec::new(),
             transfers,
         }
     }
 
-    /// Bytes beside the transfers.
-    pub fn bytes(layout: &SegmentLayout, bins: usize, receivers: usize) -> f64 {
-        let spectra = 16 * (layout.places() + receivers) * bins;
-        (8 * layout.length() * layout.width() + spectra + 8 * receivers * layout.hop()) as f64
+    /// Bytes beside G of so many receivers, on so many cells with so many lateral waves, for so many steps.
+    pub fn bytes(
+        layout: &SegmentLayout,
+        bins: usize,
+        steps: u64,
+        receivers: usize,
+        [around, lateral]: [usize; 2],
+    ) -> f64 {
+        let waiting = Self::together(layout, bins, steps);
+        // The spectra of a block are there twice while they are put in order.
+        let forces = 8 * layout.length() * layout.width() + 8 * layout.places() * bins * (waiting + 1);
+        let (_, most) = Self::batches(receivers);
+        forces as f64 + PressureTransfers::work_bytes(bins, waiting, most, around, lateral)
+    }
+
+    /// Receivers by batch: how many batches, and how many receivers are in the largest.
+    pub fn batches(receivers: usize) -> (usize, usize) {
+        let batches = receivers.div_ceil(RECEIVERS).max(1);
+        (batches, receivers.div_ceil(batches))
+    }
+
+    /// Most blocks whose pressures are made at once, of so many steps.
+    pub fn together(layout: &SegmentLayout, bins: usize, steps: u64) -> usize {
+        let bytes = 8 * layout.places() * bins;
+        let most = (WAITING_BYTES / bytes.max(1)).clamp(1, MOST_WAITING);
+        most.min(Self::blocks(layout, steps) as usize)
+    }
+
+    /// Blocks that so many steps give.
+    pub fn blocks(layout: &SegmentLayout, steps: u64) -> u64 {
+        let (length, hop) = (layout.length() as u64, layout.hop() as u64);
+        steps.checked_sub(length).map_or(0, |more| more / hop + 1)
     }
 
     /// Pressures that so many steps give, per receiver.
     pub fn samples(layout: &SegmentLayout, steps: u64) -> u64 {
-        let (length, hop) = (layout.length() as u64, layout.hop() as u64);
-        steps.checked_sub(length).map_or(0, |more| (more / hop + 1) * hop)
+        Self::blocks(layout, steps) * layout.hop() as u64
     }
 
     /// The step whose pressure is the first.
@@ -68,48 +117,78 @@ impl PressureStream {
         (layout.length() * 3 / 8) as u64
     }
 
-    /// Transforms of a block.
-    pub fn transforms(&self) -> u64 {
-        (self.transfers.places + self.transfers.receivers) as u64
+    /// Blocks that wait.
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
     }
 
-    /// Multiply-adds of a block.
+    /// Transforms of a block.
+    pub fn transforms(&self) -> u64 {
+        (self.layout().places() + self.transfers.greens.len()) as u64
+    }
+
+    /// Multiply-adds of the pressures of the blocks that wait.
     pub fn multiply_adds(&self) -> u64 {
-        4 * (self.transfers.places * self.transfers.bins * self.transfers.receivers) as u64
+        let PressureTransfers { model, greens } = &self.transfers;
+        let around = greens.first().map_or(0, |green| green.around);
+        let (receivers, lateral) = (greens.len(), model.waves.lateral.len());
+        let [shared, each] =
+            PressureTransfers::multiply_adds(&model.layout, model.bins(), self.waiting.len(), around, lateral);
+        (shared * Self::batches(receivers).0 as f64 + each * receivers as f64) as u64
     }
 
     /// Whether the next step completes a block.
     pub fn completes_next(&self) -> bool {
-        self.forces.len() + self.layout.width() == self.layout.length() * self.layout.width()
+        self.forces.len() + self.layout().width() == self.layout().length() * self.layout().width()
     }
 
-    /// Takes in the forces of a step \[N\], stage by stage, column by column; whether a block is complete, whose
-    /// [`Self::pressures`] are there then.
+    /// Takes in the forces of a step \[N\], stage by stage, column by column; whether a block is complete.
     pub fn push(&mut self, forces: &[f64]) -> bool {
         self.forces.extend_from_slice(forces);
         self.steps += 1;
-        let complete = self.forces.len() == self.layout.length() * self.layout.width();
+        let (length, hop, width) = (self.layout().length(), self.layout().hop(), self.layout().width());
+        let complete = self.forces.len() == length * width;
         if complete {
-            self.transform();
-            self.forces.drain(..self.layout.hop() * self.layout.width());
+            let spectra = self.spectra();
+            self.waiting.push(spectra);
+            self.ahead = self.ahead.saturating_sub(1);
+            self.forces.drain(..hop * width);
         }
         complete
     }
 
-    /// Pressures at a receiver in the block that was completed last \[Pa\].
-    pub fn pressures(&self, receiver: usize) -> &[f64] {
-        let hop = self.layout.hop();
-        &self.pressures[receiver * hop..(receiver + 1) * hop]
+    /// Whether the pressures of the blocks that wait are to be made now.
+    pub fn is_due(&self) -> bool {
+        let most = Self::together(self.layout(), self.transfers.model.bins(), u64::MAX);
+        self.waiting.len() >= most || (self.ahead == 0 && !self.waiting.is_empty())
     }
 
-    fn transform(&mut self) {
-        let Self { layout, transfers, forward, backward, forces, pressures, .. } = self;
-        let (length, hop, width) = (layout.length(), layout.hop(), layout.width());
-        let bins = transfers.bins;
+    /// Makes the pressures of the blocks that wait, and gives them for some receivers after the others.
+    pub fn hear(&mut self, mut take: impl FnMut(Range<usize>, &BlockPressures<'_>)) {
+        let Self { transfers, backward, waiting, .. } = self;
+        let receivers = transfers.greens.len();
+        let (batches, most) = Self::batches(receivers);
+        for batch in 0..batches {
+            let some = (batch * most).min(receivers)..((batch + 1) * most).min(receivers);
+            let spectra = transfers.pressures(some.clone(), waiting);
+            take(some, &BlockPressures { layout: &transfers.model.layout, backward: &**backward, spectra });
+        }
+        waiting.clear();
+    }
+
+    fn layout(&self) -> &SegmentLayout {
+        &self.transfers.model.layout
+    }
+
+    /// The spectra of the block that has just been completed.
+    fn spectra(&self) -> BlockSpectra {
+        let (layout, forward, forces) = (self.layout(), &self.forward, &self.forces);
+        let (length, width, places) = (layout.length(), layout.width(), layout.places());
+        let bins = self.transfers.model.bins();
         // A block begins half a block after the one before it, which may be amid an element.
         let begun = self.steps as usize - length;
-        let mut spectra = vec![Complex64::ZERO; layout.places() * bins];
-        spectra.par_chunks_mut(bins).enumerate().for_each(|(place, out)| {
+        let mut by_place = vec![Complex32::ZERO; places * bins];
+        by_place.par_chunks_mut(bins).enumerate().for_each(|(place, out)| {
             let (force, phase) = (place / layout.substeps, place % layout.substeps);
             let mut series = vec![0.0; length];
             for (step, value) in series.iter_mut().enumerate() {
@@ -121,43 +200,30 @@ impl PressureStream {
             // Both are of the planned lengths.
             let transformed = forward.process(&mut series, &mut spectrum);
             debug_assert!(transformed.is_ok());
-            out.copy_from_slice(&spectrum[..bins]);
-        });
-        let receivers = transfers.receivers;
-        let mut sums = vec![Complex64::ZERO; bins * receivers];
-        sums.par_chunks_mut(receivers).enumerate().for_each(|(bin, sums)| {
-            for (place, spectrum) in spectra.chunks_exact(bins).enumerate() {
-                add_product(sums, transfers.row(bin, place), spectrum[bin]);
-            }
-        });
-        let first = Self::first_step(layout) as usize;
-        pressures.par_chunks_mut(hop).enumerate().for_each(|(receiver, out)| {
-            let mut sum = backward.make_input_vec();
-            let found = sums.iter().skip(receiver).step_by(receivers);
-            sum.iter_mut().zip(found).for_each(|(sum, found)| *sum = *found);
+            out.iter_mut().zip(&spectrum).for_each(|(out, value)| *out = single(*value));
             // The two real lines hold nothing that sounds.
-            sum[0] = Complex64::ZERO;
-            if let Some(last) = sum.last_mut() {
-                *last = Complex64::ZERO;
-            }
-            let mut series = backward.make_output_vec();
-            let transformed = backward.process(&mut sum, &mut series);
-            debug_assert!(transformed.is_ok());
-            for (out, value) in out.iter_mut().zip(&series[first..]) {
-                *out = value / length as f64;
+            out[0] = Complex32::ZERO;
+            if 2 * (bins - 1) == length {
+                out[bins - 1] = Complex32::ZERO;
             }
         });
+        let mut spectra = vec![Complex32::ZERO; places * bins];
+        spectra.par_chunks_mut(places).enumerate().for_each(|(bin, out)| {
+            let found = by_place.iter().skip(bin).step_by(bins);
+            out.iter_mut().zip(found).for_each(|(out, found)| *out = *found);
+        });
+        spectra
     }
 
-    /// The transfers.
+    /// The blocks that wait, for tests.
     #[cfg(test)]
-    pub(super) fn transfers(&self) -> &PlaceTransfers {
-        &self.transfers
+    pub(super) fn blocks_that_wait(&self) -> &[BlockSpectra] {
+        &self.waiting
     }
 
     /// Takes the state down.
     pub fn save(&self) -> PressureState {
-        PressureState { forces: self.forces.clone(), steps: self.steps }
+        PressureState { forces: self.forces.clone(), steps: self.steps, waiting: self.waiting.clone() }
     }
 
     /// Goes on from the state of a stream of the same run.
@@ -165,21 +231,51 @@ impl PressureStream {
     /// # Errors
     /// [`StateError`].
     pub fn restore(&mut self, state: PressureState) -> Result<(), StateError> {
-        let most = self.layout.length() * self.layout.width();
-        if state.forces.len() >= most || !state.forces.len().is_multiple_of(self.layout.width()) {
+        let PressureState { forces, steps, waiting } = state;
+        let (layout, bins) = (self.layout(), self.transfers.model.bins());
+        let most = layout.length() * layout.width();
+        let block = layout.places() * bins;
+        if forces.len() >= most
+            || !forces.len().is_multiple_of(layout.width())
+            || waiting.iter().any(|spectra| spectra.len() != block)
+        {
             return Err(StateError::Value);
         }
+        self.ahead = self.ahead.saturating_sub(Self::blocks(layout, steps));
         self.forces.clear();
-        self.forces.extend(state.forces);
-        self.steps = state.steps;
+        self.forces.extend(forces);
+        (self.steps, self.waiting) = (steps, waiting);
         Ok(())
     }
 }
 
-fn add_product(sums: &mut [Complex64], transfers: &[Complex32], force: Complex64) {
-    for (sum, transfer) in sums.iter_mut().zip(transfers) {
-        let (re, im) = (f64::from(transfer.re), f64::from(transfer.im));
-        sum.re += re * force.re - im * force.im;
-        sum.im += re * force.im + im * force.re;
+impl<'a> BlockPressures<'a> {
+    /// Of spectra of blocks of a layout.
+    #[cfg(test)]
+    pub(super) fn new(
+        layout: &'a SegmentLayout,
+        backward: &'a dyn ComplexToReal<f64>,
+        spectra: PressureSpectra,
+    ) -> Self {
+        Self { layout, backward, spectra }
+    }
+
+    /// Gives the pressures at a receiver, counted among these, block after block \[Pa\].
+    pub fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
+        let Self { layout, backward, spectra } = self;
+        let (length, hop) = (layout.length(), layout.hop());
+        let first = PressureStream::first_step(layout) as usize;
+        let mut lines = backward.make_input_vec();
+        let mut series = backward.make_output_vec();
+        let mut scratch = backward.make_scratch_vec();
+        for block in 0..spectra.blocks() {
+            lines.fill(Complex64::ZERO);
+            let found = spectra.of_block(receiver, block);
+            lines.iter_mut().zip(found).for_each(|(line, found)| *line = double(found) / length as f64);
+            // All are of the planned lengths.
+            let transformed = backward.process_with_scratch(&mut lines, &mut series, &mut scratch);
+            debug_assert!(transformed.is_ok());
+            take(&series[first..first + hop]);
+        }
     }
 }

@@ -11,8 +11,7 @@ use num_complex::{Complex32, Complex64};
 use rustfft::{Fft, FftPlanner};
 
 use crate::numeric::{double, lagrange, legendre, sinc, single};
-use crate::radiation::elements::distance;
-use crate::radiation::transfer::{across_points, half_tread};
+use crate::radiation::transfer::{across_points, contact_distance, half_tread};
 use crate::radiation::{Body, Transfer};
 use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::Waves;
@@ -42,7 +41,7 @@ impl SurfaceGreen {
                 green.around = transfer.grid.around;
                 green.across = across_points(half_width, transfer.grid.across).into_iter().map(|[y, _]| y).collect();
             }
-            let turn = Complex64::from_polar(1.0, transfer.wavenumber * distance(transfer.receiver, [0.0; 3]));
+            let turn = Complex64::from_polar(1.0, transfer.wavenumber * contact_distance(body, transfer.receiver));
             let mut values = transfer.values;
             values.iter_mut().for_each(|value| *value = single(turn * double(*value)));
             green.frequencies.push(frequency);

@@ -1,15 +1,17 @@
 //! Transfers against sums over the tread written out; pressures over time against signals that are known.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use num_complex::{Complex32, Complex64};
+use realfft::RealFftPlanner;
 
 use super::model::PressureModel;
 use super::shares::PressureShares;
-use super::stream::PressureStream;
+use super::stream::{BlockPressures, PressureStream};
 use super::surface::SurfaceGreen;
-use super::transfer::PlaceTransfers;
-use crate::numeric::legendre;
+use super::transfer::{PressureSpectra, PressureTransfers};
+use crate::numeric::{double, legendre};
 use crate::response::vibration::{SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
 use crate::scene::{AirMotion, TimeRule, Tyre};
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
@@ -33,15 +35,34 @@ fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
 }
 
 /// A tyre that is a little softer than its waves, up to 150 Hz.
-fn model<'a>(
+fn model(
     layout: SegmentLayout,
-    waves: &'a SurfaceWaves,
+    waves: &Arc<SurfaceWaves>,
     tyre: &Tyre,
     air: AirMotion,
-    delays: &'a [f64],
-) -> PressureModel<'a> {
-    let contact_width = tyre.contact_width;
+    delays: Vec<f64>,
+) -> PressureModel {
+    let (waves, contact_width) = (Arc::clone(waves), tyre.contact_width);
     PressureModel { layout, waves, scale: 1.1, contact_width, density: 1.2, air, highest: 150.0, delays }
+}
+
+/// The pressure of unit force at each place, by bin and place.
+struct UnitPressures(PressureSpectra);
+
+impl UnitPressures {
+    /// At a receiver with this G: a block for each place, in which it alone has a force.
+    fn of(model: &PressureModel, green: SurfaceGreen) -> Self {
+        let transfers = PressureTransfers { model: model.clone(), greens: vec![green] };
+        let (bins, places) = (model.bins(), model.layout.places());
+        let force = |place: usize| (0..bins * places).map(move |index| if index % places == place { 1.0 } else { 0.0 });
+        let blocks: Vec<Vec<Complex32>> =
+            (0..places).map(|place| force(place).map(Complex32::from).collect()).collect();
+        Self(transfers.pressures(0..1, &blocks))
+    }
+
+    fn at(&self, bin: usize, place: usize) -> Complex64 {
+        self.0.of_block(0, place).nth(bin).map(double).unwrap()
+    }
 }
 
 /// Points across half of the tread, rising, with their weights.
@@ -76,7 +97,7 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
 fn transfers_are_the_integral_over_the_moving_tread() {
     let tyre = plate_tyre();
     let half_width = 0.5 * tyre.width;
-    let waves = SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6);
+    let waves = Arc::new(SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6));
     let lateral = waves.lateral.clone();
     let length = tyre.circumference / AROUND as f64;
     let (delay, fine) = (1e-4, across(half_width, 24));
@@ -86,10 +107,10 @@ fn transfers_are_the_integral_over_the_moving_tread() {
         (TimeRule::Sdirk2, 1, AirMotion::WithTread),
     ] {
         let layout = layout(rule, substeps);
-        let delays = [delay];
-        let model = model(layout, &waves, &tyre, air, &delays);
-        let transfers = PlaceTransfers::new(&model, &[surface_green(half_width)]);
-        assert_eq!((transfers.places, transfers.bins), (layout.places(), (150.0 / layout.resolution()) as usize + 1));
+        let model = model(layout, &waves, &tyre, air, vec![delay]);
+        let pressures = UnitPressures::of(&model, surface_green(half_width));
+        assert_eq!(pressures.0.blocks(), layout.places());
+        assert_eq!(pressures.0.of_block(0, 0).count(), (150.0 / layout.resolution()) as usize + 1);
         for (stage, column, phase, bin) in [(0, 0, 0, 3), (layout.stages() - 1, 4, substeps - 1, 9)] {
             let angular = layout.angular_frequency(bin);
             let x_c =
@@ -134,19 +155,18 @@ fn transfers_are_the_integral_over_the_moving_tread() {
             }
             expected *= Complex64::from_polar(1.0, -angular * delay);
             let place = (stage * layout.columns + column) * substeps + phase;
-            let value = transfers.row(bin, place)[0];
-            let found = Complex64::new(f64::from(value.re), f64::from(value.im));
+            let found = pressures.at(bin, place);
             let error = (found - expected).norm() / expected.norm();
             assert!(error < 1e-5, "{rule:?}, {air:?}, stage {stage}: {found} {expected}");
         }
-        assert!(transfers.row(0, 0)[0].norm() < 1e-30, "what stands still is silent");
+        assert!(pressures.at(0, 0).norm() < 1e-30, "what stands still is silent");
     }
 }
 
 #[test]
 fn shares_of_waves_and_of_the_circumference_add_up_to_the_transfer_of_the_middle_place() {
     let tyre = plate_tyre();
-    let waves = SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6);
+    let waves = Arc::new(SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6));
     for (rule, air, bin) in [
         (TimeRule::Bdf2, AirMotion::Axle, 9),
         (TimeRule::Bdf2, AirMotion::WithTread, 3),
@@ -154,10 +174,9 @@ fn shares_of_waves_and_of_the_circumference_add_up_to_the_transfer_of_the_middle
     ] {
         // The middle column is the contact's centre.
         let layout = SegmentLayout { first_position: -2.0 * tyre.circumference / 32.0, ..layout(rule, 1) };
-        let model = model(layout, &waves, &tyre, air, &[0.0]);
+        let model = model(layout, &waves, &tyre, air, vec![0.0]);
         let known = surface_green(0.5 * tyre.width);
-        let value = PlaceTransfers::new(&model, std::slice::from_ref(&known)).row(bin, 2)[0];
-        let expected = Complex64::new(f64::from(value.re), f64::from(value.im));
+        let expected = UnitPressures::of(&model, known.clone()).at(bin, 2);
         let green = SurfaceGreen { frequencies: vec![bin as f64 * layout.resolution()], ..known };
         let shares = PressureShares::at(&model, &green, 0);
         let error = (shares.pressure - expected).norm() / expected.norm();
@@ -210,18 +229,18 @@ fn what_radiates_is_the_velocity_of_the_vibration() {
         across,
         half_width,
     };
-    let waves = SurfaceWaves::new(&tyre, ELEMENTS / 2, 20, 0.5 / layout.time_step, 1e-6);
+    let waves = Arc::new(SurfaceWaves::new(&tyre, ELEMENTS / 2, 20, 0.5 / layout.time_step, 1e-6));
     let pressure = PressureModel {
         layout,
-        waves: &waves,
+        waves,
         scale: 1.0,
         contact_width: tyre.contact_width,
         density: 1.2,
         air: AirMotion::WithTread,
         highest: 400.0,
-        delays: &[0.0],
+        delays: vec![0.0],
     };
-    let transfers = PlaceTransfers::new(&pressure, &[green]);
+    let pressures = UnitPressures::of(&pressure, green);
     let mut inward = vec![Complex64::ZERO; layout.places()];
     for bin in [9, 16, 25] {
         let mut sum = vec![Complex64::ZERO; layout.places()];
@@ -231,8 +250,7 @@ fn what_radiates_is_the_velocity_of_the_vibration() {
         }
         let scale = Complex64::i() * layout.angular_frequency(bin) * 1.2 * length * tyre.width;
         for place in [0, 3, layout.columns + 4] {
-            let value = transfers.row(bin, place)[0];
-            let outward = Complex64::new(f64::from(value.re), f64::from(value.im)) / scale;
+            let outward = pressures.at(bin, place) / scale;
             let error = (outward + sum[place]).norm() / sum[place].norm();
             assert!(error < 0.01, "bin {bin}, place {place}: {outward} against {}", -sum[place]);
         }
@@ -247,28 +265,35 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         let bins = length / 2 + 1;
         // One place is heard, later by whole steps; the others are not.
         let heard = (layout.columns + 2) * substeps + substeps - 1;
-        let transfers = PlaceTransfers::of(1, layout.places(), bins, |_, place, bin| {
-            let turn = -TAU * (bin * late) as f64 / length as f64;
-            if place == heard { Complex64::from_polar(2.0, turn) } else { Complex64::ZERO }
-        });
-        let mut stream = PressureStream::new(layout, transfers);
+        let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), 2, 1, 100.0, 1e-3));
+        let model = PressureModel {
+            highest: f64::INFINITY,
+            ..model(layout, &waves, &plate_tyre(), AirMotion::Axle, vec![0.0])
+        };
+        let transfers = PressureTransfers { model, greens: vec![surface_green(0.1)] };
         let steps = 3 * length + 17;
+        let mut stream = PressureStream::new(transfers.clone(), steps as u64);
         let force = |step: usize, place: usize| ((step * 7 + place * 13) as f64 * 0.37).sin();
+        let backward = RealFftPlanner::new().plan_fft_inverse(length);
         let mut found = Vec::new();
         for step in 0..steps {
             let forces: Vec<f64> = (0..layout.width()).map(|place| force(step, place)).collect();
-            // Half-way a stream is stopped and another one goes on.
+            // Half-way a stream is stopped while a block waits, and another one goes on.
             if step == length + 5 {
+                assert_eq!(stream.blocks_that_wait().len(), 1);
                 let state = stream.save();
-                let again = PlaceTransfers::of(1, layout.places(), bins, |receiver, place, bin| {
-                    let value = stream.transfers().row(bin, place)[receiver];
-                    Complex64::new(f64::from(value.re), f64::from(value.im))
-                });
-                stream = PressureStream::new(layout, again);
+                stream = PressureStream::new(transfers.clone(), steps as u64);
                 stream.restore(state).unwrap();
             }
-            if stream.push(&forces) {
-                found.extend_from_slice(stream.pressures(0));
+            let complete = stream.push(&forces);
+            if complete && stream.is_due() {
+                let blocks = stream.blocks_that_wait();
+                let spectra = PressureSpectra::of([1, blocks.len(), bins], |_, block, bin| {
+                    let turn = -TAU * (bin * late) as f64 / length as f64;
+                    double(blocks[block][bin * layout.places() + heard]) * Complex64::from_polar(2.0, turn)
+                });
+                assert!(found.is_empty(), "all blocks wait for the last one");
+                BlockPressures::new(&layout, &*backward, spectra).of(0, |block| found.extend_from_slice(block));
             }
         }
         assert_eq!(found.len() as u64, PressureStream::samples(&layout, steps as u64));
@@ -293,4 +318,20 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
             }
         }
     }
+}
+
+#[test]
+fn what_waits_and_what_is_worked_on_is_bounded_whatever_the_receivers_and_the_steps() {
+    let layout = SegmentLayout { elements: 1024, revolutions: 6, columns: 142, ..layout(TimeRule::Sdirk2, 1) };
+    let (bins, day) = (1318, 1_000_000_000);
+    let bytes = |receivers, steps| PressureStream::bytes(&layout, bins, steps, receivers, [512, 6]);
+    assert!(PressureStream::together(&layout, bins, day) <= 32);
+    let finer = SegmentLayout { columns: 1000, substeps: 4, ..layout };
+    assert!(8 * finer.places() * bins * PressureStream::together(&finer, bins, day) <= 100_000_000);
+    for (receivers, batches) in [(1, 1), (131, 1), (284, 2), (10_000, 63)] {
+        let (found, most) = PressureStream::batches(receivers);
+        assert!(found == batches && most <= 160 && found * most >= receivers, "{receivers}: {found} of {most}");
+        assert!(bytes(receivers, day) <= bytes(160, day) && bytes(160, day) < 2.5e8, "{}", bytes(receivers, day));
+    }
+    assert!(bytes(131, 3 * layout.length() as u64) < bytes(131, day));
 }

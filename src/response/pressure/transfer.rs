@@ -1,98 +1,175 @@
-//! The pressure at receivers for unit force at each place of the contact window.
+//! From the spectra of forces to those of the pressures at receivers.
 //!
-//! What all receivers share, the tyre's compliances and how a place acts, is found once for each bin. The rest are
-//! products of real matrices in single precision, whose rows are the receivers: over the lateral waves and the
-//! frequencies that G is interpolated between, then over the wavenumbers to the window's columns. They are made for the
-//! bins between two of G's frequencies at a time.
+//! What all receivers share, the tyre's compliances and what forces are to each wavenumber, is found once for each bin.
+//! The rest are products of real matrices in single precision, whose rows are the receivers: over the lateral waves and
+//! the frequencies that G is interpolated between, then over the wavenumbers to the blocks of forces. They are made for
+//! the bins between two of G's frequencies at a time, and for many blocks at a time: the first product serves them all,
+//! so nothing of the size of places times bins is kept of a receiver.
 
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex32;
-#[cfg(test)]
-use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::components::Components;
+use super::components::{Components, Found};
 use super::model::PressureModel;
 use super::surface::{SurfaceGreen, interpolation};
-use super::window::Window;
+use super::window::{Folded, Window};
+use crate::numeric::single;
 use crate::response::vibration::SegmentLayout;
 
 /// Most bins whose components are in memory together.
 const TOGETHER: usize = 32;
 
-/// Pressures for unit force, bin by bin, place by place, receiver by receiver \[Pa/N\].
+/// What pressures are made from: the tyre, and G of every receiver.
 #[derive(Clone, Debug)]
-pub struct PlaceTransfers {
-    /// Receivers.
-    pub receivers: usize,
-    /// Places: (stage x columns + column) x substeps + substep.
-    pub places: usize,
-    /// Bins from 0.
-    pub bins: usize,
+pub struct PressureTransfers {
+    /// The tyre and its forces.
+    pub model: PressureModel,
+    /// G by receiver, all of the same cells and frequencies.
+    pub greens: Vec<SurfaceGreen>,
+}
+
+/// Forces of a block at the bins from 0 on, bin by bin, place by place; a place is (stage x columns + column) x
+/// substeps + substep \[N\].
+pub type BlockSpectra = Vec<Complex32>;
+
+/// Pressures at some receivers in some blocks \[Pa\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PressureSpectra {
+    receivers: usize,
+    blocks: usize,
+    /// Bin by bin, receiver by receiver, block by block.
     values: Vec<Complex32>,
 }
 
-impl PlaceTransfers {
-    /// Bytes of the transfers of so many receivers.
-    pub fn bytes(layout: &SegmentLayout, bins: usize, receivers: usize) -> f64 {
-        8.0 * (layout.places() * bins * receivers) as f64
-    }
+/// Room for the work on a bin.
+struct Room {
+    folded: Folded,
+    /// By block, n by n: the real parts of all blocks, then the imaginary ones.
+    forces: Vec<f32>,
+    /// Products of components and forces, by block: the real components by receiver, then the imaginary ones; first
+    /// those with the forces' real parts.
+    products: Vec<f32>,
+    late: Vec<Complex32>,
+}
 
-    /// Real multiply-adds of the products that transfers take, with G on so many cells and so many lateral waves.
-    pub fn multiply_adds(layout: &SegmentLayout, bins: usize, receivers: usize, around: usize, lateral: usize) -> f64 {
+impl PressureTransfers {
+    /// Real multiply-adds for so many blocks, with G on so many cells and so many lateral waves: what some receivers
+    /// share, and what each takes.
+    pub fn multiply_adds(
+        layout: &SegmentLayout,
+        bins: usize,
+        blocks: usize,
+        around: usize,
+        lateral: usize,
+    ) -> [f64; 2] {
         let around = around.min(layout.elements);
-        let waves = 16 * around * lateral;
-        let columns = around * layout.places();
-        let folded = 8 * around * layout.stages() * layout.substeps;
-        ((waves + columns + folded) * bins * receivers) as f64
+        let shared = around * layout.places() * blocks;
+        let each = around * (16 * lateral + 4 * blocks);
+        [shared, each].map(|amount| (amount * bins) as f64)
     }
 
-    /// For receivers with these G, all of the same cells and frequencies.
-    pub fn new(model: &PressureModel<'_>, greens: &[SurfaceGreen]) -> Self {
-        let (places, bins, receivers) = (model.layout.places(), model.bins(), greens.len());
-        let mut values = vec![Complex32::ZERO; bins * places * receivers];
-        if let Some(first) = greens.first() {
-            let mut components = Components::new(model, first, receivers);
-            let window = Window::new(&model.layout, components.most());
-            let frequency = |bin: usize| bin as f64 * model.layout.resolution();
-            let near: Vec<_> = (0..bins).map(|bin| interpolation(&first.frequencies, frequency(bin))).collect();
-            let mut rest = values.as_mut_slice();
-            let mut begin = 0;
-            let alike = near.chunk_by(|(one, _), (next, _)| one == next);
-            for group in alike.flat_map(|group| group.chunks(TOGETHER)) {
-                let found = components.at(model, greens, begin, group);
-                let (here, behind) = rest.split_at_mut(group.len() * places * receivers);
-                let each = here.par_chunks_mut(places * receivers).enumerate();
-                each.for_each_init(
-                    || window.room(receivers),
-                    |room, (index, out)| window.transfers(model, begin + index, |n| found.of(index, n), room, out),
-                );
-                rest = behind;
-                begin += group.len();
-            }
+    /// Bytes that so many receivers take while the pressures of so many blocks are made.
+    pub fn work_bytes(bins: usize, blocks: usize, receivers: usize, around: usize, lateral: usize) -> f64 {
+        (receivers * (8 * bins * blocks + Components::bytes(around, lateral, TOGETHER))) as f64
+    }
+
+    /// Pressures at some of the receivers.
+    pub fn pressures(&self, receivers: Range<usize>, blocks: &[BlockSpectra]) -> PressureSpectra {
+        let Self { model, greens } = self;
+        let greens = &greens[receivers.clone()];
+        let (bins, places, count) = (model.bins(), model.layout.places(), blocks.len());
+        let mut found = PressureSpectra { receivers: greens.len(), blocks: count, values: Vec::new() };
+        let Some(first) = greens.first().filter(|_| count > 0) else { return found };
+        found.values.reserve_exact(bins * greens.len() * count);
+        let mut components = Components::new(model, first, greens.len());
+        let window = Window::new(&model.layout, components.most());
+        let frequency = |bin: usize| bin as f64 * model.layout.resolution();
+        let near: Vec<_> = (0..bins).map(|bin| interpolation(&first.frequencies, frequency(bin))).collect();
+        let mut begin = 0;
+        let alike = near.chunk_by(|(one, _), (next, _)| one == next);
+        for group in alike.flat_map(|group| group.chunks(TOGETHER)) {
+            let unit = components.at(model, greens, begin, group);
+            let each = (begin..begin + group.len()).into_par_iter().map_init(
+                || Room::new(&window, greens.len(), count),
+                |room, bin| {
+                    let forces = blocks.iter().map(|block| &block[bin * places..(bin + 1) * places]);
+                    window.components(model, bin, forces, &mut room.folded, &mut room.forces);
+                    room.multiply(&unit, bin - begin);
+                    room.late.clear();
+                    room.late.extend(model.late(receivers.clone(), bin).map(single));
+                    room.pressures(count)
+                },
+            );
+            each.collect::<Vec<_>>().iter().for_each(|pressures| found.values.extend_from_slice(pressures));
+            begin += group.len();
         }
-        Self { receivers, places, bins, values }
+        found
+    }
+}
+
+impl Room {
+    fn new(window: &Window, receivers: usize, blocks: usize) -> Self {
+        Self {
+            folded: window.room(blocks),
+            forces: vec![0.0; window.waves() * 2 * blocks],
+            products: vec![0.0; 4 * receivers * blocks],
+            late: Vec::with_capacity(receivers),
+        }
     }
 
-    /// Some, for tests: by receiver, place and bin.
+    /// Components of unit forces at the bin of an index times those of the forces.
+    fn multiply(&mut self, unit: &Found<'_>, index: usize) {
+        let unit = unit.matrix(index);
+        let (rows, waves) = (unit.nrows(), unit.ncols());
+        let columns = self.forces.len() / waves;
+        let products = MatMut::from_column_major_slice_mut(&mut self.products, rows, columns);
+        let forces = MatRef::from_column_major_slice(&self.forces, waves, columns);
+        matmul(products, Accum::Replace, unit, forces, 1.0_f32, Par::Seq);
+    }
+
+    /// The pressures of a bin, receiver by receiver, block by block.
+    fn pressures(&self, blocks: usize) -> Vec<Complex32> {
+        let receivers = self.late.len();
+        let (real, imaginary) = self.products.split_at(2 * receivers * blocks);
+        let one = |(receiver, late): (usize, &Complex32)| {
+            let late = *late;
+            (0..blocks).map(move |block| {
+                let [re, im] = [0, receivers].map(|part| part + receiver + 2 * receivers * block);
+                late * Complex32::new(real[re] - imaginary[im], real[im] + imaginary[re])
+            })
+        };
+        self.late.iter().enumerate().flat_map(one).collect()
+    }
+}
+
+impl PressureSpectra {
+    /// Some, for tests: by receiver, block and bin.
     #[cfg(test)]
     pub(super) fn of(
-        receivers: usize,
-        places: usize,
-        bins: usize,
-        value: impl Fn(usize, usize, usize) -> Complex64,
+        [receivers, blocks, bins]: [usize; 3],
+        value: impl Fn(usize, usize, usize) -> num_complex::Complex64,
     ) -> Self {
         let mut values = Vec::new();
         for bin in 0..bins {
-            for place in 0..places {
-                values.extend((0..receivers).map(|receiver| crate::numeric::single(value(receiver, place, bin))));
+            for receiver in 0..receivers {
+                values.extend((0..blocks).map(|block| single(value(receiver, block, bin))));
             }
         }
-        Self { receivers, places, bins, values }
+        Self { receivers, blocks, values }
     }
 
-    /// The transfers from a place to all receivers at a bin \[Pa/N\].
-    pub fn row(&self, bin: usize, place: usize) -> &[Complex32] {
-        let first = (bin * self.places + place) * self.receivers;
-        &self.values[first..first + self.receivers]
+    /// Blocks.
+    pub fn blocks(&self) -> usize {
+        self.blocks
+    }
+
+    /// The pressure at a receiver in a block, bin by bin \[Pa\].
+    pub fn of_block(&self, receiver: usize, block: usize) -> impl Iterator<Item = Complex32> {
+        let each = self.receivers * self.blocks;
+        self.values.iter().skip(receiver * self.blocks + block).step_by(each.max(1)).copied()
     }
 }

@@ -1,13 +1,13 @@
-//! From the forces' components to the columns of the contact window.
+//! From the columns of the contact window to the forces' components.
 //!
 //! With columns that lie evenly about the window's middle, theta_c = +-h 2 pi/N from it,
 //!
 //! ```text
-//! sum_n a_n exp(-i n theta) = a_0 + sum_(n > 0) (a_n + a_-n) cos(n theta) - i (a_n - a_-n) sin(n theta)
+//! sum_c F_c exp(-i n theta_c) = sum_(h > 0) (F_h + F_-h) cos(n theta_h) - i (F_h - F_-h) sin(n theta_h)
 //! ```
 //!
-//! is two products with real matrices for half of the columns. A fast transform would give all N elements, of which the
-//! window is a twentieth.
+//! is two products with real matrices for half of the columns and for n >= 0; -n has the opposite sine. A fast
+//! transform would take all N elements, of which the window is a twentieth.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -19,10 +19,9 @@ use crate::response::vibration::SegmentLayout;
 
 /// Room for the work on a bin.
 pub(super) struct Folded {
-    late: Vec<Complex32>,
-    /// Sums and differences of opposite components.
+    /// Sums and differences of opposite columns: the real parts by block, column by column, then the imaginary ones.
     sides: [Vec<f32>; 2],
-    /// Their products with the shapes.
+    /// Their products with the shapes, n = 0..=most, in the same order.
     products: [Vec<f32>; 2],
 }
 
@@ -59,64 +58,81 @@ impl Window {
         Self { most, columns, half, places, shapes: [table(f64::cos), table(f64::sin)], actions: layout.actions() }
     }
 
-    /// Room for a bin of so many receivers.
-    pub(super) fn room(&self, receivers: usize) -> Folded {
-        let width = 2 * receivers;
+    /// Wavenumbers -most..=most.
+    pub(super) fn waves(&self) -> usize {
+        2 * self.most + 1
+    }
+
+    /// Room for a bin of so many blocks.
+    pub(super) fn room(&self, blocks: usize) -> Folded {
+        let width = 2 * blocks;
         Folded {
-            late: Vec::with_capacity(receivers),
-            sides: [(); 2].map(|()| vec![0.0; (self.most + 1) * width]),
-            products: [(); 2].map(|()| vec![0.0; self.half * width]),
+            sides: [(); 2].map(|()| vec![0.0; self.half * width]),
+            products: [(); 2].map(|()| vec![0.0; (self.most + 1) * width]),
         }
     }
 
-    /// Pressures at a bin for unit force, place by place, receiver by receiver, from the components n: the real parts
-    /// by receiver, then the imaginary ones.
-    pub(super) fn transfers<'a>(
+    /// Components of the forces of some blocks at a bin, each place by place: by block, n by n, the real parts of all
+    /// blocks, then the imaginary ones.
+    pub(super) fn components<'a>(
         &self,
-        model: &PressureModel<'_>,
+        model: &PressureModel,
         bin: usize,
-        component: impl Fn(i64) -> &'a [f32],
-        room: &mut Folded,
-        out: &mut [Complex32],
+        blocks: impl ExactSizeIterator<Item = &'a [Complex32]> + Clone,
+        Folded { sides, products }: &mut Folded,
+        out: &mut [f32],
     ) {
-        let Self { most, columns, half, .. } = *self;
-        let receivers = model.delays.len();
-        let Folded { late, sides, products } = room;
-        late.clear();
-        late.extend(model.late(bin).map(single));
-        for (stage, substep) in (0..self.actions.len()).flat_map(|a| (0..model.layout.substeps).map(move |b| (a, b))) {
-            for n in 0..=most {
-                let [sums, differences] = sides.each_mut().map(|side| &mut side[n * 2 * receivers..][..2 * receivers]);
-                let signed = n as i64;
-                let ahead = (self.act(model, bin, signed, stage, substep), component(signed));
-                // The component 0 is there once.
-                let behind = self.act(model, bin, -signed, stage, substep) * f32::from(n > 0);
-                fold(ahead, (behind, component(-signed)), sums, differences);
+        let (most, half, waves) = (self.most, self.half, self.waves());
+        let width = 2 * blocks.len();
+        let (real, imaginary) = out.split_at_mut(waves * blocks.len());
+        real.fill(0.0);
+        imaginary.fill(0.0);
+        let substeps = model.layout.substeps;
+        for (stage, substep) in (0..self.actions.len()).flat_map(|a| (0..substeps).map(move |b| (a, b))) {
+            for (block, forces) in blocks.clone().enumerate() {
+                self.fold(|column| forces[(stage * self.columns + column) * substeps + substep], block, sides);
             }
             for ((side, shape), product) in sides.iter().zip(&self.shapes).zip(&mut *products) {
-                let product = MatMut::from_column_major_slice_mut(product, 2 * receivers, half);
-                let side = MatRef::from_column_major_slice(side, 2 * receivers, most + 1);
+                let product = MatMut::from_column_major_slice_mut(product, most + 1, width);
                 let shape = MatRef::from_column_major_slice(shape, most + 1, half);
-                matmul(product, Accum::Replace, side, shape, 1.0_f32, Par::Seq);
+                let side = MatRef::from_column_major_slice(side, half, width);
+                matmul(product, Accum::Replace, shape, side, 1.0_f32, Par::Seq);
             }
-            let [even, odd] = &*products;
-            let halves = even.chunks_exact(2 * receivers).zip(odd.chunks_exact(2 * receivers));
-            for (index, (even, odd)) in halves.enumerate() {
-                for (column, sign) in [(columns / 2 + index, 1.0), ((columns - 1) / 2 - index, -1.0)] {
-                    let place = (stage * columns + column) * model.layout.substeps + substep;
-                    let values = out[place * receivers..][..receivers].iter_mut().zip(&*late);
-                    for (receiver, (value, late)) in values.enumerate() {
-                        let re = even[receiver] + sign * odd[receivers + receiver];
-                        let im = even[receivers + receiver] - sign * odd[receiver];
-                        *value = late * Complex32::new(re, im);
-                    }
+            let acts: Vec<Complex32> =
+                (-(most as i64)..=most as i64).map(|n| self.act(model, bin, n, stage, substep)).collect();
+            let [even, odd] = products.each_ref().map(|product| product.split_at(product.len() / 2));
+            let outs = real.chunks_exact_mut(waves).zip(imaginary.chunks_exact_mut(waves));
+            for (block, (real, imaginary)) in outs.enumerate() {
+                let of_block = |part: &'_ [f32]| -> Vec<f32> { part[block * (most + 1)..][..most + 1].to_vec() };
+                let [c_re, c_im, s_re, s_im] = [even.0, even.1, odd.0, odd.1].map(of_block);
+                for (index, act) in acts.iter().enumerate() {
+                    let n = index.abs_diff(most);
+                    let sign = if index < most { -1.0 } else { 1.0 };
+                    let sum = act * Complex32::new(c_re[n] + sign * s_im[n], c_im[n] - sign * s_re[n]);
+                    real[index] += sum.re;
+                    imaginary[index] += sum.im;
                 }
             }
         }
     }
 
+    /// Sums and differences of opposite columns of a block.
+    fn fold(&self, force: impl Fn(usize) -> Complex32, block: usize, [sums, differences]: &mut [Vec<f32>; 2]) {
+        let (half, imaginary) = (self.half, sums.len() / 2);
+        for index in 0..half {
+            let [ahead, behind] = [self.columns / 2 + index, (self.columns - 1) / 2 - index];
+            let one = force(ahead);
+            // A middle column is there once.
+            let other = if ahead == behind { Complex32::ZERO } else { force(behind) };
+            let (sum, difference) = (one + other, one - other);
+            let place = block * half + index;
+            (sums[place], sums[imaginary + place]) = (sum.re, sum.im);
+            (differences[place], differences[imaginary + place]) = (difference.re, difference.im);
+        }
+    }
+
     /// What a unit force at the window's middle is to the component n at a bin.
-    fn act(&self, model: &PressureModel<'_>, bin: usize, n: i64, stage: usize, substep: usize) -> Complex32 {
+    fn act(&self, model: &PressureModel, bin: usize, n: i64, stage: usize, substep: usize) -> Complex32 {
         let [weight, time] = self.actions[stage];
         let ahead = self.places[substep * (self.most + 1) + n.unsigned_abs() as usize];
         let place = if n < 0 { ahead.conj() } else { ahead };
@@ -126,21 +142,5 @@ impl Window {
         }
         let material = model.layout.material_bin(bin, n) as f64 * model.layout.resolution();
         single(Complex64::from_polar(weight, -std::f64::consts::TAU * material * time) * place)
-    }
-}
-
-/// Sum and difference of two components, each multiplied by a factor.
-fn fold(ahead: (Complex32, &[f32]), behind: (Complex32, &[f32]), sums: &mut [f32], differences: &mut [f32]) {
-    let receivers = sums.len() / 2;
-    let ((a, (a_re, a_im)), (b, (b_re, b_im))) =
-        ((ahead.0, ahead.1.split_at(receivers)), (behind.0, behind.1.split_at(receivers)));
-    let (sum_re, sum_im) = sums.split_at_mut(receivers);
-    let (difference_re, difference_im) = differences.split_at_mut(receivers);
-    let values = a_re.iter().zip(a_im).zip(b_re.iter().zip(b_im));
-    let folded = sum_re.iter_mut().zip(sum_im).zip(difference_re.iter_mut().zip(difference_im));
-    for (((a_re, a_im), (b_re, b_im)), ((sum_re, sum_im), (difference_re, difference_im))) in values.zip(folded) {
-        let [p_re, p_im] = [a.re * a_re - a.im * a_im, a.re * a_im + a.im * a_re];
-        let [q_re, q_im] = [b.re * b_re - b.im * b_im, b.re * b_im + b.im * b_re];
-        (*sum_re, *sum_im, *difference_re, *difference_im) = (p_re + q_re, p_im + q_im, p_re - q_re, p_im - q_im);
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! Without a receiver there is no recorder, no body, no table.
 
+mod kept_signal;
 mod passages;
 mod passing;
 mod pictures;
@@ -11,6 +12,7 @@ mod way;
 
 use std::sync::atomic::AtomicBool;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::march::March;
@@ -25,6 +27,7 @@ use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
+use kept_signal::{KeptSignal, KeptState};
 use passing::Passing;
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
@@ -37,8 +40,8 @@ pub struct SoundRecorder {
     stream: PressureStream,
     /// By point.
     spectra: Vec<SpectrumAccumulator>,
-    /// Pressures over time \[Pa\] by point, as far as they are kept to be listened to.
-    signals: Vec<Vec<f32>>,
+    /// By point, pressures over time as far as they are kept to be listened to.
+    signals: Vec<KeptSignal>,
     warm_up: u64,
     valid_to: f64,
 }
@@ -57,7 +60,7 @@ pub struct HeardSound {
 pub(crate) struct SoundState {
     stream: PressureState,
     spectra: Vec<SpectrumState>,
-    signals: Vec<Vec<f32>>,
+    signals: Vec<KeptState>,
 }
 
 impl SoundRecorder {
@@ -91,20 +94,26 @@ impl SoundRecorder {
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
         let (way, transfers) = seeking.find(prepared, progress, meter)?;
         let kept = sound.kept_samples().min(samples as usize);
-        for heard in sound.heard.iter().filter(|heard| heard.is_passed()) {
-            let passing = Passing::of(&sound, &way, heard, loaded.scene.rolling.speed());
-            let missing = passing.and_then(|passing| passing.missing(&sound, kept));
-            prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
-        }
         let points = sound.points();
+        let mut signals = vec![KeptSignal::default(); points];
+        for heard in &sound.heard {
+            if heard.is_passed() {
+                let passing = Passing::of(&sound, &way, heard, loaded.scene.rolling.speed());
+                let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
+                prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
+                passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
+            } else if heard.is_recorded() && sound.radiation.audio {
+                signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
+            }
+        }
         let spectra = (0..points)
             .map(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)))
             .collect::<Result<_, _>>()?;
         Ok(Some(Self {
             way,
-            stream: PressureStream::new(layout, transfers),
+            stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
             spectra,
-            signals: vec![Vec::new(); points],
+            signals,
             warm_up: plan.warm_up_steps,
             valid_to: prepared.valid_to.min(sound.radiation.fmax),
             sound,
@@ -126,21 +135,27 @@ impl SoundRecorder {
         // A block's end is long and rare: no step stands for it, and it stands for no other.
         let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
         if complete {
-            meter.time(Stage::Sound, || self.keep());
             meter.count(Counter::SoundTransforms, self.stream.transforms());
-            meter.add_work(Stage::Sound, Work { multiply_adds: self.stream.multiply_adds(), bytes: 0 });
+        }
+        if complete && self.stream.is_due() {
+            let multiply_adds = self.stream.multiply_adds();
+            meter.time(Stage::Sound, || self.hear());
+            meter.add_work(Stage::Sound, Work { multiply_adds, bytes: 0 });
         }
     }
 
-    /// Takes the pressures of a block down.
-    fn keep(&mut self) {
-        let most = self.sound.kept_samples();
-        for (point, (signal, spectrum)) in self.signals.iter_mut().zip(&mut self.spectra).enumerate() {
-            let pressures = self.stream.pressures(point);
-            pressures.iter().for_each(|&pressure| spectrum.push(pressure));
-            let room = most.saturating_sub(signal.len()).min(pressures.len());
-            signal.extend(pressures[..room].iter().map(|&pressure| pressure as f32));
-        }
+    /// Takes the pressures of the blocks that wait down.
+    fn hear(&mut self) {
+        let Self { stream, signals, spectra, .. } = self;
+        stream.hear(|points, pressures| {
+            let each = signals[points.clone()].par_iter_mut().zip(&mut spectra[points]).enumerate();
+            each.for_each(|(point, (signal, spectrum))| {
+                pressures.of(point, |block| {
+                    block.iter().for_each(|&pressure| spectrum.push(pressure));
+                    signal.push(block);
+                });
+            });
+        });
     }
 
     /// What it has heard so far.
@@ -156,7 +171,7 @@ impl SoundRecorder {
         SoundState {
             stream: self.stream.save(),
             spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
-            signals: self.signals.clone(),
+            signals: self.signals.iter().map(KeptSignal::save).collect(),
         }
     }
 
@@ -170,7 +185,7 @@ impl SoundRecorder {
             return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
         }
         self.stream.restore(stream)?;
-        self.signals = signals;
+        self.signals.iter_mut().zip(signals).try_for_each(|(here, saved)| here.restore(saved))?;
         self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
     }
 }

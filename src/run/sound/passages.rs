@@ -60,7 +60,7 @@ impl Passages {
         if kept < length { 0 } else { (kept - length) / self.hop + 1 }
     }
 
-    /// Samples of a point that a passage takes, among those that are kept.
+    /// Samples of a point that a passage takes.
     pub(super) fn samples(&self, passage: i64, receiver: usize) -> Range<usize> {
         let begin = passage * self.hop - self.span().start;
         let Range { start, end } = self.needed[receiver];

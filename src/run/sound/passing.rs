@@ -14,6 +14,9 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
+use super::kept_signal::KeptSignal;
 use super::passages::Passages;
 use super::way::Way;
 use crate::plan::{Heard, Sound};
@@ -101,26 +104,37 @@ impl Passing {
         Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1)
     }
 
-    /// All passages that the kept pressures of the points \[Pa\] hold; `None` of none.
-    pub(super) fn hear(&self, signals: &[Vec<f32>]) -> Option<HeardPassing> {
-        let stretches = |line: &Line| line.passages.within(signals[line.points.start].len());
+    /// Has all points keep what the passages within the first so many samples take of them.
+    pub(super) fn keep(&self, kept: usize, signals: &mut [KeptSignal]) {
+        for Line { points, passages } in &self.lines {
+            for (receiver, signal) in signals[points.clone()].iter_mut().enumerate() {
+                let wanted = (0..passages.within(kept)).map(|passage| passages.samples(passage, receiver));
+                *signal = KeptSignal::of(wanted.collect());
+            }
+        }
+    }
+
+    /// All passages that the pressures of the points hold, of which so many samples are kept; `None` of none.
+    pub(super) fn hear(&self, kept: usize, signals: &[KeptSignal]) -> Option<HeardPassing> {
+        let stretches = |line: &Line| line.passages.within(kept);
         let stretches = self.lines.iter().map(stretches).min().filter(|&stretches| stretches > 0)? as usize;
         let sounding = if stretches < self.tyres.len() { 1 } else { self.tyres.len() };
         let mut sound: Vec<f64> = Vec::new();
         // By line and stretch.
         let mut alone: Vec<Vec<Vec<f64>>> = Vec::new();
         for (number, line) in self.lines.iter().enumerate() {
-            let mut levels = Vec::new();
-            for stretch in 0..stretches {
+            let shown = |stretch: usize| {
                 let pressures = line.pressures(stretch, signals)?;
                 // The line begins 6 m before what is read: at 80 km/h the detector is half a decibel from settled
                 // there.
                 let shown = meter_levels(&pressures, FILE_RATE, FrequencyWeighting::A, TimeWeighting::Fast);
-                levels.push(shown.ok()?);
                 // In the first passage a tyre has the stretch of its own number.
-                let Some(tyre) = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number) else {
-                    continue;
-                };
+                let tyre = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number);
+                Some((shown.ok()?, tyre.map(|tyre| (tyre, pressures))))
+            };
+            let shown: Option<Vec<_>> = (0..stretches).into_par_iter().map(shown).collect();
+            let (levels, sounds): (Vec<_>, Vec<_>) = shown?.into_iter().unzip();
+            for (tyre, pressures) in sounds.into_iter().flatten() {
                 let heard = self.samples().map(|sample| pressures[tyre.at(sample)]);
                 if sound.is_empty() {
                     sound = heard.collect();
@@ -154,12 +168,8 @@ impl Passing {
 
 impl Line {
     /// What is heard of a stretch \[Pa\].
-    fn pressures(&self, stretch: usize, signals: &[Vec<f32>]) -> Option<Vec<f64>> {
-        let point = |receiver: usize, _| {
-            let signal = &signals[self.points.start + receiver];
-            let samples = self.passages.samples(stretch as i64, receiver);
-            signal[samples].iter().map(|&pressure| f64::from(pressure)).collect()
-        };
+    fn pressures(&self, stretch: usize, signals: &[KeptSignal]) -> Option<Vec<f64>> {
+        let point = |receiver: usize, _| signals[self.points.start + receiver].excerpt(stretch).collect();
         self.passages.passing.synthesise(point).ok()
     }
 }

@@ -1,5 +1,7 @@
 //! What a run's sound is written as: tables, pictures, files to listen to, the summary.
 
+use rayon::prelude::*;
+
 use crate::plan::Heard;
 use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
@@ -54,9 +56,8 @@ impl SoundRecorder {
 
     /// Spectra at all points.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
-        let finished = |spectrum: &SpectrumAccumulator| spectrum.clone().finish();
-        let all: Result<Vec<_>, _> = self.spectra.iter().map(finished).collect();
-        Ok(all?.into_iter().map(|spectrum| spectrum.valid_to(self.valid_to)).collect())
+        let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
+        self.spectra.par_iter().map(finished).collect()
     }
 
     /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each.
@@ -105,12 +106,12 @@ impl SoundRecorder {
                 }
             }
             ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }) => {
-                let kept = self.signals[heard.points.start].len();
+                let kept = self.sound.kept_samples().min(self.signals[heard.points.start].taken());
                 let Some(passing) = Passing::of(&self.sound, &self.way, heard, loaded.scene.rolling.speed()) else {
                     return Ok(summary);
                 };
                 summary.no_pass_by = passing.missing(&self.sound, kept);
-                if let Some(found) = passing.hear(&self.signals) {
+                if let Some(found) = passing.hear(kept, &self.signals) {
                     summary.pass_by = Some(write_pass_by(loaded, heard, &passing, &found.levels, folder)?);
                     if audio {
                         summary.audio = Some(write_passing_audio(folder, heard, found)?);
@@ -128,7 +129,7 @@ impl SoundRecorder {
     }
 
     fn at_file_rate(&self, point: usize) -> Vec<f64> {
-        let signal: Vec<f64> = self.signals[point].iter().map(|&pressure| f64::from(pressure)).collect();
+        let signal: Vec<f64> = self.signals[point].excerpt(0).collect();
         resample(&signal, 1.0 / self.sound.layout.time_step, FILE_RATE)
     }
 }

@@ -1,5 +1,6 @@
-//! The way of the sound: from the cache or by boundary elements, then the pressures for unit forces.
+//! The way of the sound: G from the cache or by boundary elements, and the waves of the tyre that it is met with.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
@@ -7,9 +8,9 @@ use rayon::prelude::*;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
-use crate::radiation::elements::distance;
+use crate::radiation::transfer::contact_distance;
 use crate::radiation::{Body, RadiationError, TransferSet, Watch, draft, transfers};
-use crate::response::pressure::{PlaceTransfers, PressureModel, SurfaceGreen};
+use crate::response::pressure::{PressureModel, PressureTransfers, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::results::sound::BodySummary;
 use crate::run::error::RunError;
@@ -21,6 +22,7 @@ use crate::tyre::influence::SurfaceWaves;
 
 /// Tolerance of the waves' compliances.
 pub(crate) const WAVES: f64 = 1e-4;
+
 /// What is left of the way when its transfers are made.
 pub(super) struct Way {
     /// The air.
@@ -46,7 +48,7 @@ pub(super) struct Seeking<'a> {
 }
 
 impl Seeking<'_> {
-    /// The transfers to all points of a sound.
+    /// What the pressures at all points of a sound are made from.
     ///
     /// # Errors
     /// Complaints about the scene; [`RunError::Interrupted`].
@@ -55,7 +57,7 @@ impl Seeking<'_> {
         prepared: &mut Prepared,
         progress: &mut dyn Progress,
         meter: &mut Meter,
-    ) -> Result<(Way, PlaceTransfers), RunError> {
+    ) -> Result<(Way, PressureTransfers), RunError> {
         let Self { plan, sound, layout, .. } = *self;
         let tyre = &plan.decisions.tyre;
         let air = Air::at(sound.radiation.temperature).ok_or_else(|| {
@@ -63,9 +65,10 @@ impl Seeking<'_> {
         })?;
         let open = meter.open();
         progress.stage(Stage::Radiation);
-        let at_rest = prepared.at_rest.length;
-        let (greens, body) = self.greens(&air, at_rest, prepared, progress, meter)?;
-        let lates: Vec<f64> = sound.positions.iter().map(|&position| reach(position) / air.sound_speed).collect();
+        let body = self.body(prepared.at_rest.length)?;
+        let (greens, summary) = self.greens(&air, &body, prepared, progress, meter)?;
+        let late = |&position: &[f64; 3]| contact_distance(&body, position) / air.sound_speed;
+        let lates: Vec<f64> = sound.positions.iter().map(late).collect();
         let delays: Vec<u64> = lates.iter().map(|late| (late / layout.time_step).floor() as u64).collect();
         let left: Vec<f64> =
             lates.iter().zip(&delays).map(|(late, whole)| late - *whole as f64 * layout.time_step).collect();
@@ -74,56 +77,60 @@ impl Seeking<'_> {
         meter.count(Counter::ComplianceEvaluations, waves.evaluations());
         let model = PressureModel {
             layout,
-            waves: &waves,
+            waves: Arc::new(waves),
             scale: prepared.scale,
             contact_width: tyre.contact_width,
             density: air.density,
             air: sound.radiation.air,
             highest: sound.radiation.fmax,
-            delays: &left,
+            delays: left,
         };
-        let transfers = PlaceTransfers::new(&model, &greens);
         meter.close(open, Stage::Radiation);
-        Ok((Way { air, delays, body }, transfers))
+        Ok((Way { air, delays, body: summary }, PressureTransfers { model, greens }))
     }
 
     fn refused(&self, key: &str, wrong: String, right: &str) -> RunError {
         SceneError::from(self.loaded.complain(key, wrong, right)).into()
     }
 
-    /// G from the tread to all points, kept on disk or solved for.
-    fn greens(
-        &self,
-        air: &Air,
-        at_rest: f64,
-        prepared: &mut Prepared,
-        progress: &mut dyn Progress,
-        meter: &mut Meter,
-    ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
+    /// The body that radiates, with a patch as long as that of the static contact \[m\].
+    fn body(&self, at_rest: f64) -> Result<Body, RunError> {
         let Self { plan, sound, .. } = *self;
-        let body = plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
+        plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
             let key = match error {
                 RadiationError::Gap { .. } => "radiation.acoustic_gap",
                 RadiationError::Shoulder { .. } => "radiation.shoulder",
                 _ => "radiation.patch_length",
             };
             self.refused(key, error.to_string(), "another one")
-        })?;
-        let problem = sound.problem(&body, plan.scene.numerics.memory_bytes());
+        })
+    }
+
+    /// G from the tread to all points, kept on disk or solved for.
+    fn greens(
+        &self,
+        air: &Air,
+        body: &Body,
+        prepared: &mut Prepared,
+        progress: &mut dyn Progress,
+        meter: &mut Meter,
+    ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
+        let Self { plan, sound, .. } = *self;
+        let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
         if sound.radiation.quality == RadiationQuality::Draft {
             let set = draft::transfers(&problem, &range)
                 .map_err(|error| self.refused("radiation.quality", error.to_string(), "\"full\""))?;
             let summary = BodySummary {
                 frequencies: set.frequencies().len(),
-                ..BodySummary::of(RadiationQuality::Draft, &body, air)
+                ..BodySummary::of(RadiationQuality::Draft, body, air)
             };
-            return Ok((surface_greens(set, &body, sound), summary));
+            return Ok((surface_greens(set, body, sound), summary));
         }
-        let mut kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
-        let known = kept.load(&mut prepared.warnings);
+        let kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
         let mut troubles = Vec::new();
         let mut watch = Watch {
+            known: &mut |wanted| kept.load(wanted, &mut prepared.warnings),
             sink: &mut |found| {
                 kept.store(found, &mut troubles);
                 Ok(())
@@ -131,7 +138,7 @@ impl Seeking<'_> {
             progress: &mut |so_far| progress.pieces(so_far.finished, so_far.open),
             interrupted: &|| self.stop.load(Ordering::Relaxed),
         };
-        let found = transfers(&problem, &range, known, rayon::current_num_threads(), &mut watch);
+        let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
         prepared.warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => RunError::Interrupted { kept: None },
@@ -152,15 +159,10 @@ impl Seeking<'_> {
             unknowns: report.solve.unknowns,
             interpolation_error: report.largest_passed.max(report.largest_left),
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
-            ..BodySummary::of(RadiationQuality::Full, &body, air)
+            ..BodySummary::of(RadiationQuality::Full, body, air)
         };
-        Ok((surface_greens(set, &body, sound), summary))
+        Ok((surface_greens(set, body, sound), summary))
     }
-}
-
-/// r0: from the contact to a receiver \[m\].
-fn reach(position: [f64; 3]) -> f64 {
-    distance(position, [0.0; 3])
 }
 
 /// What a set of transfers is to the tread's waves.

@@ -1,0 +1,107 @@
+//! Pressures of a point that are kept to be heard: all of the first ones, or no more than the excerpts that passages
+//! take of it, a few hundredths.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::storage::StateError;
+
+/// What is kept of a point.
+#[derive(Clone, Debug, Default)]
+pub(super) struct KeptSignal {
+    /// Samples of each excerpt.
+    wanted: Vec<Range<usize>>,
+    state: KeptState,
+}
+
+/// What evolves of a [`KeptSignal`].
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub(super) struct KeptState {
+    /// Samples that were taken in.
+    taken: usize,
+    /// Pressures by excerpt \[Pa\].
+    excerpts: Vec<Vec<f32>>,
+}
+
+impl KeptSignal {
+    /// Of excerpts of these samples.
+    pub(super) fn of(wanted: Vec<Range<usize>>) -> Self {
+        let excerpts = vec![Vec::new(); wanted.len()];
+        Self { wanted, state: KeptState { taken: 0, excerpts } }
+    }
+
+    /// Takes the next pressures \[Pa\].
+    pub(super) fn push(&mut self, pressures: &[f64]) {
+        let KeptState { taken, excerpts } = &mut self.state;
+        let here = *taken..*taken + pressures.len();
+        for (wanted, excerpt) in self.wanted.iter().zip(excerpts) {
+            let (from, to) = (wanted.start.max(here.start), wanted.end.min(here.end));
+            if from < to {
+                let some = &pressures[from - here.start..to - here.start];
+                excerpt.reserve_exact((wanted.len() - excerpt.len()).max(some.len()));
+                excerpt.extend(some.iter().map(|&pressure| pressure as f32));
+            }
+        }
+        *taken = here.end;
+    }
+
+    /// Samples that were taken in.
+    pub(super) fn taken(&self) -> usize {
+        self.state.taken
+    }
+
+    /// An excerpt, as far as it was taken in \[Pa\].
+    pub(super) fn excerpt(&self, index: usize) -> impl Iterator<Item = f64> {
+        self.state.excerpts.get(index).into_iter().flatten().map(|&pressure| f64::from(pressure))
+    }
+
+    /// Pressures that are kept.
+    #[cfg(test)]
+    pub(super) fn kept(&self) -> usize {
+        self.state.excerpts.iter().map(Vec::len).sum()
+    }
+
+    /// Takes the state down.
+    pub(super) fn save(&self) -> KeptState {
+        self.state.clone()
+    }
+
+    /// Goes on from the state of one of the same excerpts.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub(super) fn restore(&mut self, state: KeptState) -> Result<(), StateError> {
+        let (expected, found) = (self.wanted.len(), state.excerpts.len());
+        if found != expected {
+            return Err(StateError::Length { expected, found });
+        }
+        if self.wanted.iter().zip(&state.excerpts).any(|(wanted, excerpt)| excerpt.len() > wanted.len()) {
+            return Err(StateError::Value);
+        }
+        self.state = state;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn excerpts_are_kept_and_nothing_else_whatever_the_blocks() {
+        let mut kept = KeptSignal::of(vec![2..5, 4..9, 20..30]);
+        for block in [0..3, 3..4, 4..12, 12..25] {
+            let pressures: Vec<f64> = block.map(f64::from).collect();
+            kept.push(&pressures);
+            let mut again = KeptSignal::of(vec![2..5, 4..9, 20..30]);
+            again.restore(kept.save()).unwrap();
+            kept = again;
+        }
+        let excerpt = |index| kept.excerpt(index).collect::<Vec<f64>>();
+        assert_eq!((excerpt(0), excerpt(1)), (vec![2.0, 3.0, 4.0], vec![4.0, 5.0, 6.0, 7.0, 8.0]));
+        assert_eq!((excerpt(2), excerpt(3)), ((20..25).map(f64::from).collect(), Vec::new()));
+        assert_eq!((kept.taken(), kept.kept()), (25, 13));
+        assert!(KeptSignal::default().restore(kept.save()).is_err());
+    }
+}

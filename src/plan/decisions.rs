@@ -131,9 +131,7 @@ fn centrifugal_tension(scene: &Scene, notes: &mut Vec<String>) -> (Tyre, Decisio
         notes.push(format!("{would}: effects.centrifugal_tension = \"auto\" would take it in"));
     }
     let form = if on { "belt tension raised" } else { "" }.to_owned();
-    let mut rolling = if on { spinning(tyre, added, carried) } else { tyre.clone() };
-    // Waves know no crown; fits that are kept do for every one.
-    rolling.crown_radius = None;
+    let rolling = if on { spinning(tyre, added, carried) } else { tyre.clone() };
     (rolling, Decision { effect: "centrifugal tension", on, form, reason })
 }
 

@@ -8,7 +8,7 @@ use crate::contact::cells::past::WavePast;
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::WaveTransform;
 use crate::contact::cells::{CellPast, CellZone};
-use crate::contact::static_contact::StaticContact;
+use crate::contact::static_contact::{StaticContact, deepest};
 use crate::counters::{Counter, Meter, Stage};
 use crate::plan::Plan;
 use crate::run::error::RunError;
@@ -19,6 +19,9 @@ use crate::storage::cache::key;
 use crate::tyre::influence::{CellRow, CellSums, WaveBand};
 use crate::tyre::poles::FitError;
 use crate::tyre::poles::cells::{CellModel, fit_cells};
+
+/// Length of the window over that of the longest smooth patch.
+const BEYOND: f64 = 1.1;
 
 /// What contact over cells is made from.
 pub struct CellContact<'a> {
@@ -47,6 +50,15 @@ impl<'a> CellContact<'a> {
     /// [`ContactError::LoadNotReached`].
     pub fn at_rest(&self) -> Result<StaticContact, ContactError> {
         RestingCells::new(&self.sums, &self.crown).under(&self.plan.scene.rolling.axle)
+    }
+
+    /// Half the length of the window that holds every cell that can touch \[m\]: the smooth patch at the deepest that the
+    /// axle may come down, and deeper by the road's highest point above its plane \[m\]. Steps in which an outermost cell
+    /// touches are counted.
+    pub fn reach(&self, at_rest: f64, highest: f64) -> f64 {
+        let deepest = deepest(&self.plan.scene.rolling.axle, at_rest) + highest;
+        let length = RestingCells::new(&self.sums, &self.crown).pressed(deepest).0.length;
+        0.5 * BEYOND * length + 2.0 * self.plan.element
     }
 
     /// The cells of a window of so many columns, at rest.
@@ -94,7 +106,7 @@ impl<'a> CellContact<'a> {
     /// The model of a band, from the user's cache or fitted.
     fn model(&self, rows: &[CellRow], meter: &mut Meter, warnings: &mut Vec<String>) -> Result<CellModel, RunError> {
         let options = self.plan.cell_fit();
-        let key = key::<CellModel>(&(&self.plan.decisions.tyre, rows, options)).ok();
+        let key = key::<CellModel>(&(self.plan.decisions.tyre.levelled(), rows, options)).ok();
         let cache = Cache::open().ok();
         let kept = cache.as_ref().zip(key).and_then(|(cache, key)| cache.load::<CellModel>(&key).ok()??.ok());
         if let Some(model) = kept.filter(|model| model.len() == rows.iter().map(|row| row.waves.len()).sum::<usize>()) {

@@ -80,7 +80,12 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
-    let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
+    let reach = match &zone {
+        ZoneSums::Slices(_) => {
+            window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element)
+        }
+        ZoneSums::Cells(cells) => meter.time(Stage::Axle, || cells.reach(at_rest.indentation, surface.highest())),
+    };
     let excited = surface.report().highest_frequency(plan.speed);
     let valid_to = excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited));
     if let Some(highest) = excited {

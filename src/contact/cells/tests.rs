@@ -4,8 +4,9 @@ use num_complex::Complex64;
 
 use super::direct::DirectPast;
 use super::past::WavePast;
+use super::resting::RestingCells;
 use super::wave_transform::WaveTransform;
-use crate::scene::{DEFAULT, PLATE, Scene, Tyre};
+use crate::scene::{DEFAULT, Law, PLATE, Scene, Sides, Tyre};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
 use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
@@ -159,6 +160,31 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     }
     println!("{:.1e}", worst / largest);
     assert!(largest > 0.0 && worst < 1e-3 * largest, "{:.2e}", worst / largest);
+}
+
+#[test]
+fn a_crowned_tyre_with_a_deep_tread_presses_like_hertzs_sphere() {
+    let mut tyre = tyre(PLATE);
+    let radius = tyre.radius();
+    let mut tread = tyre.layers.pop().unwrap();
+    (tread.thickness, tread.material.law) = (0.4, Law::Elastic);
+    let modulus = tread.material.modulus / (1.0 - tread.material.poisson * tread.material.poisson);
+    tyre.layers = vec![tread];
+    (tyre.foundation.normal, tyre.foundation.tangential) = (1e11, 1e11);
+    (tyre.width, tyre.contact_width, tyre.sides) = (0.4, 0.04, Sides::Guided);
+    let (elements, across) = (2048, 42);
+    let grid = CellGrid::new(&tyre, elements, across);
+    let crown: Vec<f64> = (0..across).map(|j| grid.from_middle(j).powi(2) / (2.0 * radius)).collect();
+    let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 1.0);
+    let depth = 4e-4;
+    let (found, forces) = RestingCells::new(&sums, &crown).pressed(depth);
+    let hertz = 4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5);
+    // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the tread's depth.
+    println!("{} N, Hertz {hertz} N; {} mm long", found.force, 1e3 * found.length);
+    assert!((found.force / hertz - 1.0).abs() < 0.04, "{} N, Hertz {hertz} N", found.force);
+    assert!((found.length / (2.0 * (radius * depth).sqrt()) - 1.0).abs() < 0.12, "{} m", found.length);
+    let total: f64 = forces.iter().sum();
+    assert!((total - found.force).abs() < 1e-9 * total);
 }
 
 #[test]

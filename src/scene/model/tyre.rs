@@ -110,6 +110,12 @@ impl Tyre {
         self.layers.iter().map(|layer| layer.thickness).sum()
     }
 
+    /// The same with a level tread: its waves know no crown.
+    #[must_use]
+    pub fn levelled(&self) -> Self {
+        Self { crown_radius: None, ..self.clone() }
+    }
+
     /// What inflation and sidewalls give, where the arcs of the sidewalls are known; tension and foundation of the tyre
     /// are these values where the scene left them out.
     pub fn carried(&self) -> Option<Carried> {

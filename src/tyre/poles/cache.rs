@@ -43,7 +43,7 @@ impl Cached for RationalModel {
 /// [`FitError::Options`] for a tyre whose numbers are not finite.
 pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
     let not_finite = |_| FitError::Options { what: "tyre", value: f64::NAN, wanted: "finite numbers" };
-    crate::storage::cache::key::<RationalModel>(&(tyre, options)).map_err(not_finite)
+    crate::storage::cache::key::<RationalModel>(&(tyre.levelled(), options)).map_err(not_finite)
 }
 
 /// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored.

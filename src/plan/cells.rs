@@ -9,7 +9,7 @@ use crate::tyre::poles::cells::CellFitOptions;
 const HANDED_OVER: [f64; 2] = [6.0, 12.0];
 /// How far the shorter ring reaches beyond the window, at least, in the longest waves on it over 2 pi: what has gone
 /// round it has decayed by then.
-const DECAYED: f64 = 60.0;
+const DECAYED: f64 = 40.0;
 
 /// Residuals of the search for cells are no smaller than this part of the largest required displacement: its steps are
 /// taken in single precision, and each round that brings the exact residual down costs as much as the first.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::front::FrontRow;
 use super::resolution::{Need, Resolution};
-use crate::scene::{Diagnostic, History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, short};
+use crate::scene::{Diagnostic, History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, Zone, short};
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -89,6 +89,7 @@ impl Settling<'_> {
             (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));
         // A row that keeps the default chooses nothing.
         let slices = open("contact.slice_tolerance")
+            && self.scene.contact.zone == Zone::Slices
             && self.scene.contact.slice_tolerance.to_bits() != row.slice_tolerance.to_bits();
         if rule {
             self.scene.numerics.time_rule = row.time_rule;
@@ -109,7 +110,8 @@ impl Settling<'_> {
             self.scene.contact.slice_tolerance = row.slice_tolerance;
             self.choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
         }
-        if self.scene.contact.cells_across.is_none() && self.scene.road.varies_across() {
+        let texture = self.scene.contact.zone == Zone::Slices && self.scene.road.varies_across();
+        if self.scene.contact.cells_across.is_none() && texture {
             let cell = row.cell_for(&self.scene, highest);
             let cells = Road::cells(self.scene.tyre.contact_width, cell).max(2);
             self.scene.contact.cells_across = Some(cells);
@@ -173,7 +175,7 @@ impl Settling<'_> {
 
     fn take_cells_along(&mut self, row: &FrontRow, highest: f64) {
         let Scene { tyre, road, contact, numerics, .. } = &self.scene;
-        if contact.cells_along.is_some() || matches!(road, Road::Smooth) {
+        if contact.cells_along.is_some() || contact.zone == Zone::Cells || matches!(road, Road::Smooth) {
             return;
         }
         let cell = row.cell_for(&self.scene, highest);

@@ -169,6 +169,13 @@ fn an_axle_with_a_mass_goes_on_in_the_same_bytes() {
 }
 
 #[test]
+fn cells_go_on_in_the_same_bytes() {
+    let scene = scene_of("modal", &road("repeat"), 2.0, 0.02) + "cells_every = 0.01\n";
+    let scene = edit(&scene, &[("numerics.lateral_terms", "12")]);
+    killed_at_random(&(scene + "[contact]\nzone = \"cells\"\ncells_across = 4\n"), 21.0, 3, 6);
+}
+
+#[test]
 fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
     let scene = scene_of("modal", &road("repeat"), 20.0, 0.004);
     let scene = edit(&scene, &[("rolling.axle", "{ indentation = 0.012, ramp = 0.05 }")]);

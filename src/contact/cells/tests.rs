@@ -178,10 +178,13 @@ fn a_crowned_tyre_with_a_deep_tread_presses_like_hertzs_sphere() {
     let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 1.0);
     let depth = 4e-4;
     let (found, forces) = RestingCells::new(&sums, &crown).pressed(depth);
-    let hertz = 4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5);
-    // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the tread's depth.
+    // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the depth of the tread, which
+    // is bonded and all but incompressible (Dimitriadis et al. 2002, Biophys. J. 82, 2798).
+    let ratio = (radius * depth).sqrt() / 0.4;
+    let layer = 1.0 + 1.133 * ratio + 1.283 * ratio * ratio;
+    let hertz = 4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5) * layer;
     println!("{} N, Hertz {hertz} N; {} mm long", found.force, 1e3 * found.length);
-    assert!((found.force / hertz - 1.0).abs() < 0.04, "{} N, Hertz {hertz} N", found.force);
+    assert!((found.force / hertz - 1.0).abs() < 0.015, "{} N, Hertz {hertz} N", found.force);
     assert!((found.length / (2.0 * (radius * depth).sqrt()) - 1.0).abs() < 0.12, "{} m", found.length);
     let total: f64 = forces.iter().sum();
     assert!((total - found.force).abs() < 1e-9 * total);

@@ -1,6 +1,6 @@
 //! `[contact]`: contact laws of tread and road slices.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
@@ -52,6 +52,22 @@ keys! {
 
 pub(in crate::scene) const CONTACT: Nested<Contact> =
     Nested { title: "[contact]", wanted: "the table [contact]", schema: Contact::schema, read: contact };
+
+/// Writes what belongs to the zone: a scene of cells would be refused with the keys of slices.
+pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct OfCells {
+        zone: Zone,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cell: Option<f64>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        cells_across: Option<usize>,
+    }
+    match *contact {
+        Contact { zone: Zone::Slices, .. } => contact.serialize(serializer),
+        Contact { zone, cell, cells_across, .. } => OfCells { zone, cell, cells_across }.serialize(serializer),
+    }
+}
 
 /// Keys that cells have no use for.
 const OF_SLICES: [&str; 7] = [

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::contact::{CONTACT, Contact};
+use super::contact::{CONTACT, Contact, of_zone};
 use super::effects::{EFFECTS, Effects};
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
@@ -25,6 +25,7 @@ keys! {
         /// Speed, duration and axle.
         rolling: Rolling => ROLLING,
         /// Contact law of tread and road slices.
+        #[serde(serialize_with = "of_zone")]
         contact: Contact = Contact::default() => CONTACT,
         /// What is simulated beside the contact itself.
         effects: Effects = Effects::default() => EFFECTS,

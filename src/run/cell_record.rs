@@ -163,8 +163,8 @@ impl CellRecorder {
         })
     }
 
-    /// Pictures of the patch: mean pressure, the pressure of the last step, and the road under it, with `first_position`
-    /// where the window begins from the axle on \[m\].
+    /// Pictures of the patch: mean pressure, the pressure of the last step, and the road under it; the window begins at
+    /// `first_position` from the axle on \[m\].
     ///
     /// # Errors
     /// [`PlotError`].

@@ -52,9 +52,9 @@ impl<'a> CellContact<'a> {
         RestingCells::new(&self.sums, &self.crown).under(&self.plan.scene.rolling.axle)
     }
 
-    /// Half the length of the window that holds every cell that can touch \[m\]: the smooth patch at the deepest that the
-    /// axle may come down, and deeper by the road's highest point above its plane \[m\]. Steps in which an outermost cell
-    /// touches are counted.
+    /// Half the length of the window that holds every cell that can touch \[m\]: the smooth patch at the deepest that
+    /// the axle may come down, and deeper by the road's highest point above its plane \[m\]. Steps in which an
+    /// outermost cell touches are counted.
     pub fn reach(&self, at_rest: f64, highest: f64) -> f64 {
         let deepest = deepest(&self.plan.scene.rolling.axle, at_rest) + highest;
         let length = RestingCells::new(&self.sums, &self.crown).pressed(deepest).0.length;

@@ -1,7 +1,7 @@
 //! From a plan to results: the only place that knows the whole order.
 //!
-//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along, `cells`
-//!    both where the contact is one of cells;
+//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along,
+//!    `cells` the whole contact where it is one of cells;
 //! 2. [`in_memory`]: step by step, over a road that [`road_ahead`] and its `road_maker` have made in time; [`record`]
 //!    keeps what each step gave, with the power of [`rolling_resistance`], the motion that [`vibration`] follows and
 //!    the [`sound`] that is heard of it;

@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
-use crate::scene::{AirMotion, Axle, LoadedScene, Radiation, Scene, SliceCoupling, Switch, Tread, Vibration};
+use crate::scene::{AirMotion, Axle, LoadedScene, Radiation, Scene, SliceCoupling, Switch, Tread, Vibration, Zone};
 use crate::study::trial::{Trial, Trials};
 
 /// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
@@ -40,11 +40,13 @@ pub enum Effect {
     CentrifugalTension,
     /// Sound at the receivers: changes nothing of the contact.
     Radiation,
+    /// Contact over cells instead of slices.
+    Cells,
 }
 
 impl Effect {
     /// All of them, in the order of the data's way.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::CentrifugalTension,
         Self::Texture,
         Self::SliceCoupling,
@@ -54,6 +56,7 @@ impl Effect {
         Self::BeltVibration,
         Self::TangentialMotion,
         Self::Radiation,
+        Self::Cells,
     ];
 
     /// The effect in words, and in one.
@@ -68,6 +71,7 @@ impl Effect {
             Self::TangentialMotion => ["tangential motion", "tangential"],
             Self::CentrifugalTension => ["centrifugal tension", "tension"],
             Self::Radiation => ["radiation", "radiation"],
+            Self::Cells => ["contact in three dimensions", "cells"],
         }
     }
 
@@ -137,6 +141,14 @@ impl Effect {
                     (scene.receivers, scene.radiation) = (Vec::new(), Radiation::default());
                 }
             }
+            Self::Cells => {
+                scene.contact.zone = if on { Zone::Cells } else { Zone::Slices };
+                if !on {
+                    // Cells are no resolution of the texture in slices.
+                    (scene.contact.cell, scene.contact.cells_across) = (None, None);
+                    scene.outputs.cells_every = None;
+                }
+            }
         }
     }
 }
@@ -149,6 +161,17 @@ fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
     if !(vibration.tread || vibration.belt || vibration.tangential) {
         scene.outputs.vibration = None;
     }
+}
+
+/// Why an effect is not looked at in a scene of slices, or of cells.
+fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
+    let reason = match (scene.contact.zone, effect) {
+        (Zone::Cells, Effect::Cells | Effect::CentrifugalTension) => return None,
+        (Zone::Cells, _) => "cells are compared with slices alone",
+        (Zone::Slices, Effect::Cells) => "contact.zone = \"slices\"",
+        (Zone::Slices, _) => return None,
+    };
+    Some(reason.to_owned())
 }
 
 /// One effect.
@@ -188,9 +211,12 @@ pub fn compare(
     scene.rolling.duration = duration;
     let possible: Vec<(Effect, Option<String>)> = Effect::ALL
         .map(|effect| {
-            let mut with = scene.clone();
-            effect.set(&mut with, true);
-            (effect, LoadedScene::from_scene(&with, "effects").err().map(|error| error.problem()))
+            let refusal = beside_cells(&scene, effect).or_else(|| {
+                let mut with = scene.clone();
+                effect.set(&mut with, true);
+                LoadedScene::from_scene(&with, "effects").err().map(|error| error.problem())
+            });
+            (effect, refusal)
         })
         .into();
     let with = |chosen: &dyn Fn(Effect) -> bool| {
@@ -206,6 +232,7 @@ pub fn compare(
     let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as f64;
     let complete = with(&|_| true);
     let kappa = match complete.contact.slice_coupling {
+        _ if complete.contact.zone == Zone::Cells => None,
         SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
         SliceCoupling::Explicit | SliceCoupling::Implicit => None,
     };

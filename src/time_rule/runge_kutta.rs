@@ -49,8 +49,8 @@ impl RungeKutta {
         [[self.gamma, 0.0, 0.0], [a21, self.gamma, 0.0], [a31, a32, self.gamma]]
     }
 
-    /// Delta(zeta) = (A + zeta/(1 - zeta) 1 b^T)^-1, by the identity of Sherman and Morrison; A's last row is b, so that
-    /// b^T A^-1 picks the last stage.
+    /// Delta(zeta) = (A + zeta/(1 - zeta) 1 b^T)^-1, by the identity of Sherman and Morrison; A's last row is b, so
+    /// that b^T A^-1 picks the last stage.
     pub(super) fn symbol(&self, zeta: Complex64) -> [[Complex64; 3]; 3] {
         let stages = self.nodes.len();
         let inverse = self.inverse();

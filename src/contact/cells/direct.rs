@@ -59,8 +59,8 @@ impl DirectPast {
         Work { multiply_adds: 2 * products, bytes: 8 * 3 * products }
     }
 
-    /// Adds what the past displaces at a stage of the step \[m\]; the stages of a step in their order, the forces of each
-    /// known before the next.
+    /// Adds what the past displaces at a stage of the step \[m\]; the stages of a step in their order, the forces of
+    /// each known before the next.
     pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
         let Self { transform, stages, lags, weights, forces, step, sum } = self;
         let (stages, waves) = (*stages, sum.len());

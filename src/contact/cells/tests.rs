@@ -178,8 +178,8 @@ fn a_crowned_tyre_with_a_deep_tread_presses_like_hertzs_sphere() {
     let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 1.0);
     let depth = 4e-4;
     let (found, forces) = RestingCells::new(&sums, &crown).pressed(depth);
-    // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the depth of the tread, which
-    // is bonded and all but incompressible (Dimitriadis et al. 2002, Biophys. J. 82, 2798).
+    // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the depth of the tread,
+    // which is bonded and all but incompressible (Dimitriadis et al. 2002, Biophys. J. 82, 2798).
     let ratio = (radius * depth).sqrt() / 0.4;
     let layer = 1.0 + 1.133 * ratio + 1.283 * ratio * ratio;
     let hertz = 4.0 / 3.0 * modulus * radius.sqrt() * depth.powf(1.5) * layer;

@@ -189,8 +189,8 @@ keys! {
         plots: bool = true => Flag,
         /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
         checkpoint_interval: f64 = 60.0 => Bounds::not_negative("s"),
-        /// Time between two instants at which all cells are written to `cells.npy` \[s\], `contact.zone = "cells"` only;
-        /// none without it.
+        /// Time between two instants at which all cells are written to `cells.npy` \[s\], with
+        /// `contact.zone = "cells"` only; none without it.
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_every: Option<f64> = None => Optional(Bounds::positive("s")),
         /// Vibration of the tyre; none is computed without it.

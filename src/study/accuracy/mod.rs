@@ -35,7 +35,7 @@ pub use sound::{SoundDifference, SoundPoint, SoundStudy};
 use crate::plan::{Plan, UnitCosts, unit_record};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
-use crate::scene::{LoadedScene, Radiation, Road, Scene, SceneError, Switch};
+use crate::scene::{LoadedScene, Radiation, Road, Scene, SceneError, Switch, Zone};
 use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
 use lab::Lab;
 
@@ -165,6 +165,11 @@ pub fn study(
     if matches!(loaded.scene.road, Road::Smooth) {
         let wrong = "the force on a smooth road has no levels to compare";
         return Err(SceneError::from(loaded.complain("road.kind", wrong, "a rough road")).into());
+    }
+    if loaded.scene.contact.zone == Zone::Cells {
+        let wrong = "the accuracy of contact over cells is not studied yet";
+        let right = "zone = \"slices\", or `tyrewave effects`, which compares both";
+        return Err(SceneError::from(loaded.complain("contact.zone", wrong, right)).into());
     }
     let own = Settings::of(&loaded.scene);
     let mut named = presets::named(&loaded.scene, options.highest);

@@ -115,7 +115,7 @@ pub struct MarchState {
 /// What evolves of a [`Zone`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 enum ZoneState {
-    Slices(SearchState, HistoryState),
+    Slices(Box<(SearchState, HistoryState)>),
     Cells(Box<CellZoneState>),
 }
 
@@ -383,7 +383,7 @@ impl March {
             totals: self.totals.clone(),
             forces: self.forces.clone(),
             zone: match &self.zone {
-                Zone::Slices(zone) => ZoneState::Slices(zone.search.save(), zone.history.save()),
+                Zone::Slices(zone) => ZoneState::Slices(Box::new((zone.search.save(), zone.history.save()))),
                 Zone::Cells(zone) => ZoneState::Cells(Box::new(zone.save())),
             },
         }
@@ -398,7 +398,8 @@ impl March {
         (self.step, self.totals) = (step, totals);
         fill(&mut self.forces, &forces)?;
         match (&mut self.zone, zone) {
-            (Zone::Slices(zone), ZoneState::Slices(search, history)) => {
+            (Zone::Slices(zone), ZoneState::Slices(state)) => {
+                let (search, history) = *state;
                 zone.search.restore(search)?;
                 zone.history.restore(history)
             }

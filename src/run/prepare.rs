@@ -60,9 +60,11 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let Decisions { tyre, slices, .. } = &plan.decisions;
     let mut warnings: Vec<String> = plan.notes().collect();
     let zone = match plan.decisions.zone {
-        Zone::Slices => ZoneSums::Slices(meter.time(Stage::Influence, || {
-            InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / plan.time_step)
-        })),
+        Zone::Slices => {
+            let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
+            let sum = meter.time(Stage::Influence, || InfluenceSum::new(tyre, numerics, largest));
+            ZoneSums::Slices(Box::new(sum))
+        }
         Zone::Cells => ZoneSums::Cells(Box::new(meter.time(Stage::Influence, || CellContact::new(loaded, plan, stop)))),
     };
     let (at_rest, bedding) = meter.time(Stage::Axle, || match &zone {
@@ -193,7 +195,7 @@ pub fn road_limits(scene: &Scene) -> Limits {
 
 /// What the contact is summed from.
 enum ZoneSums<'a> {
-    Slices(InfluenceSum),
+    Slices(Box<InfluenceSum>),
     Cells(Box<CellContact<'a>>),
 }
 

@@ -67,14 +67,15 @@ impl RungeKutta {
 
     /// A^-1, lower triangular as A is.
     fn inverse(&self) -> [[f64; 3]; 3] {
-        let (stages, matrix) = (self.nodes.len(), self.matrix());
         let mut inverse = [[0.0; 3]; 3];
-        for column in 0..stages {
-            inverse[column][column] = 1.0 / self.gamma;
-            for row in column + 1..stages {
-                let sum: f64 = (column..row).map(|k| matrix[row][k] * inverse[k][column]).sum();
-                inverse[row][column] = -sum / self.gamma;
+        for (row, a) in self.matrix().iter().enumerate().take(self.nodes.len()) {
+            let mut entries = [0.0; 3];
+            for (column, entry) in entries[..row].iter_mut().enumerate() {
+                let sum: f64 = a[..row].iter().zip(&inverse).map(|(a, before)| a * before[column]).sum();
+                *entry = -sum / self.gamma;
             }
+            entries[row] = 1.0 / self.gamma;
+            inverse[row] = entries;
         }
         inverse
     }

@@ -246,8 +246,11 @@ impl Amounts {
         }
         self.poles = poles;
         self.count(Counter::Poles, poles);
-        // A fit of 512 elements is one of 257 waves.
-        self.add(Stage::Fit, Unit::Fit, waves / 257.0, Place::BeforeOnAll);
+        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured).
+        self.add(Stage::Fit, Unit::Fit, 0.25 * waves / 257.0, Place::BeforeOnAll);
+        self.fit_memory_per_thread = expected_fit::BYTES;
+        // Waves of odd and of even number.
+        self.fit_memory = 2.0 * WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, 4, waves as usize, poles);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::MarchOnAll);
     }

@@ -1,5 +1,7 @@
 //! Numbers of contact over cells.
 
+use std::f64::consts::{PI, TAU};
+
 use super::Plan;
 use crate::numeric::transform_multiply_adds;
 use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand};
@@ -86,12 +88,24 @@ impl Plan {
         let cells = columns * grid.across as f64;
         let of_wave = POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10();
         let mut expected = ExpectedCells { cells, ..ExpectedCells::default() };
+        // Without listing them: there may be more than a machine can hold.
+        let waves = grid.waves();
+        let highest = TAU / grid.length().min(grid.pitch());
         for band in self.wave_bands(columns as usize) {
-            let rows = band.rows(&grid, self.cell_truncation());
-            expected.waves += rows.iter().map(|row| row.waves.len()).sum::<usize>() as f64;
-            let ring = transform_multiply_adds(grid.elements() / band.part);
+            let ring = grid.elements() / band.part;
+            let around = (ring / 2 + 1) as f64;
+            let (rows, count) = match (band.fades_out, self.cell_truncation().lateral_terms) {
+                // A quarter of a disc.
+                (Some([_, end]), _) => {
+                    let rows = end / waves.ky(1);
+                    (rows, 0.25 * PI * rows * around.min(end / waves.kx(1)))
+                }
+                (None, Some(terms)) => (terms as f64, terms as f64 * around),
+                (None, None) => (highest / waves.ky(1), highest / waves.ky(1) * around),
+            };
+            expected.waves += count;
             // There and back: a transform along for each lateral number, a product across by halves.
-            expected.transforms += rows.len() as f64 * (ring + cells);
+            expected.transforms += rows * (transform_multiply_adds(ring) + cells);
         }
         expected.poles = of_wave * expected.waves;
         expected.search = PRODUCTS * transform_multiply_adds(4 * cells as usize);

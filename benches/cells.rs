@@ -17,8 +17,8 @@ fn cells(criterion: &mut Criterion) {
     group.sample_size(10);
     for (columns, across, elements) in [(64, 60, 1024), (128, 120, 2048)] {
         let name = format!("{columns} x {across}");
-        let [toeplitz, hankel] = instant_cells(columns, across, elements, 86e-6 * 1024.0 / elements as f64);
-        let mut search = CellSearch::new(InstantCells::new(columns, across, toeplitz, hankel), 1e-9);
+        let influence = instant_cells(columns, across, elements, 86e-6 * 1024.0 / elements as f64);
+        let mut search = CellSearch::new(InstantCells::new(influence), 1e-9);
         let road = RoughRoad::new(1);
         let mut forces = vec![0.0; columns * across];
         search.solve(&road.required(columns, across, elements, 0), &mut forces);
@@ -45,7 +45,7 @@ fn cells(criterion: &mut Criterion) {
         );
         let mut displacement = vec![0.0; forces.len()];
         group.bench_function(BenchmarkId::new("product", &name), |bench| {
-            bench.iter(|| search.cells().displacement(black_box(&forces), &mut displacement));
+            bench.iter(|| search.cells_mut().displacement(black_box(&forces), &mut displacement));
         });
         group.bench_function(BenchmarkId::new("warm search", &name), |bench| {
             bench.iter_batched_ref(

@@ -1,5 +1,6 @@
 //! Numerical building blocks that know no physics.
 
+pub mod aligned;
 pub mod bounded_least_squares;
 pub mod complex_field;
 pub mod digest;
@@ -16,6 +17,7 @@ pub mod straight_line;
 pub mod transform_length;
 pub mod windowed_sinc;
 
+pub use aligned::Aligned;
 pub use complex_field::ComplexField;
 pub use lanes::{Lanes, MOST_LANES};
 pub use largest::largest_or_zero;

@@ -8,11 +8,10 @@
 use serde::Serialize;
 
 use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
-use crate::contact::history::{ModalHistory, expected_multiply_adds};
+use crate::contact::history::ModalHistory;
 use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
-use crate::plan::cells::ExpectedCells;
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
 use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
@@ -143,7 +142,7 @@ impl Amounts {
         match (plan.decisions.zone, scene.numerics.history) {
             (Zone::Slices, History::Direct) => amounts.direct(scene, plan),
             (Zone::Slices, History::Modal) => amounts.modal(scene, plan),
-            (Zone::Cells, _) => amounts.cells(scene, plan),
+            (Zone::Cells, _) => amounts.cells(plan),
         }
         amounts.road(scene, plan);
         if plan.decisions.zone == Zone::Slices {
@@ -167,19 +166,19 @@ impl Amounts {
         (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
     }
 
-    fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
+    pub(super) fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
         self.work.push(Amount { stage, unit, amount, place });
     }
 
     /// Adds to what a counter is expected to say.
-    fn count(&mut self, counter: Counter, amount: f64) {
+    pub(super) fn count(&mut self, counter: Counter, amount: f64) {
         match self.counters.iter_mut().find(|known| known.0 == counter) {
             Some(known) => known.1 += amount,
             None => self.counters.push((counter, amount)),
         }
     }
 
-    fn hold(&mut self, what: &'static str, bytes: f64) {
+    pub(super) fn hold(&mut self, what: &'static str, bytes: f64) {
         self.memory.push((what, bytes));
     }
 
@@ -223,36 +222,6 @@ impl Amounts {
         self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * work.transforms, Place::Behind);
         self.hold("poles and their states", work.pole_bytes);
         self.hold("forces, displacements and influences of blocks", work.block_bytes);
-    }
-
-    /// The past of cells, and the search for those in contact.
-    fn cells(&mut self, scene: &Scene, plan: &Plan) {
-        let ExpectedCells { cells, waves, poles, transforms, search, bytes } =
-            plan.expected_cells(self.expected.columns);
-        let (rule, steps) = (scene.numerics.time_rule, plan.steps as f64);
-        let instants = steps * rule.stages() as f64;
-        self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
-        self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
-        self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);
-        self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::MarchOnAll);
-        self.count(Counter::Steps, steps);
-        self.hold("poles, states and fields of the cells", bytes);
-        if scene.numerics.history == History::Direct {
-            let sums = plan.lags as f64 * waves * (rule.stages() * rule.stages()) as f64;
-            self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
-            self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * steps * sums, Place::MarchOnAll);
-            self.hold("weights and forces of the past", 24.0 * sums);
-            return;
-        }
-        self.poles = poles;
-        self.count(Counter::Poles, poles);
-        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured).
-        self.add(Stage::Fit, Unit::Fit, 0.25 * waves / 257.0, Place::BeforeOnAll);
-        self.fit_memory_per_thread = expected_fit::BYTES;
-        // Waves of odd and of even number.
-        self.fit_memory = 2.0 * WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
-        let recursion = expected_multiply_adds(rule, 4, waves as usize, poles);
-        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::MarchOnAll);
     }
 
     fn road(&mut self, scene: &Scene, plan: &Plan) {

@@ -3,9 +3,16 @@
 use std::f64::consts::{PI, TAU};
 
 use super::Plan;
+use super::amounts::{Amounts, Place};
+use super::unit::Unit;
+use crate::contact::cells::past::STEPS;
+use crate::contact::history::expected_multiply_adds;
+use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
-use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand};
+use crate::scene::History;
+use crate::tyre::influence::{CellGrid, CellTruncation, WAVE_BYTES, WaveBand, wave_count};
 use crate::tyre::poles::cells::CellFitOptions;
+use crate::tyre::poles::expected_fit;
 
 /// Wavenumbers times the tread's thickness between which waves are handed from the tyre's ring to a shorter one.
 const HANDED_OVER: [f64; 2] = [6.0, 12.0];
@@ -23,23 +30,6 @@ const POLES: [f64; 2] = [32.0, 5.0];
 const POLE_BYTES: f64 = 90.0;
 /// Products in single precision that the search for an instant takes, with what goes with them (measured).
 const PRODUCTS: f64 = 16.0;
-
-/// What contact over cells is expected to take.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct ExpectedCells {
-    /// Cells of the window.
-    pub cells: f64,
-    /// Waves of all rings.
-    pub waves: f64,
-    /// Their poles, conjugates counted.
-    pub poles: f64,
-    /// Multiply-adds for each instant of the transforms between cells and waves.
-    pub transforms: f64,
-    /// Multiply-adds for each instant of the search.
-    pub search: f64,
-    /// Poles, states, weights, and fields of the window \[bytes\].
-    pub bytes: f64,
-}
 
 impl Plan {
     /// Height of the tread above its middle, at a distance from there \[m\].
@@ -82,15 +72,13 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
     }
 
-    /// What a window of so many columns is expected to take.
-    pub(super) fn expected_cells(&self, columns: f64) -> ExpectedCells {
-        let (grid, instants) = (self.cell_grid(), self.scene.numerics.time_rule.stages() as f64);
-        let cells = columns * grid.across as f64;
-        let of_wave = POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10();
-        let mut expected = ExpectedCells { cells, ..ExpectedCells::default() };
-        // Without listing them: there may be more than a machine can hold.
-        let waves = grid.waves();
+    /// Waves that a window of so many columns is expected to need, and the multiply-adds of their transforms, there and
+    /// back, for an instant. They are not listed: there may be more than a machine can hold.
+    fn expected_waves(&self, columns: f64) -> [f64; 2] {
+        let grid = self.cell_grid();
+        let (waves, cells) = (grid.waves(), columns * grid.across as f64);
         let highest = TAU / grid.length().min(grid.pitch());
+        let mut expected = [0.0; 2];
         for band in self.wave_bands(columns as usize) {
             let ring = grid.elements() / band.part;
             let around = (ring / 2 + 1) as f64;
@@ -103,20 +91,54 @@ impl Plan {
                 (None, Some(terms)) => (terms as f64, terms as f64 * around),
                 (None, None) => (highest / waves.ky(1), highest / waves.ky(1) * around),
             };
-            expected.waves += count;
-            // There and back: a transform along for each lateral number, a product across by halves.
-            expected.transforms += rows * (transform_multiply_adds(ring) + cells);
+            expected[0] += count;
+            // A transform along for each lateral number, a product across by halves.
+            expected[1] += rows * (transform_multiply_adds(ring) + cells);
         }
-        expected.poles = of_wave * expected.waves;
-        expected.search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
-        // Forces and displacements of a block of four steps, and the first weights of its instants.
-        let block = expected.waves * 4.0 * instants * (32.0 + 8.0 * instants);
-        expected.bytes = POLE_BYTES * expected.poles + block + 8.0 * cells * 40.0;
         expected
     }
 
     /// What the fits of the waves have to be.
     pub fn cell_fit(&self) -> CellFitOptions {
         CellFitOptions { top: self.fit.top, tolerance: self.fit.tolerance, most_poles: self.fit.most_poles }
+    }
+}
+
+impl Amounts {
+    /// The past of cells, and the search for those in contact.
+    pub(super) fn cells(&mut self, plan: &Plan) {
+        let Plan { scene, .. } = plan;
+        let (rule, steps) = (scene.numerics.time_rule, plan.steps as f64);
+        let stages = rule.stages() as f64;
+        let instants = steps * stages;
+        let [waves, transforms] = plan.expected_waves(self.expected.columns);
+        let cells = self.expected.columns * plan.cell_grid().across as f64;
+        let search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
+        let of_wave = POLES[0] - POLES[1] * (plan.fit.tolerance / 1e-5).log10();
+        let poles = of_wave * waves;
+        self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
+        self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
+        self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);
+        self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::MarchOnAll);
+        self.count(Counter::Steps, steps);
+        // Forces and displacements of a block, and the first weights of its instants.
+        let block = waves * STEPS as f64 * stages * (32.0 + 8.0 * stages);
+        self.hold("poles, states and fields of the cells", POLE_BYTES * poles + block + 8.0 * cells * 40.0);
+        if scene.numerics.history == History::Direct {
+            let sums = plan.lags as f64 * waves * stages * stages;
+            self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
+            self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * steps * sums, Place::MarchOnAll);
+            self.hold("weights and forces of the past", 24.0 * sums);
+            return;
+        }
+        self.poles = poles;
+        self.count(Counter::Poles, poles);
+        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured).
+        self.add(Stage::Fit, Unit::Fit, 0.25 * waves / 257.0, Place::BeforeOnAll);
+        self.fit_memory_per_thread = expected_fit::BYTES;
+        // Waves of odd and of even number.
+        self.fit_memory = 2.0 * WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
+        let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles);
+        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::MarchOnAll);
     }
 }

@@ -4,6 +4,7 @@
 use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
+use crate::contact::cells::CellZone;
 use crate::contact::march::March;
 use crate::contact::slice_queue::SliceQueue;
 use crate::numeric::{RunningMoments, largest_or_zero};
@@ -41,9 +42,6 @@ pub struct CellRecorder {
     moments: [RunningMoments; 3],
     /// Sum of the forces of the steps that count, cell by cell of the window.
     sum: Vec<f64>,
-    /// The last step's forces and the heights under them, for a picture.
-    last: Vec<f64>,
-    heights: Vec<f64>,
 }
 
 /// What evolves of a [`CellRecorder`], its arrays excepted.
@@ -100,16 +98,14 @@ impl CellRecorder {
             frame: vec![0.0; columns * across],
             moments: Default::default(),
             sum: vec![0.0; columns * across],
-            last: vec![0.0; columns * across],
-            heights: vec![f64::NAN; columns * across],
         }))
     }
 
-    /// Takes in the step that a march has just done, over this road.
+    /// Takes in the step that a march has just done.
     ///
     /// # Errors
     /// Of the arrays.
-    pub fn push(&mut self, step: u64, march: &March, road: &SliceQueue) -> Result<(), ResultsError> {
+    pub fn push(&mut self, step: u64, march: &March) -> Result<(), ResultsError> {
         let Some(cells) = march.cells() else { return Ok(()) };
         let forces = cells.forces_of_step();
         let touched = forces.iter().filter(|&&force| force > 0.0).count();
@@ -141,14 +137,6 @@ impl CellRecorder {
                 *sum += force;
             }
         }
-        self.last.copy_from_slice(forces);
-        let first = march.geometry().first_element(step);
-        for (element, heights) in (first..).zip(self.heights.chunks_exact_mut(self.across)) {
-            match road.heights(element) {
-                Some(known) => heights.copy_from_slice(known),
-                None => heights.fill(f64::NAN),
-            }
-        }
         Ok(())
     }
 
@@ -163,12 +151,26 @@ impl CellRecorder {
         })
     }
 
-    /// Pictures of the patch: mean pressure, the pressure of the last step, and the road under it; the window begins at
-    /// `first_position` from the axle on \[m\].
+    /// Pictures of the patch: mean pressure, the pressure of the last step of a march, and the road under it.
     ///
     /// # Errors
     /// [`PlotError`].
-    pub fn pictures(&self, title: &str, first_position: f64) -> Result<Vec<(&'static str, String)>, PlotError> {
+    pub fn pictures(
+        &self,
+        title: &str,
+        march: &March,
+        road: &SliceQueue,
+    ) -> Result<Vec<(&'static str, String)>, PlotError> {
+        let geometry = march.geometry();
+        let first_position = geometry.first_position();
+        let first = geometry.first_element(march.next_step().saturating_sub(1));
+        let mut heights = vec![f64::NAN; self.sum.len()];
+        for (element, heights) in (first..).zip(heights.chunks_exact_mut(self.across)) {
+            if let Some(known) = road.heights(element) {
+                heights.copy_from_slice(known);
+            }
+        }
+        let last = march.cells().map_or(&[][..], CellZone::forces_of_step);
         let counted = self.moments[0].count() as f64;
         let field = |values: &[f64], scale: f64| -> Array2<f64> {
             let shape = (values.len() / self.across, self.across);
@@ -183,8 +185,8 @@ impl CellRecorder {
                 "Pressure [kPa]",
                 field(&self.sum, pressure / counted.max(1.0)),
             ),
-            ("cells_pressure.svg", "pressure at the end", "Pressure [kPa]", field(&self.last, pressure)),
-            ("cells_road.svg", "road under it", "Height [mm]", field(&self.heights, 1e3)),
+            ("cells_pressure.svg", "pressure at the end", "Pressure [kPa]", field(last, pressure)),
+            ("cells_road.svg", "road under it", "Height [mm]", field(&heights, 1e3)),
         ];
         let of = |(file, what, quantity, values): (&'static str, &str, &str, Array2<f64>)| {
             let title = format!("{title}: {what}");

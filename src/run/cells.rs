@@ -17,7 +17,6 @@ use crate::scene::{History, LoadedScene};
 use crate::storage::Cache;
 use crate::storage::cache::key;
 use crate::tyre::influence::{CellRow, CellSums, WaveBand};
-use crate::tyre::poles::FitError;
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
 /// Length of the window over that of the longest smooth patch.
@@ -29,6 +28,7 @@ pub struct CellContact<'a> {
     plan: &'a Plan,
     sums: CellSums,
     crown: Vec<f64>,
+    resting: RestingCells,
     stop: &'a AtomicBool,
 }
 
@@ -37,27 +37,28 @@ impl<'a> CellContact<'a> {
     pub fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
         let numerics = &plan.scene.numerics;
         let grid = plan.cell_grid();
-        let crown = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
+        let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
         let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
         let (tyre, tolerance) = (&plan.decisions.tyre, numerics.influence_tolerance);
         let sums = CellSums::new(tyre, grid, plan.cell_truncation(), tolerance, largest);
-        Self { loaded, plan, sums, crown, stop }
+        let resting = RestingCells::new(sums.clone(), crown.clone());
+        Self { loaded, plan, sums, crown, resting, stop }
     }
 
     /// Contact at rest on a smooth road under the scene's axle.
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`].
-    pub fn at_rest(&self) -> Result<StaticContact, ContactError> {
-        RestingCells::new(&self.sums, &self.crown).under(&self.plan.scene.rolling.axle)
+    pub fn at_rest(&mut self) -> Result<StaticContact, ContactError> {
+        self.resting.under(&self.plan.scene.rolling.axle)
     }
 
     /// Half the length of the window that holds every cell that can touch \[m\]: the smooth patch at the deepest that
     /// the axle may come down, and deeper by the road's highest point above its plane \[m\]. Steps in which an
     /// outermost cell touches are counted.
-    pub fn reach(&self, at_rest: f64, highest: f64) -> f64 {
+    pub fn reach(&mut self, at_rest: f64, highest: f64) -> f64 {
         let deepest = deepest(&self.plan.scene.rolling.axle, at_rest) + highest;
-        let length = RestingCells::new(&self.sums, &self.crown).pressed(deepest).0.length;
+        let length = self.resting.pressed(deepest).0.length;
         0.5 * BEYOND * length + 2.0 * self.plan.element
     }
 
@@ -106,23 +107,16 @@ impl<'a> CellContact<'a> {
     /// The model of a band, from the user's cache or fitted.
     fn model(&self, rows: &[CellRow], meter: &mut Meter, warnings: &mut Vec<String>) -> Result<CellModel, RunError> {
         let options = self.plan.cell_fit();
-        let key = key::<CellModel>(&(self.plan.decisions.tyre.levelled(), rows, options)).ok();
-        let cache = Cache::open().ok();
-        let kept = cache.as_ref().zip(key).and_then(|(cache, key)| cache.load::<CellModel>(&key).ok()??.ok());
-        if let Some(model) = kept.filter(|model| model.len() == rows.iter().map(|row| row.waves.len()).sum::<usize>()) {
-            return Ok(model);
+        let mut fit = || -> Result<CellModel, RunError> {
+            let fitted = meter.time(Stage::Fit, || fit_cells(&self.sums, rows, &options, self.stop));
+            let right = "another tolerance, or history = \"direct\"";
+            let model = fitted.map_err(|error| refused(self.loaded, error, right))?;
+            count_evaluations(self.plan, model.evaluations(), meter);
+            Ok(model)
+        };
+        match (Cache::open(), key::<CellModel>(&(self.plan.decisions.tyre.levelled(), rows, options))) {
+            (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
+            _ => fit(),
         }
-        let right = "another tolerance, or history = \"direct\"";
-        let open = meter.open();
-        let fitted = fit_cells(&self.sums, rows, &options, self.stop);
-        meter.close(open, Stage::Fit);
-        let model = fitted.map_err(|error: FitError| refused(self.loaded, error, right))?;
-        count_evaluations(self.plan, model.evaluations(), meter);
-        if let Some((cache, key)) = cache.zip(key)
-            && let Err(error) = cache.store(&key, &model)
-        {
-            warnings.push(format!("cache not written: {error}"));
-        }
-        Ok(model)
     }
 }

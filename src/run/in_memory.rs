@@ -168,7 +168,7 @@ impl Run {
             meter,
         )?;
         if let Some(cells) = &mut record.cells {
-            meter.time_in_step(Stage::Output, || cells.push(step, march, road.slices()))?;
+            meter.time_in_step(Stage::Output, || cells.push(step, march))?;
         }
         if let Some(power) = &mut record.power {
             power.push(step, march);

@@ -52,7 +52,8 @@ impl LookBack<'_> {
         if outputs.plots
             && let Some(cells) = &self.record.cells
         {
-            for (file, picture) in cells.pictures(&title, self.prepared.march.geometry().first_position())? {
+            let Prepared { march, road, .. } = self.prepared;
+            for (file, picture) in cells.pictures(&title, march, road.slices())? {
                 folder.write_text(file, &picture)?;
             }
         }

@@ -59,7 +59,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let numerics = &scene.numerics;
     let Decisions { tyre, slices, .. } = &plan.decisions;
     let mut warnings: Vec<String> = plan.notes().collect();
-    let zone = match plan.decisions.zone {
+    let mut zone = match plan.decisions.zone {
         Zone::Slices => {
             let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
             let sum = meter.time(Stage::Influence, || InfluenceSum::new(tyre, numerics, largest));
@@ -67,7 +67,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         }
         Zone::Cells => ZoneSums::Cells(Box::new(meter.time(Stage::Influence, || CellContact::new(loaded, plan, stop)))),
     };
-    let (at_rest, bedding) = meter.time(Stage::Axle, || match &zone {
+    let (at_rest, bedding) = meter.time(Stage::Axle, || match &mut zone {
         ZoneSums::Slices(sum) => static_contact(scene, sum, field),
         ZoneSums::Cells(cells) => Ok((cells.at_rest()?, EqualBedding::NONE)),
     })?;
@@ -82,7 +82,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
-    let reach = match &zone {
+    let reach = match &mut zone {
         ZoneSums::Slices(_) => {
             window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element)
         }

@@ -164,6 +164,32 @@ impl Cache {
         self.shrink(&path)
     }
 
+    /// A value from its entry if that is there and sound, else made and stored. Trouble with the cache only ever gives
+    /// warnings.
+    ///
+    /// # Errors
+    /// Of making it.
+    pub fn fetch<T: Cached, E>(
+        &self,
+        key: &[u8; 32],
+        warnings: &mut Vec<String>,
+        make: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        match self.load(key) {
+            Ok(Some(Ok(value))) => return Ok(value),
+            Ok(Some(Err(reason))) => {
+                warnings.push(format!("cache entry {} is rebuilt: {reason}", self.path::<T>(key).display()));
+            }
+            Ok(None) => {}
+            Err(error) => warnings.push(format!("cache not read: {error}")),
+        }
+        let value = make()?;
+        if let Err(error) = self.store(key, &value) {
+            warnings.push(format!("cache not written: {error}"));
+        }
+        Ok(value)
+    }
+
     /// Drops entries until the rest fits the limit; the one just written stays.
     fn shrink(&self, keep: &Path) -> Result<(), CacheError> {
         let mut entries = self.files()?;

@@ -5,7 +5,9 @@ use std::f64::consts::{PI, TAU};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::numeric::sinc;
+use super::plate_tyre;
+use crate::scene::{Law, Sides};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
 
 /// Circumference of the tyre \[m\].
 const CIRCUMFERENCE: f64 = 1.95;
@@ -16,54 +18,22 @@ const STRIP_WIDTH: f64 = 0.111;
 /// Shear modulus of the tread \[Pa\], its Poisson's ratio and its density \[kg/m^3\].
 const TREAD: [f64; 3] = [3.7e6, 0.49, 1000.0];
 
-/// Compliance of an elastic half-space at a rate \[1/s\] and a wavenumber's square.
-fn compliance(rate: f64, squared: f64) -> f64 {
-    let [mu, nu, density] = TREAD;
-    let lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
-    let inertia = density * rate * rate;
-    let alpha = (squared + inertia / (lambda + 2.0 * mu)).sqrt();
-    let beta_squared = squared + inertia / mu;
-    let rayleigh = (squared + beta_squared).powi(2) - 4.0 * squared * alpha * beta_squared.sqrt();
-    alpha * (beta_squared - squared) / (mu * rayleigh)
-}
-
-/// T and H of a window of cells, `elements` round the tyre, within one time step \[s\].
-pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: f64) -> [Vec<f64>; 2] {
+/// What a window of cells, `elements` round the tyre, feels of each other within one time step \[s\]: the tread is so
+/// deep that all waves take it for a half-space.
+pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: f64) -> CellInfluence {
+    let [shear, poisson, density] = TREAD;
+    let mut tyre = plate_tyre();
+    tyre.layers.drain(..tyre.layers.len() - 1);
+    let tread = &mut tyre.layers[0];
+    tread.thickness = 1.0;
+    let material = &mut tread.material;
+    (material.law, material.modulus) = (Law::Elastic, 2.0 * shear * (1.0 + poisson));
+    (material.poisson, material.density) = (poisson, density);
+    (tyre.circumference, tyre.width, tyre.contact_width) = (CIRCUMFERENCE, TYRE_WIDTH, STRIP_WIDTH);
+    tyre.sides = Sides::Guided;
     let rate = 3.41 / time_step;
-    let (dx, dy) = (CIRCUMFERENCE / elements as f64, STRIP_WIDTH / across as f64);
-    let (waves_along, waves_across) = (2 * elements, 16 * across);
-    let folded = 2 * across - 1;
-    let [mut toeplitz, mut hankel] = [vec![0.0; columns * across], vec![0.0; columns * folded]];
-    let cosines: Vec<f64> = (0..elements).map(|n| (TAU * n as f64 / elements as f64).cos()).collect();
-    let along: Vec<[f64; 2]> = (0..=waves_along)
-        .map(|n| {
-            let k = TAU * n as f64 / CIRCUMFERENCE;
-            [k * k, if n == 0 { 1.0 } else { 2.0 } * sinc(0.5 * k * dx).powi(2)]
-        })
-        .collect();
-    let mut sums = vec![0.0; columns];
-    for m in 0..waves_across {
-        let k = PI * m as f64 / TYRE_WIDTH;
-        let weight = if m == 0 { 0.5 } else { 1.0 } * sinc(0.5 * k * dy).powi(2) / (CIRCUMFERENCE * TYRE_WIDTH);
-        sums.fill(0.0);
-        for (n, [squared, share]) in along.iter().enumerate() {
-            let value = weight * share * compliance(rate, squared + k * k);
-            let mut place = 0;
-            for sum in &mut sums {
-                *sum += value * cosines[place];
-                place = (place + n) % elements;
-            }
-        }
-        for (i, sum) in sums.iter().enumerate() {
-            for (j, value) in toeplitz[i * across..(i + 1) * across].iter_mut().enumerate() {
-                *value += sum * (k * j as f64 * dy).cos();
-            }
-            for (j, value) in hankel[i * folded..(i + 1) * folded].iter_mut().enumerate() {
-                *value += sum * (k * (TYRE_WIDTH - STRIP_WIDTH + (j + 1) as f64 * dy)).cos();
-            }
-        }
-    }
-    [toeplitz, hankel]
+    let grid = CellGrid::new(&tyre, elements, across);
+    CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, rate).instant(rate, columns)
 }
 
 /// A road of random waves under a round tyre.

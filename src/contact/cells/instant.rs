@@ -5,6 +5,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::product::CellProduct;
+use crate::tyre::influence::CellInfluence;
 
 /// G of the cells of a window.
 pub struct InstantCells {
@@ -16,8 +17,6 @@ pub struct InstantCells {
     toeplitz: Vec<f64>,
     /// H, columns x (2 across - 1).
     hankel: Vec<f64>,
-    /// G(a, a).
-    diagonal: Vec<f64>,
     arch: Arch,
     /// Products.
     product: CellProduct<f64>,
@@ -27,19 +26,14 @@ pub struct InstantCells {
     mirrored: Vec<f32>,
     /// H to single precision.
     images: Vec<f32>,
-    /// Room for a displacement.
-    sum: Vec<f64>,
 }
 
 impl InstantCells {
-    /// Of a window of `columns` x `across` cells; `toeplitz` is T, columns x across, and `hankel` is H,
-    /// columns x (2 across - 1), both row-major.
-    pub fn new(columns: usize, across: usize, toeplitz: Vec<f64>, hankel: Vec<f64>) -> Self {
-        let diagonal = (0..columns * across).map(|cell| toeplitz[0] + hankel[2 * (cell % across)]).collect();
+    /// Of the window that an influence is told for.
+    pub fn new(CellInfluence { columns, across, toeplitz, hankel }: CellInfluence) -> Self {
         Self {
             columns,
             across,
-            diagonal,
             arch: Arch::new(),
             product: CellProduct::new(columns, across, &toeplitz, &hankel),
             single: CellProduct::new(columns, across, &toeplitz, &hankel),
@@ -49,7 +43,6 @@ impl InstantCells {
                 .map(|&value| value as f32)
                 .collect(),
             images: hankel.iter().map(|&value| value as f32).collect(),
-            sum: vec![0.0; columns * across],
             toeplitz,
             hankel,
         }
@@ -77,9 +70,9 @@ impl InstantCells {
         self.toeplitz[along * self.across + ja.abs_diff(jb)] + self.hankel[along * (2 * self.across - 1) + ja + jb]
     }
 
-    /// G of each cell with itself.
-    pub fn diagonal(&self) -> &[f64] {
-        &self.diagonal
+    /// T, row-major.
+    pub fn free_field(&self) -> &[f64] {
+        &self.toeplitz
     }
 
     /// u = G F.
@@ -105,14 +98,6 @@ impl InstantCells {
     /// The middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
     pub fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
         self.product.inverse_stencil(radius)
-    }
-
-    /// Adds u = G F to what is there.
-    pub fn add_displacement(&mut self, forces: &[f64], out: &mut [f64]) {
-        let mut sum = std::mem::take(&mut self.sum);
-        self.displacement(forces, &mut sum);
-        out.iter_mut().zip(&sum).for_each(|(out, sum)| *out += sum);
-        self.sum = sum;
     }
 }
 
@@ -156,16 +141,17 @@ mod tests {
             let value = |n: usize, m: usize, c: f64| (c * (n * m) as f64 + n as f64).sin() / (1 + n + m) as f64;
             let table =
                 |width: usize, c: f64| (0..columns * width).map(|n| value(n / width, n % width, c)).collect::<Vec<_>>();
-            let mut cells = InstantCells::new(columns, across, table(across, 0.3), table(2 * across - 1, 0.7));
+            let (toeplitz, hankel) = (table(across, 0.3), table(2 * across - 1, 0.7));
+            let mut cells = InstantCells::new(CellInfluence { columns, across, toeplitz, hankel });
             let forces: Vec<f64> = (0..cells.cells()).map(|n| (n as f64 * 1.3).cos()).collect();
             let single: Vec<f32> = forces.iter().map(|force| *force as f32).collect();
             let (mut u, mut single_u) = (vec![1.0; cells.cells()], vec![0.0; cells.cells()]);
-            cells.add_displacement(&forces, &mut u);
+            cells.displacement(&forces, &mut u);
             cells.single_displacement(&single, &mut single_u);
             let largest = u.iter().fold(1.0_f64, |largest, u| largest.max(u.abs()));
             for a in (0..cells.cells()).step_by(1 + cells.cells() / 100) {
                 let expected: f64 = forces.iter().enumerate().map(|(b, force)| cells.entry(a, b) * force).sum();
-                let error = (u[a] - 1.0 - expected).abs() / largest;
+                let error = (u[a] - expected).abs() / largest;
                 assert!(error < 1e-14 * (1.0 + cells.cells() as f64).sqrt(), "{columns} x {across}: {error:e}");
                 assert!((f64::from(single_u[a]) - expected).abs() < 1e-5 * largest);
             }
@@ -177,7 +163,8 @@ mod tests {
     fn time_of_products() {
         for (columns, across) in [(64, 60), (128, 120)] {
             let table = |width: usize| (0..columns * width).map(|n| (n as f64).sin()).collect::<Vec<_>>();
-            let mut cells = InstantCells::new(columns, across, table(across), table(2 * across - 1));
+            let (toeplitz, hankel) = (table(across), table(2 * across - 1));
+            let mut cells = InstantCells::new(CellInfluence { columns, across, toeplitz, hankel });
             let forces = vec![1.0; cells.cells()];
             let single = vec![1.0; cells.cells()];
             let (mut u, mut single_u) = (vec![0.0; cells.cells()], vec![0.0; cells.cells()]);

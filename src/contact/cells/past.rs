@@ -1,7 +1,7 @@
 //! The past of cells carried by poles: one recursion for each pole of each wave, block by block.
 //!
 //! Poles and states of all waves do not fit into a processor's nearest memory. They are gone through once in a *block*
-//! of four steps: a pass takes in the forces of the block before and foretells the displacement at every instant
+//! of [`STEPS`] steps: a pass takes in the forces of the block before and foretells the displacement at every instant
 //! of this one as if no more forces came. What the earlier instants of the block add is a short sum for each wave, with
 //! the first weights of the same recursion. By linearity that is the recursion itself but for rounding.
 //!
@@ -21,7 +21,7 @@ use crate::time_rule::recursion::{Recursion, WithRecursion};
 use crate::tyre::poles::cells::CellModel;
 
 /// Steps of a block.
-const STEPS: usize = 4;
+pub const STEPS: usize = 4;
 /// Groups that a thread takes at a time.
 const GROUPS_TOGETHER: usize = 16;
 /// Waves that a thread sums at a time.

@@ -14,8 +14,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::element::Element;
 use super::transform::{Transform, Wave, product, times, unit};
-use crate::contact::complementarity::tiles::Aligned;
-use crate::numeric::transform_length;
+use crate::numeric::{Aligned, transform_length};
 
 /// Most numbers of a vector.
 const MOST: usize = 16;

@@ -6,63 +6,22 @@ use crate::contact::error::ContactError;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::{StaticContact, carrying};
 use crate::scene::Axle;
-use crate::tyre::influence::{CellInfluence, CellSums};
+use crate::tyre::influence::CellSums;
 
 /// How exactly a load is met.
 const LOAD_TOLERANCE: f64 = 1e-6;
 /// How far cells may be from where they are required to be, relative to the indentation.
 const TOLERANCE: f64 = 1e-9;
+/// Depth that the first window is made for, in radii: to sum what cells feel of each other takes longer than to search
+/// a window that is larger than it had to be, and few tyres stand deeper.
+const FIRST_DEPTH: f64 = 0.08;
 
-/// Cells at rest.
-pub struct RestingCells<'a> {
-    sums: &'a CellSums,
+/// Cells at rest, in a window that grows with their indentation.
+pub struct RestingCells {
+    sums: CellSums,
     /// Height of the tread above its middle by cell across \[m\].
-    crown: &'a [f64],
-}
-
-impl<'a> RestingCells<'a> {
-    /// Of a tyre's cells.
-    pub fn new(sums: &'a CellSums, crown: &'a [f64]) -> Self {
-        Self { sums, crown }
-    }
-
-    fn circumference(&self) -> f64 {
-        self.sums.grid().waves().circumference
-    }
-
-    /// The contact that an axle has on a smooth road.
-    ///
-    /// # Errors
-    /// [`ContactError::LoadNotReached`].
-    pub fn under(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
-        match *axle {
-            Axle::Load { load, .. } | Axle::Mass { load, .. } => {
-                let mut window = Window::new(self, 4e-3);
-                carrying(load, self.circumference(), LOAD_TOLERANCE, |indentation| {
-                    Ok(self.at(indentation, &mut window).0)
-                })
-            }
-            Axle::Indentation { indentation, .. } => Ok(self.at(indentation, &mut Window::new(self, indentation)).0),
-        }
-    }
-
-    /// Contact and forces by cell, column by column, at an indentation \[m\].
-    pub fn pressed(&self, indentation: f64) -> (StaticContact, Vec<f64>) {
-        self.at(indentation, &mut Window::new(self, indentation))
-    }
-
-    fn at(&self, indentation: f64, window: &mut Window) -> (StaticContact, Vec<f64>) {
-        if indentation > window.deepest {
-            *window = Window::new(self, 2.0 * indentation);
-        }
-        let difference = 1e-4 * indentation;
-        let below: f64 = window.forces(self.crown, indentation - difference).iter().sum();
-        let forces = window.forces(self.crown, indentation).to_vec();
-        let force: f64 = forces.iter().sum();
-        let touched = forces.chunks(self.crown.len()).filter(|cells| cells.iter().any(|&force| force > 0.0)).count();
-        let length = touched as f64 * self.sums.grid().length();
-        (StaticContact { indentation, force, stiffness: (force - below) / difference, length }, forces)
-    }
+    crown: Vec<f64>,
+    window: Window,
 }
 
 /// A window that holds every cell that can touch down to some depth.
@@ -74,16 +33,56 @@ struct Window {
     required: Vec<f64>,
 }
 
+impl RestingCells {
+    /// Of a tyre's cells.
+    pub fn new(sums: CellSums, crown: Vec<f64>) -> Self {
+        let window = Window::new(&sums, FIRST_DEPTH * radius(&sums));
+        Self { sums, crown, window }
+    }
+
+    /// The contact that an axle has on a smooth road.
+    ///
+    /// # Errors
+    /// [`ContactError::LoadNotReached`].
+    pub fn under(&mut self, axle: &Axle) -> Result<StaticContact, ContactError> {
+        match *axle {
+            Axle::Load { load, .. } | Axle::Mass { load, .. } => {
+                let circumference = self.sums.grid().waves().circumference;
+                carrying(load, circumference, LOAD_TOLERANCE, |indentation| Ok(self.pressed(indentation).0))
+            }
+            Axle::Indentation { indentation, .. } => Ok(self.pressed(indentation).0),
+        }
+    }
+
+    /// Contact, and forces by cell, column by column, at an indentation \[m\].
+    pub fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
+        let Self { sums, crown, window } = self;
+        if indentation > window.deepest {
+            *window = Window::new(sums, 2.0 * indentation);
+        }
+        let difference = 1e-4 * indentation;
+        let below: f64 = window.forces(crown, indentation - difference).iter().sum();
+        let forces = window.forces(crown, indentation);
+        let force: f64 = forces.iter().sum();
+        let touched = forces.chunks(crown.len()).filter(|cells| cells.iter().any(|&force| force > 0.0)).count();
+        let length = touched as f64 * sums.grid().length();
+        (StaticContact { indentation, force, stiffness: (force - below) / difference, length }, forces)
+    }
+}
+
+fn radius(sums: &CellSums) -> f64 {
+    sums.grid().waves().circumference / std::f64::consts::TAU
+}
+
 impl Window {
-    fn new(cells: &RestingCells<'_>, deepest: f64) -> Self {
-        let grid = cells.sums.grid();
-        let circumference = cells.circumference();
-        let reach = Geometry::half_chord(circumference / std::f64::consts::TAU, deepest) + 2.0 * grid.length();
-        let geometry = Geometry::new(circumference, grid.elements(), 1, 0.0, reach);
-        let CellInfluence { columns, across, toeplitz, hankel } = cells.sums.instant(0.0, geometry.columns);
-        let search = CellSearch::new(InstantCells::new(columns, across, toeplitz, hankel), TOLERANCE);
-        let zeros = || vec![0.0; columns * across];
-        Self { deepest, geometry, search, forces: zeros(), required: zeros() }
+    fn new(sums: &CellSums, deepest: f64) -> Self {
+        let grid = sums.grid();
+        let reach = Geometry::half_chord(radius(sums), deepest) + 2.0 * grid.length();
+        let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
+        let influence = sums.instant(0.0, geometry.columns);
+        let cells = geometry.columns * grid.across;
+        let search = CellSearch::new(InstantCells::new(influence), TOLERANCE);
+        Self { deepest, geometry, search, forces: vec![0.0; cells], required: vec![0.0; cells] }
     }
 
     fn forces(&mut self, crown: &[f64], indentation: f64) -> &[f64] {

@@ -25,17 +25,6 @@ pub struct CellResiduals {
     pub complementarity: f64,
 }
 
-impl CellResiduals {
-    /// The worse of two, condition by condition.
-    pub fn worst(self, other: Self) -> Self {
-        Self {
-            tension: self.tension.max(other.tension),
-            penetration: self.penetration.max(other.penetration),
-            complementarity: self.complementarity.max(other.complementarity),
-        }
-    }
-}
-
 /// What a search has done over all instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct CellCounts {
@@ -95,7 +84,12 @@ impl CellSearch {
     }
 
     /// G.
-    pub fn cells(&mut self) -> &mut InstantCells {
+    pub fn cells(&self) -> &InstantCells {
+        &self.cells
+    }
+
+    /// G, to take products with.
+    pub fn cells_mut(&mut self) -> &mut InstantCells {
         &mut self.cells
     }
 

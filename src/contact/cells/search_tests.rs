@@ -6,8 +6,7 @@ use super::*;
 use crate::test_models::cells::{RoughRoad, instant_cells};
 
 fn search(columns: usize, across: usize, tolerance: f64) -> CellSearch {
-    let [toeplitz, hankel] = instant_cells(columns, across, 1024, 86e-6);
-    CellSearch::new(InstantCells::new(columns, across, toeplitz, hankel), tolerance)
+    CellSearch::new(InstantCells::new(instant_cells(columns, across, 1024, 86e-6)), tolerance)
 }
 
 /// Forces by least-index pivoting with dense solutions.
@@ -182,9 +181,9 @@ fn equal_guesses_give_equal_bits_whatever_was_before() {
 #[ignore = "measures"]
 fn time_of_rolling() {
     for (columns, across, elements) in [(64, 60, 1024), (128, 120, 2048)] {
-        let [toeplitz, hankel] = instant_cells(columns, across, elements, 86e-6 * 1024.0 / elements as f64);
+        let influence = instant_cells(columns, across, elements, 86e-6 * 1024.0 / elements as f64);
         for radius in [1, 2, 3, 4, 6] {
-            let cells = InstantCells::new(columns, across, toeplitz.clone(), hankel.clone());
+            let cells = InstantCells::new(influence.clone());
             let mut search = CellSearch::new(cells, 1e-9);
             search.gradients = Gradients::new(&search.cells, radius);
             let road = RoughRoad::new(1);

@@ -177,7 +177,8 @@ fn a_crowned_tyre_with_a_deep_tread_presses_like_hertzs_sphere() {
     let crown: Vec<f64> = (0..across).map(|j| grid.from_middle(j).powi(2) / (2.0 * radius)).collect();
     let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 1.0);
     let depth = 4e-4;
-    let (found, forces) = RestingCells::new(&sums, &crown).pressed(depth);
+    let mut resting = RestingCells::new(sums, crown);
+    let (found, forces) = resting.pressed(depth);
     // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the depth of the tread,
     // which is bonded and all but incompressible (Dimitriadis et al. 2002, Biophys. J. 82, 2798).
     let ratio = (radius * depth).sqrt() / 0.4;

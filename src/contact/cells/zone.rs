@@ -81,8 +81,6 @@ pub struct CellZone {
     across: usize,
     /// Height of the tread above its middle by cell across \[m\]: the crown.
     crown: Vec<f64>,
-    /// First weights, to tell one tyre from another.
-    influence: CellInfluence,
     past: CellPast,
     search: CellSearch,
     /// Forces of the last instant, then of this one \[N\], and the element that they begin with.
@@ -121,14 +119,13 @@ impl CellZone {
     /// At rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far a cell may
     /// be from where it is required to be, relative to the largest required displacement; a step has so many stages.
     pub fn new(influence: CellInfluence, crown: Vec<f64>, past: CellPast, stages: usize, tolerance: f64) -> Self {
-        let CellInfluence { columns, across, toeplitz, hankel } = influence.clone();
-        let cells = columns * across;
+        let across = influence.across;
+        let cells = influence.columns * across;
         Self {
             across,
             crown,
-            influence,
             past,
-            search: CellSearch::new(InstantCells::new(columns, across, toeplitz, hankel), tolerance),
+            search: CellSearch::new(InstantCells::new(influence), tolerance),
             forces: vec![0.0; cells],
             first_element: i64::MIN,
             required: vec![0.0; cells],
@@ -145,7 +142,7 @@ impl CellZone {
 
     /// First weights of the free field \[m/N\].
     pub fn first_weights(&self) -> &[f64] {
-        &self.influence.toeplitz
+        self.search.cells().free_field()
     }
 
     /// Forces at the last step's instants, stage after stage, cell by cell \[N\].

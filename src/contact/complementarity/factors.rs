@@ -20,8 +20,9 @@ use serde::{Deserialize, Serialize};
 use super::ldlt::{Ldlt, Singular, finite};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet, NeighbourState};
 use super::pattern_index::PatternIndex;
-use super::tiles::{Aligned, LINE, room};
+use super::tiles::{LINE, room};
 use crate::counters::{Meter, Stage, Work};
+use crate::numeric::Aligned;
 use crate::storage::state::{StateError, fill};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.

@@ -6,7 +6,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::tiles::{Aligned, Assembly, LINE, room};
+use super::tiles::{Assembly, LINE, room};
+use crate::numeric::Aligned;
 
 /// Columns that are done together; a tile's rows are a multiple.
 const PANEL: usize = 4;

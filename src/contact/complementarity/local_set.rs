@@ -40,10 +40,10 @@ use super::active_set::{ExpectedSearch, Residuals};
 use super::ldlt::{Ldlt, Singular};
 use super::pieces::{HeldPiece, LocalSlice};
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
-use super::tiles::{Aligned, LINE, add_to_diagonal, room};
+use super::tiles::{LINE, add_to_diagonal, room};
 use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
-use crate::numeric::largest_or_zero;
+use crate::numeric::{Aligned, largest_or_zero};
 use crate::road::slices::StiffnessCurve;
 use crate::storage::StateError;
 

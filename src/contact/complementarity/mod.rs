@@ -17,7 +17,7 @@ mod pattern_index;
 mod pieces;
 mod search;
 mod sweeps;
-pub(crate) mod tiles;
+mod tiles;
 
 pub use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;

@@ -103,8 +103,8 @@ impl Window {
             let [even, odd] = products.each_ref().map(|product| product.split_at(product.len() / 2));
             let outs = real.chunks_exact_mut(waves).zip(imaginary.chunks_exact_mut(waves));
             for (block, (real, imaginary)) in outs.enumerate() {
-                let of_block = |part: &'_ [f32]| -> Vec<f32> { part[block * (most + 1)..][..most + 1].to_vec() };
-                let [c_re, c_im, s_re, s_im] = [even.0, even.1, odd.0, odd.1].map(of_block);
+                let [c_re, c_im, s_re, s_im] =
+                    [even.0, even.1, odd.0, odd.1].map(|part| &part[block * (most + 1)..][..most + 1]);
                 for (index, act) in acts.iter().enumerate() {
                     let n = index.abs_diff(most);
                     let sign = if index < most { -1.0 } else { 1.0 };

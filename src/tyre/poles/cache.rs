@@ -25,15 +25,10 @@ impl Cached for RationalModel {
         Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 8, name: "an influence model" } };
 
     fn is_sound(&self) -> bool {
-        let (rows, poles) = (self.elements / 2 + 1, self.poles.len());
-        let ends = self.offsets.get(1..).unwrap_or_default();
-        let ranges = self.offsets.iter().zip(&self.first_real).zip(ends);
-        self.offsets.first() == Some(&0)
-            && self.offsets.last() == Some(&poles)
-            && ends.len() == rows
-            && [self.first_real.len(), self.constants.len(), self.statistics.len()] == [rows; 3]
+        let (rows, poles) = (self.elements / 2 + 1, self.poles.stored());
+        self.poles.is_sound()
+            && [self.poles.functions(), self.constants.len(), self.statistics.len()] == [rows; 3]
             && [self.driven_residues.len(), self.bottom_residues.len()] == [poles; 2]
-            && ranges.into_iter().all(|((start, real), end)| start <= real && real <= end)
     }
 }
 
@@ -54,18 +49,11 @@ pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
 pub fn fetch(cache: &Cache, tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
     let key = key(tyre, options)?;
     let mut warnings = Vec::new();
-    match cache.load(&key) {
-        Ok(Some(Ok(model))) => return Ok(Fetched { model, warm: true, times: None, warnings }),
-        Ok(Some(Err(reason))) => {
-            let path = cache.path::<RationalModel>(&key);
-            warnings.push(format!("cache entry {} is rebuilt: {reason}", path.display()));
-        }
-        Ok(None) => {}
-        Err(error) => warnings.push(format!("cache not read: {error}")),
-    }
-    let (model, times) = fit_timed(tyre, options, stop)?;
-    if let Err(error) = cache.store(&key, &model) {
-        warnings.push(format!("cache not written: {error}"));
-    }
-    Ok(Fetched { model, warm: false, times: Some(times), warnings })
+    let mut times = None;
+    let model = cache.fetch(&key, &mut warnings, || {
+        let (model, taken) = fit_timed(tyre, options, stop)?;
+        times = Some(taken);
+        Ok(model)
+    })?;
+    Ok(Fetched { model, warm: times.is_none(), times, warnings })
 }

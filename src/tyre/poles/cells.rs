@@ -15,8 +15,8 @@ use super::fit::start_of;
 use super::ladder::Ladder;
 use super::model::Modes;
 use super::sampled::Target;
+use super::table::PoleTable;
 use super::wavenumber::{Fitted, Start, fit_wavenumber};
-use crate::numeric::rational::partial_fractions::is_pair;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave, FaceValues};
 
@@ -34,12 +34,8 @@ pub struct CellFitOptions {
 /// Poles and residues of a list of waves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct CellModel {
-    /// Position of the first pole of each wave; one more at the end.
-    offsets: Vec<usize>,
-    /// Position of the first real pole of each wave.
-    first_real: Vec<usize>,
     /// lambda \[1/s\].
-    poles: Vec<Complex64>,
+    poles: PoleTable,
     /// R \[m/(N s)\].
     residues: Vec<Complex64>,
     /// Evaluations of the compliance that the fits took.
@@ -49,17 +45,17 @@ pub struct CellModel {
 impl CellModel {
     /// Waves.
     pub fn len(&self) -> usize {
-        self.first_real.len()
+        self.poles.functions()
     }
 
     /// Whether there are no waves.
     pub fn is_empty(&self) -> bool {
-        self.first_real.is_empty()
+        self.len() == 0
     }
 
     /// Poles of all waves, conjugates counted.
     pub fn order(&self) -> usize {
-        self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
+        self.poles.order()
     }
 
     /// Evaluations of the compliance that the fits took.
@@ -69,13 +65,8 @@ impl CellModel {
 
     /// Poles and residues of a wave.
     pub fn modes(&self, wave: usize) -> Modes<'_> {
-        let range = self.offsets[wave]..self.offsets[wave + 1];
-        Modes {
-            poles: &self.poles[range.clone()],
-            residues: &self.residues[range],
-            pairs: self.first_real[wave] - self.offsets[wave],
-            constant: 0.0,
-        }
+        let (poles, pairs) = self.poles.of(wave);
+        Modes { poles, residues: &self.residues[self.poles.range(wave)], pairs, constant: 0.0 }
     }
 }
 
@@ -86,13 +77,7 @@ impl Cached for CellModel {
     };
 
     fn is_sound(&self) -> bool {
-        let ends = self.offsets.get(1..).unwrap_or_default();
-        let ranges = self.offsets.iter().zip(&self.first_real).zip(ends);
-        self.offsets.first() == Some(&0)
-            && self.offsets.last() == Some(&self.poles.len())
-            && ends.len() == self.first_real.len()
-            && self.residues.len() == self.poles.len()
-            && ranges.into_iter().all(|((start, real), end)| start <= real && real <= end)
+        self.poles.is_sound() && self.residues.len() == self.poles.stored()
     }
 }
 
@@ -110,14 +95,11 @@ pub fn fit_cells(
     let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
     let fitted: Vec<Result<Vec<Fitted>, FitError>> =
         rows.par_iter().map(|row| fit_row(sums, &ladder, &at, &row.waves, options, stop)).collect();
-    let mut model = CellModel { offsets: vec![0], ..CellModel::default() };
+    let mut model = CellModel::default();
     for row in fitted {
         for Fitted { entry, .. } in row? {
-            let pairs = entry.poles.iter().filter(|&&pole| is_pair(pole)).count();
-            model.first_real.push(model.poles.len() + pairs);
-            model.poles.extend_from_slice(&entry.poles);
+            model.poles.push(&entry.poles);
             model.residues.extend_from_slice(&entry.residues[0]);
-            model.offsets.push(model.poles.len());
             model.evaluations += entry.statistics.evaluations;
         }
     }

@@ -8,7 +8,7 @@
 //! - `passivity`: whether a model generates energy, and its mending;
 //! - `wavenumber`: the adaptive fit of one wavenumber; [`error`]: why it was refused;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
-//! - [`model`]: poles and residues of every wavenumber, as structure of arrays;
+//! - `table`: poles of a list of functions; [`model`]: with the residues of every wavenumber, as structure of arrays;
 //! - [`cache`]: models in the cache on disk;
 //! - [`cells`]: the same for waves one by one, the past of contact cells;
 //! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
@@ -36,6 +36,7 @@ pub mod model;
 mod passivity;
 mod sampled;
 pub mod scaling;
+mod table;
 mod tangential;
 mod tree;
 mod wavenumber;

@@ -3,7 +3,8 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::numeric::rational::partial_fractions::{evaluate, is_pair};
+use super::table::PoleTable;
+use crate::numeric::rational::partial_fractions::evaluate;
 use crate::tyre::influence::Field;
 
 /// What the fit of one wavenumber took and reached.
@@ -34,8 +35,7 @@ pub struct FitStatistics {
 /// H_n(s) ~ constant + sum_r R_r/(s - lambda_r), n = 0..=N/2, for the driven face and, with the same poles, the
 /// innermost face.
 ///
-/// A complex pole is stored once, Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0
-/// and a real residue. Within a wavenumber the pairs come first.
+/// A pair of poles is stored once; a real pole has a real residue. Within a wavenumber the pairs come first.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RationalModel {
     /// Elements N round the tyre.
@@ -47,12 +47,8 @@ pub struct RationalModel {
     pub top: f64,
     /// The tolerance that was asked for.
     pub tolerance: f64,
-    /// Position of the first pole of wavenumber n; one more at the end.
-    pub(super) offsets: Vec<usize>,
-    /// Position of the first real pole of wavenumber n.
-    pub(super) first_real: Vec<usize>,
     /// lambda \[1/s\].
-    pub(super) poles: Vec<Complex64>,
+    pub(super) poles: PoleTable,
     /// R of the driven face \[m/(N s)\].
     pub(super) driven_residues: Vec<Complex64>,
     /// R of the innermost face \[m/(N s)\].
@@ -102,13 +98,8 @@ impl RationalModel {
             field if field == self.driven => (&self.driven_residues, 0),
             _ => return None,
         };
-        let range = self.offsets[n]..self.offsets[n + 1];
-        Some(Modes {
-            poles: &self.poles[range.clone()],
-            residues: &residues[range],
-            pairs: self.first_real[n] - self.offsets[n],
-            constant: self.constants[n][face],
-        })
+        let (poles, pairs) = self.poles.of(n);
+        Some(Modes { poles, residues: &residues[self.poles.range(n)], pairs, constant: self.constants[n][face] })
     }
 
     /// H_n(s) of a face \[m/N\]; see [`Self::modes`].
@@ -123,7 +114,7 @@ impl RationalModel {
 
     /// Poles of all wavenumbers, conjugates counted.
     pub fn order(&self) -> usize {
-        self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
+        self.poles.order()
     }
 
     /// What the wavenumbers took and reached, n = 0..=N/2.
@@ -149,21 +140,16 @@ impl RationalModel {
             driven,
             top,
             tolerance,
-            offsets: vec![0],
-            first_real: Vec::new(),
-            poles: Vec::new(),
+            poles: PoleTable::default(),
             driven_residues: Vec::new(),
             bottom_residues: Vec::new(),
             constants: Vec::new(),
             statistics: Vec::new(),
         };
         for entry in entries {
-            let pairs = entry.poles.iter().filter(|&&pole| is_pair(pole)).count();
-            model.first_real.push(model.poles.len() + pairs);
-            model.poles.extend_from_slice(&entry.poles);
+            model.poles.push(&entry.poles);
             model.driven_residues.extend_from_slice(&entry.residues[0]);
             model.bottom_residues.extend_from_slice(&entry.residues[1]);
-            model.offsets.push(model.poles.len());
             model.constants.push(entry.constants);
             model.statistics.push(entry.statistics);
         }

@@ -4,6 +4,7 @@ use clap::{Args, Subcommand};
 use tyrewave::plan::kept_transfers::KeptReceiver;
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::tyre::poles::RationalModel;
+use tyrewave::tyre::poles::cells::CellModel;
 
 use super::context::print;
 use super::error::CliError;
@@ -50,7 +51,7 @@ impl CacheArguments {
             }
             CacheAction::List => {
                 let mut text = String::new();
-                let entries = cache.list(&[RationalModel::KIND, KeptReceiver::KIND])?;
+                let entries = cache.list(&[RationalModel::KIND, CellModel::KIND, KeptReceiver::KIND])?;
                 for entry in &entries {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());

@@ -6,7 +6,7 @@ use crate::counters::Stage;
 use crate::plan::amounts::{Amounts, Place};
 use crate::plan::unit::UnitCosts;
 use crate::plan::{Plan, bytes};
-use crate::scene::{History, LoadedScene, SceneError};
+use crate::scene::{History, LoadedScene, SceneError, Zone};
 
 /// Share of the ideal that threads reach on work before the steps.
 const EFFICIENCY: f64 = 0.95;
@@ -55,8 +55,11 @@ impl Plan {
         let amounts = self.amounts();
         let memory = amounts.memory_on(1);
         let hours = Forecast::new(&amounts, self.steps, &UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
-        let rule = numerics.time_rule;
-        let complaint = if numerics.history == History::Direct && !rule.is_multistep() {
+        let (rule, has_cells) = (numerics.time_rule, self.decisions.zone == Zone::Cells);
+        let complaint = if has_cells && !rule.is_quadrature() {
+            let wrong = format!("\"{}\" is no convolution quadrature, which cells carry their past by", rule.name());
+            loaded.complain("numerics.time_rule", wrong, "a quadrature such as \"sdirk2\"")
+        } else if numerics.history == History::Direct && !rule.is_multistep() && !has_cells {
             let why = if rule.runge_kutta().is_some() {
                 "couples the stages of a step: its weights are matrices, which the direct sum does not keep"
             } else {
@@ -65,8 +68,13 @@ impl Plan {
             let wrong = format!("\"{}\" {why}", rule.name());
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
         } else if memory / 1e9 > numerics.memory_limit {
+            let (key, fewer) = if has_cells {
+                ("contact.cells_across", "fewer cells across")
+            } else {
+                ("numerics.elements", "fewer elements")
+            };
             loaded.complain(
-                "numerics.elements",
+                key,
                 format!(
                     "{} elements, {} lags and {} steps need about {} of memory, more than numerics.memory_limit = {} \
                      GB",
@@ -76,7 +84,7 @@ impl Plan {
                     bytes(memory),
                     numerics.memory_limit
                 ),
-                "fewer elements, a shorter memory, or a larger memory_limit",
+                format!("{fewer}, a shorter memory, or a larger memory_limit"),
             )
         } else if hours > numerics.time_limit {
             loaded.complain(

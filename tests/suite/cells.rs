@@ -204,6 +204,21 @@ fn mistakes_about_cells_are_answered_with_their_keys() {
 }
 
 #[test]
+fn plans_refuse_what_cells_cannot_do_and_nothing_else() {
+    let check = |text: &str| {
+        let loaded = scene(text);
+        Plan::of(&loaded).unwrap().check(&loaded).map_err(|error| error.render(false))
+    };
+    // Sums over the stages of a step are kept as matrices.
+    let direct = "history = \"direct\"\nmemory = 0.02\ntime_rule = \"sdirk2\"";
+    check(&cells(64, 4, MADE, INDENTED, direct)).unwrap();
+    let hold = check(&cells(64, 4, MADE, INDENTED, "time_rule = \"first-order-hold\"")).unwrap_err();
+    assert!(hold.contains("numerics.time_rule") && hold.contains("sdirk2"), "{hold}");
+    let many = check(&cells(64, 100_000_000, MADE, INDENTED, "")).unwrap_err();
+    assert!(many.contains("contact.cells_across") && many.contains("fewer cells"), "{many}");
+}
+
+#[test]
 fn the_road_of_cells_is_that_of_its_lattice() {
     // The heights under a cell are those of the road at its middle: a made road with four cells across.
     let loaded = scene(&cells(64, 4, MADE, INDENTED, NUMERICS));

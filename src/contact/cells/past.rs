@@ -41,6 +41,8 @@ pub struct WavePast {
     /// Displacements \[m\] at the instants of this block as foretold.
     foretold: Vec<Vec<Complex64>>,
     sum: Vec<Complex64>,
+    /// On the cells of the window \[m\].
+    displacement: Vec<f64>,
     work: Work,
     arch: Arch,
 }
@@ -100,7 +102,20 @@ impl WavePast {
         let products = (instants * lags * waves) as u64;
         work += Work { multiply_adds: products, bytes: 12 * products };
         let (forces, foretold, sum) = (zeros(), zeros(), vec![Complex64::ZERO; waves]);
-        Self { rule, transform, groups, within, instant: 0, forces, foretold, sum, work, arch: Arch::new() }
+        let displacement = vec![0.0; transform.cells()];
+        Self {
+            rule,
+            transform,
+            groups,
+            within,
+            instant: 0,
+            forces,
+            foretold,
+            sum,
+            displacement,
+            work,
+            arch: Arch::new(),
+        }
     }
 
     /// What a block costs, if one begins with the coming instant.
@@ -108,13 +123,18 @@ impl WavePast {
         if self.instant == 0 { self.work } else { Work::default() }
     }
 
-    /// Adds what the past displaces at the coming instant \[m\], on the window that begins with `first_element`; the
-    /// forces of every instant are to be known before the next.
-    pub fn add_displacement(&mut self, first_element: i64, out: &mut [f64]) {
+    /// What the past displaces as last found, cell by cell \[m\].
+    pub fn displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    /// Finds what the past displaces at the coming instant, on the window that begins with `first_element`; the forces
+    /// of every instant are to be known before the next.
+    pub fn displace(&mut self, first_element: i64) {
         if self.instant == 0 {
             self.rule.with_recursion(Block(self));
         }
-        let Self { rule, transform, within, instant, forces, foretold, sum, arch, .. } = self;
+        let Self { rule, transform, within, instant, forces, foretold, sum, displacement, arch, .. } = self;
         let (stages, lags, waves) = (rule.stages(), forces.len() - 1, sum.len());
         let now = *instant;
         sum.par_chunks_mut(WAVES_TOGETHER).enumerate().for_each(|(part, sum)| {
@@ -126,7 +146,8 @@ impl WavePast {
                 arch.dispatch(Weighted { sum, weights, forces: &forces[range.clone()] });
             }
         });
-        transform.add_inverse(sum, first_element, out);
+        displacement.fill(0.0);
+        transform.add_inverse(sum, first_element, displacement);
     }
 
     /// Takes the forces of the instant \[N\].

@@ -108,7 +108,8 @@ fn both_pasts_are_the_convolution_with_the_definition() {
             for stage in 0..stages {
                 let mut both = [vec![0.0; COLUMNS * ACROSS], vec![0.0; COLUMNS * ACROSS]];
                 direct.add_displacement(stage, first, &mut both[0]);
-                poles.add_displacement(first, &mut both[1]);
+                poles.displace(first);
+                both[1].copy_from_slice(poles.displacement());
                 let instant = step as usize * stages + stage;
                 let cells = (0..COLUMNS as i64).flat_map(|c| (0..ACROSS).map(move |j| force(instant, first + c, j)));
                 let forces: Vec<f64> = cells.collect();
@@ -149,7 +150,10 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
         let forces: Vec<f64> = cells.collect();
         let displaced = |pasts: &mut [WavePast]| {
             let mut out = vec![0.0; columns * 2];
-            pasts.iter_mut().for_each(|past| past.add_displacement(first, &mut out));
+            for past in &mut *pasts {
+                past.displace(first);
+                out.iter_mut().zip(past.displacement()).for_each(|(out, displaced)| *out += displaced);
+            }
             pasts.iter_mut().for_each(|past| past.push(first, &forces));
             out
         };

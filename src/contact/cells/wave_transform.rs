@@ -85,6 +85,11 @@ impl WaveTransform {
         Self { ring, columns, across: grid.across, waves: start, even, odd, forward, inverse }
     }
 
+    /// Cells of the window.
+    pub fn cells(&self) -> usize {
+        self.columns * self.across
+    }
+
     /// Waves.
     pub fn waves(&self) -> usize {
         self.waves

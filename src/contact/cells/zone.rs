@@ -1,5 +1,6 @@
 //! The contact of one instant over all cells of the window.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::direct::{DirectPast, DirectPastState};
@@ -34,7 +35,13 @@ impl CellPast {
     /// Adds what the past displaces at a stage of the step \[m\].
     fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
         match self {
-            Self::Modal(rings) => rings.iter_mut().for_each(|ring| ring.add_displacement(first_element, out)),
+            Self::Modal(rings) => {
+                // All that threads share of an instant is handed over at once: each time takes some 30 us.
+                rings.par_iter_mut().for_each(|ring| ring.displace(first_element));
+                for ring in rings {
+                    out.iter_mut().zip(ring.displacement()).for_each(|(out, displaced)| *out += displaced);
+                }
+            }
             Self::Direct(past) => past.add_displacement(stage, first_element, out),
         }
     }
@@ -42,7 +49,7 @@ impl CellPast {
     /// Takes the forces of a stage \[N\].
     fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
         match self {
-            Self::Modal(rings) => rings.iter_mut().for_each(|ring| ring.push(first_element, forces)),
+            Self::Modal(rings) => rings.par_iter_mut().for_each(|ring| ring.push(first_element, forces)),
             Self::Direct(past) => past.push(stage, first_element, forces),
         }
     }

@@ -9,16 +9,27 @@ use crate::contact::cells::past::STEPS;
 use crate::contact::history::expected_multiply_adds;
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
-use crate::scene::History;
+use crate::scene::{History, Tyre};
 use crate::tyre::influence::{CellGrid, CellTruncation, WAVE_BYTES, WaveBand, wave_count};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::expected_fit;
 
 /// Wavenumbers times the tread's thickness between which waves are handed from the tyre's ring to a shorter one.
-const HANDED_OVER: [f64; 2] = [6.0, 12.0];
-/// How far the shorter ring reaches beyond the window, at least, in the longest waves on it over 2 pi: what has gone
-/// round it has decayed by then.
-const DECAYED: f64 = 40.0;
+const HANDED_OVER: [f64; 2] = [3.0, 6.0];
+/// Those between which lateral numbers that are the same on cells begin to be taken together.
+const FOLDED: [f64; 2] = [6.0, 12.0];
+/// Length of the window over that of the longest smooth patch.
+pub const BEYOND: f64 = 1.05;
+/// Part of the window that a cell is remembered for, at least: the window has room for the deepest position of the axle
+/// on the highest of the road, and no patch is as long.
+const REMEMBERED: f64 = 0.8;
+/// Blocks that forces are forgotten late, since their poles are gone through behind the march.
+const LATE: usize = 2;
+/// How far the window stays away from what it has left behind on a shorter ring, in the longest waves on it over 2 pi:
+/// of that only what creeps back slowly is left.
+const CREEPING: f64 = 3.5;
+/// How far a side has to be from its image in the strip's edge, in the same measure, to be moved by half a cell.
+const FAR_SIDES: f64 = 10.0;
 
 /// Residuals of the search for cells are no smaller than this part of the largest required displacement: its steps are
 /// taken in single precision, and each round that brings the exact residual down costs as much as the first.
@@ -43,16 +54,44 @@ impl Plan {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
         let Some(tread) = self.scene.tyre.layers.last().filter(|_| !finite) else { return vec![WaveBand::WHOLE] };
-        let border = HANDED_OVER.map(|kh| kh / tread.thickness);
-        let least = columns + (DECAYED / border[0] / self.element).ceil() as usize;
+        let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
+        let [longer, shorter] = [HANDED_OVER, FOLDED].map(|border| border.map(|kh| kh / tread.thickness));
+        let remembered = (REMEMBERED * columns as f64).ceil() as usize;
+        let least = columns + remembered + self.creeping(longer[0]) + LATE * STEPS;
         let whole_rings = (1..=numerics.elements / least).filter(|part| numerics.elements.is_multiple_of(2 * part));
-        match whole_rings.max() {
-            Some(part) if part > 1 => vec![
-                WaveBand { part: 1, fades_in: None, fades_out: Some(border) },
-                WaveBand { part, fades_in: Some(border), fades_out: None },
-            ],
-            _ => vec![WaveBand::WHOLE],
+        let part = whole_rings.max().unwrap_or(1);
+        let mut bands = vec![WaveBand::WHOLE];
+        if part > 1 {
+            bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];
         }
+        let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
+        if shorter[0] * beside > FAR_SIDES {
+            let last = bands.pop().unwrap_or(WaveBand::WHOLE);
+            bands.push(WaveBand { fades_out: Some(shorter), ..last });
+            bands.push(WaveBand { folded: true, ..band(part, Some(shorter), None) });
+        }
+        bands
+    }
+
+    /// Cells that a window stays away from what it has left behind, in waves of this wavenumber and shorter ones.
+    fn creeping(&self, wavenumber: f64) -> usize {
+        (CREEPING / wavenumber / self.element).ceil() as usize
+    }
+
+    /// Steps after which a band forgets forces, seen through a window of so many columns: before the window comes back
+    /// to their place on the ring. `None`: there is nothing else on the ring but what is on the tyre.
+    pub fn forgotten_after(&self, band: WaveBand, columns: usize) -> Option<usize> {
+        let [start, _] = band.fades_in.filter(|_| band.part > 1)?;
+        let cells = self.scene.numerics.elements / band.part - columns - self.creeping(start);
+        let steps = (cells as f64 * self.element / (self.speed * self.time_step)) as usize;
+        Some(steps.saturating_sub(LATE * STEPS))
+    }
+
+    /// The tyre as a band takes it: for one that is folded its sides are moved by at most half a cell, which waves as
+    /// short as that do not feel.
+    pub fn tyre_of(&self, band: WaveBand) -> Tyre {
+        let width = if band.folded { self.cell_grid().width_in_cells() } else { self.decisions.tyre.width };
+        Tyre { width, ..self.decisions.tyre.clone() }
     }
 
     /// The cells round the tyre and across its strip.
@@ -82,15 +121,17 @@ impl Plan {
         for band in self.wave_bands(columns as usize) {
             let ring = grid.elements() / band.part;
             let around = (ring / 2 + 1) as f64;
-            let (rows, count) = match (band.fades_out, self.cell_truncation().lateral_terms) {
-                // A quarter of a disc.
-                (Some([_, end]), _) => {
-                    let rows = end / waves.ky(1);
-                    (rows, 0.25 * PI * rows * around.min(end / waves.kx(1)))
-                }
-                (None, Some(terms)) => (terms as f64, terms as f64 * around),
-                (None, None) => (highest / waves.ky(1), highest / waves.ky(1) * around),
+            // What a band takes up of the rectangle of all numbers: a quarter of a disc, less the one that fades in.
+            let rows = match (self.cell_truncation().lateral_terms, band.folded) {
+                (Some(terms), _) => terms as f64,
+                (None, false) => highest / waves.ky(1),
+                (None, true) => waves.width / grid.pitch(),
             };
+            let disc =
+                |end: f64| 0.25 * PI * rows.min(end / waves.ky(1)) * around.min(end * band.part as f64 / waves.kx(1));
+            let inner = band.fades_in.map_or(0.0, |[start, _]| disc(start));
+            let rows = band.fades_out.map_or(rows, |[_, end]| rows.min(end / waves.ky(1)));
+            let count = band.fades_out.map_or(rows * around, |[_, end]| disc(end)) - inner;
             expected[0] += count;
             // A transform along for each lateral number, a product across by halves.
             expected[1] += rows * (transform_multiply_adds(ring) + cells);

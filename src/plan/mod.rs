@@ -11,7 +11,7 @@
 //! JSON, and the run takes its numbers from it.
 
 mod amounts;
-mod cells;
+pub(crate) mod cells;
 pub mod decisions;
 mod forecast;
 pub mod front;

@@ -4,23 +4,21 @@ use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
 use crate::contact::cells::direct::DirectPast;
-use crate::contact::cells::past::WavePast;
+use crate::contact::cells::past::{RingParts, WavePast};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::WaveTransform;
 use crate::contact::cells::{CellPast, CellZone};
 use crate::contact::static_contact::{StaticContact, deepest};
 use crate::counters::{Counter, Meter, Stage};
 use crate::plan::Plan;
+use crate::plan::cells::BEYOND;
 use crate::run::error::RunError;
 use crate::run::past::{count_evaluations, refused};
-use crate::scene::{History, LoadedScene};
+use crate::scene::{History, LoadedScene, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
-
-/// Length of the window over that of the longest smooth patch.
-const BEYOND: f64 = 1.1;
 
 /// What contact over cells is made from.
 pub struct CellContact<'a> {
@@ -35,12 +33,9 @@ pub struct CellContact<'a> {
 impl<'a> CellContact<'a> {
     /// Of a planned scene; `stop` ends the work on the influence functions once it is set.
     pub fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
-        let numerics = &plan.scene.numerics;
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
-        let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
-        let (tyre, tolerance) = (&plan.decisions.tyre, numerics.influence_tolerance);
-        let sums = CellSums::new(tyre, grid, plan.cell_truncation(), tolerance, largest);
+        let sums = Self::sums_of(plan, &plan.decisions.tyre);
         let resting = RestingCells::new(sums.clone(), crown.clone());
         Self { loaded, plan, sums, crown, resting, stop }
     }
@@ -73,48 +68,62 @@ impl<'a> CellContact<'a> {
         let influence = meter.time(Stage::Influence, || self.sums.instant(rate, columns));
         let past = match scene.numerics.history {
             History::Direct => CellPast::Direct(Box::new(self.direct(columns, meter))),
-            History::Modal => CellPast::Modal(self.rings(columns, meter, warnings)?),
+            History::Modal => CellPast::Modal(Box::new(self.rings(columns, meter, warnings)?)),
         };
         Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), self.plan.cell_tolerance()))
     }
 
-    fn transform(&self, band: WaveBand, columns: usize, rows: &[CellRow]) -> WaveTransform {
-        WaveTransform::new(self.sums.grid(), self.sums.grid().elements() / band.part, columns, rows)
+    /// The sums over a tyre's waves.
+    fn sums_of(plan: &Plan, tyre: &Tyre) -> CellSums {
+        let numerics = &plan.scene.numerics;
+        let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
+        let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
+        CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
     }
 
     fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {
         let rows = self.sums.waves(WaveBand::WHOLE);
-        let transform = self.transform(WaveBand::WHOLE, columns, &rows);
+        let transform = WaveTransform::new(self.sums.grid(), self.sums.grid().elements(), columns, &rows);
         let rule = self.plan.scene.numerics.time_rule;
         meter.time(Stage::Influence, || {
             DirectPast::new(&self.sums, &rows, transform, rule, self.plan.time_step, self.plan.lags)
         })
     }
 
-    fn rings(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Vec<WavePast>, RunError> {
+    fn rings(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<WavePast, RunError> {
         let rule = self.plan.scene.numerics.time_rule;
         let mut rings = Vec::new();
         for band in self.plan.wave_bands(columns) {
-            let rows = self.sums.waves(band);
-            let model = self.model(&rows, meter, warnings)?;
+            let tyre = self.plan.tyre_of(band);
+            let sums = Self::sums_of(self.plan, &tyre);
+            let rows = sums.waves(band);
+            let model = self.model(&sums, &tyre, &rows, meter, warnings)?;
             meter.count(Counter::Poles, model.order() as u64);
-            let transform = self.transform(band, columns, &rows);
-            rings.push(WavePast::new(&model, transform, rule, self.plan.time_step));
+            let transform = WaveTransform::new(sums.grid(), sums.grid().elements() / band.part, columns, &rows);
+            let forgotten_after = self.plan.forgotten_after(band, columns);
+            rings.push(RingParts { model, transform, forgotten_after });
         }
-        Ok(rings)
+        Ok(WavePast::new(rings, rule, self.plan.time_step))
     }
 
     /// The model of a band, from the user's cache or fitted.
-    fn model(&self, rows: &[CellRow], meter: &mut Meter, warnings: &mut Vec<String>) -> Result<CellModel, RunError> {
+    fn model(
+        &self,
+        sums: &CellSums,
+        tyre: &Tyre,
+        rows: &[CellRow],
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<CellModel, RunError> {
         let options = self.plan.cell_fit();
         let mut fit = || -> Result<CellModel, RunError> {
-            let fitted = meter.time(Stage::Fit, || fit_cells(&self.sums, rows, &options, self.stop));
+            let fitted = meter.time(Stage::Fit, || fit_cells(sums, rows, &options, self.stop));
             let right = "another tolerance, or history = \"direct\"";
             let model = fitted.map_err(|error| refused(self.loaded, error, right))?;
             count_evaluations(self.plan, model.evaluations(), meter);
             Ok(model)
         };
-        match (Cache::open(), key::<CellModel>(&(self.plan.decisions.tyre.levelled(), rows, options))) {
+        match (Cache::open(), key::<CellModel>(&(tyre.levelled(), rows, options))) {
             (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
             _ => fit(),
         }

@@ -33,6 +33,8 @@ pub struct Progress {
 /// The method's room; whole vectors of cells, zeros behind the last one.
 pub struct Gradients {
     arch: Arch,
+    /// Cells of the part of the window that is looked at.
+    count: usize,
     /// Cells on either side that the stencil reaches.
     radius: usize,
     /// W by distance along and across, (radius + 1)^2.
@@ -55,6 +57,8 @@ pub struct Gradients {
     direction: Vec<f32>,
     /// G t.
     response: Vec<f32>,
+    /// z_old.r_old; 0: there is no direction to go on from.
+    last: f32,
     /// What was added to forces that would have been below 0.
     cut: Vec<f32>,
 }
@@ -126,8 +130,10 @@ impl WithSimd for Dispatched<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f32; 2] {
-        let Gradients { miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
+        let Gradients { count, miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
             self.gradients;
+        // The others are as long or longer.
+        let miss = &mut miss[..count.next_multiple_of(LANES)];
         let (miss, forces) = (miss.as_chunks_mut::<LANES>().0, forces.as_chunks_mut::<LANES>().0);
         let (r, z) = (residual.as_chunks_mut::<LANES>().0, preconditioned.as_chunks_mut::<LANES>().0);
         let (previous, t) = (previous.as_chunks_mut::<LANES>().0, direction.as_chunks_mut::<LANES>().0);
@@ -136,7 +142,7 @@ impl WithSimd for Dispatched<'_> {
         let total = |sums: [f32; LANES]| sums.into_iter().sum::<f32>();
         match self.pass {
             Pass::Residual => {
-                for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
+                for ((miss, r), forces) in miss.iter().zip(r).zip(forces) {
                     for lane in 0..LANES {
                         let touches = (forces[lane] > 0.0) | (miss[lane] < 0.0);
                         r[lane] = if touches { -miss[lane] } else { 0.0 };
@@ -201,6 +207,7 @@ impl Gradients {
         let zeros = || vec![0.0; room];
         Self {
             arch: Arch::new(),
+            count: 0,
             radius,
             stencil: cells.inverse_stencil(radius),
             stride,
@@ -213,23 +220,39 @@ impl Gradients {
             direction: zeros(),
             response: zeros(),
             cut: zeros(),
+            last: 0.0,
         }
     }
 
-    /// Begins with forces of which u - d is not known: u to single precision.
+    /// Begins with forces of which u - d is not known on a part of the window: u to single precision.
     pub fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
-        let count = forces.len();
+        self.hold(forces.len());
         self.cut.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
-        cells.single_displacement(&self.cut[..count], &mut self.response[..count]);
+        cells.single_displacement(&self.cut[..self.count], &mut self.response[..self.count]);
         for ((miss, &u), &d) in self.miss.iter_mut().zip(&self.response).zip(required) {
             *miss = (f64::from(u) - d) as f32;
         }
     }
 
-    /// Begins with an exact u.
-    pub fn begin(&mut self, required: &[f64], displacement: &[f64]) {
+    /// Goes on from an exact u on a part of the window: with the last direction, if it `is_same` as before.
+    pub fn go_on(&mut self, required: &[f64], displacement: &[f64], is_same: bool) {
+        if !is_same {
+            self.hold(required.len());
+        }
         for ((miss, &u), &d) in self.miss.iter_mut().zip(displacement).zip(required) {
             *miss = (u - d) as f32;
+        }
+    }
+
+    /// Makes room for so many cells, with zeros behind them, and forgets the last direction.
+    fn hold(&mut self, count: usize) {
+        let behind = count..count.next_multiple_of(LANES);
+        (self.count, self.last) = (count, 0.0);
+        self.direction[..behind.end].fill(0.0);
+        self.previous[..behind.end].fill(0.0);
+        self.forces[behind.clone()].fill(0.0);
+        for cells in [&mut self.miss, &mut self.preconditioned, &mut self.response, &mut self.cut] {
+            cells[behind.clone()].fill(0.0);
         }
     }
 
@@ -238,20 +261,17 @@ impl Gradients {
         arch.dispatch(Dispatched { gradients: self, pass })
     }
 
-    /// Improves the forces until the conditions are met to `goal` or after `most` iterations.
+    /// Improves the forces on the part of the window until the conditions are met to `goal` or after `most` iterations.
     pub fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
         let mut progress = Progress::default();
         let (count, across) = (forces.len(), cells.across());
         self.forces[..count].copy_from_slice(forces);
-        self.direction.fill(0.0);
-        self.previous.fill(0.0);
-        let mut last = 0.0;
         while progress.iterations < most && self.pass(Pass::Residual)[0] > goal {
             progress.iterations += 1;
             self.precondition(count, across);
             let [product, change] = self.pass(Pass::Precondition);
-            let beta = if last > 0.0 { (change / last).max(0.0) } else { 0.0 };
-            last = product;
+            let beta = if self.last > 0.0 { (change / self.last).max(0.0) } else { 0.0 };
+            self.last = product;
             let [along, _] = self.pass(Pass::Direct(beta));
             cells.single_displacement(&self.direction[..count], &mut self.response[..count]);
             progress.products += 1;
@@ -277,6 +297,8 @@ impl Gradients {
         for (line, row) in lines.zip(residual[..count].chunks_exact(across)) {
             line[radius..radius + across].copy_from_slice(row);
         }
+        // What a longer part has left there.
+        edged[(radius + count / across) * stride..][..radius * stride].fill(0.0);
         let out = &mut preconditioned[..count];
         arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, out });
     }
@@ -288,9 +310,9 @@ impl Gradients {
         if cuts > MANY {
             cells.single_displacement(&self.cut[..count], &mut self.response[..count]);
             progress.products += 1;
-            self.miss.iter_mut().zip(&self.response).for_each(|(miss, response)| *miss += response);
+            self.miss[..count].iter_mut().zip(&self.response).for_each(|(miss, response)| *miss += response);
         } else {
-            for (cell, &cut) in self.cut.iter().enumerate().filter(|(_, cut)| **cut > 0.0) {
+            for (cell, &cut) in self.cut[..count].iter().enumerate().filter(|(_, cut)| **cut > 0.0) {
                 cells.add_single_force(cell, cut, &mut self.miss[..count]);
             }
         }

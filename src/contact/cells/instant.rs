@@ -5,6 +5,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::product::CellProduct;
+use crate::numeric::transform_length;
 use crate::tyre::influence::CellInfluence;
 
 /// G of the cells of a window.
@@ -20,12 +21,18 @@ pub struct InstantCells {
     arch: Arch,
     /// Products.
     product: CellProduct<f64>,
-    /// Products in single precision.
-    single: CellProduct<f32>,
+    /// Products in single precision, of windows as long as this one and of shorter ones, the longest first.
+    single: Vec<CellProduct<f32>>,
     /// T to single precision from distance 1 - across to across - 1 across.
     mirrored: Vec<f32>,
     /// H to single precision.
     images: Vec<f32>,
+}
+
+/// Lengths of a window's parts, each a tenth shorter than the one before, that transforms like.
+fn lengths(columns: usize) -> impl Iterator<Item = usize> {
+    let shorter = |length: usize| (1..=9 * length / 10).rev().find(|part| transform_length(2 * part) == 2 * part);
+    std::iter::successors(Some(columns), move |length| shorter(*length).filter(|part| 4 * part >= columns))
 }
 
 impl InstantCells {
@@ -36,7 +43,7 @@ impl InstantCells {
             across,
             arch: Arch::new(),
             product: CellProduct::new(columns, across, &toeplitz, &hankel),
-            single: CellProduct::new(columns, across, &toeplitz, &hankel),
+            single: lengths(columns).map(|part| CellProduct::new(part, across, &toeplitz, &hankel)).collect(),
             mirrored: toeplitz
                 .chunks_exact(across)
                 .flat_map(|row| row[1..].iter().rev().chain(row))
@@ -80,12 +87,20 @@ impl InstantCells {
         self.product.displacement(forces, out);
     }
 
-    /// u = G F to single precision.
-    pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
-        self.single.displacement(forces, out);
+    /// The least length of a part of the window that products in single precision are taken for, at least this.
+    pub fn part(&self, columns: usize) -> usize {
+        self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns)
     }
 
-    /// Adds to u what one force does, to single precision.
+    /// u = G F to single precision, on a part of the window of one of these lengths.
+    pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
+        let columns = forces.len() / self.across;
+        if let Some(product) = self.single.iter_mut().find(|product| product.columns() == columns) {
+            product.displacement(forces, out);
+        }
+    }
+
+    /// Adds to u what one force does, to single precision, on the first cells of the window.
     pub fn add_single_force(&self, cell: usize, force: f32, out: &mut [f32]) {
         self.arch.dispatch(OneForce { cells: self, cell, force, out });
     }

@@ -4,7 +4,8 @@
 //! - [`search`]: which cells touch, and with which forces.
 //!
 //! - [`wave_transform`]: between cells and waves;
-//! - [`past`]: what past forces displace, by poles; [`direct`]: as sums, the reference;
+//! - [`past`]: what past forces displace, by poles, most of it found behind the march (`waves`); [`direct`]: as sums,
+//!   the reference;
 //! - [`resting`]: contact at rest;
 //! - [`zone`]: one instant, from the past to the forces.
 //!
@@ -21,6 +22,7 @@ pub mod resting;
 pub mod search;
 mod transform;
 pub mod wave_transform;
+mod waves;
 pub mod zone;
 
 pub use instant::InstantCells;

@@ -114,6 +114,11 @@ impl<R: Element> CellProduct<R> {
         this
     }
 
+    /// Cells along.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
     /// A bound of the norm of G.
     pub fn norm_bound(&self) -> f64 {
         self.norm_bound

@@ -2,10 +2,14 @@
 //!
 //! G is symmetric positive definite, so there is exactly one F.
 //!
-//! 1. From the guess, projected conjugate gradients in single precision (module `gradients`), a few digits at a time;
-//! 2. u = G F in double precision; the end, if the conditions are met, else again from there;
+//! 1. From the guess, projected conjugate gradients in single precision (module `gradients`), a few digits at a time,
+//!    on the part of the window that the forces and all d > 0 are in;
+//! 2. u = G F in double precision, everywhere; the end, if the conditions are met, else again from there, on a longer
+//!    part if they are missed beyond it;
 //! 3. where that does not at least halve what is missing, proportioning in double precision takes over (module
 //!    `proportioning`), which always ends. Uses are counted.
+
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -147,12 +151,15 @@ impl CellSearch {
             *force = if good { *force } else { 0.0 };
             *own = if d > NOWHERE { d } else { NOWHERE };
         }
+        let required = &self.required;
+        let mut part = self.part(0..0, |cell| forces[cell] > 0.0 || required[cell] > 0.0);
         // The first look need not be exact.
-        self.gradients.look(&mut self.cells, &self.required, forces);
+        self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
         self.counts.single_products += 1;
         let (mut missing, mut goal) = (f64::INFINITY, DIGITS);
         loop {
-            let done = self.gradients.run(&mut self.cells, forces, (goal * largest) as f32, self.most);
+            let goal_now = (goal * largest) as f32;
+            let done = self.gradients.run(&mut self.cells, &mut forces[part.clone()], goal_now, self.most);
             self.counts.iterations += done.iterations;
             self.counts.single_products += done.products;
             self.counts.cuts += done.cuts;
@@ -161,13 +168,36 @@ impl CellSearch {
             if left <= self.tolerance {
                 return residuals;
             }
-            if left > 0.5 * missing || done.iterations == self.most || left.is_nan() {
+            let before = part.clone();
+            let (d, u) = (&self.required, &self.displacement);
+            part = self.part(part, |cell| forces[cell] > 0.0 || u[cell] < d[cell]);
+            let is_same = part == before;
+            if is_same && left > 0.5 * missing || done.iterations == self.most || left.is_nan() {
                 return self.prove(forces, largest);
             }
             missing = left;
             goal = (BELOW * self.tolerance).max(DIGITS * left);
-            self.gradients.begin(&self.required, &self.displacement);
+            let (d, u) = (&self.required[part.clone()], &self.displacement[part.clone()]);
+            self.gradients.go_on(d, u, is_same);
         }
+    }
+
+    /// The cells of a part of the window, as long as there are products for, that holds those before and all that
+    /// belong to it.
+    fn part(&self, before: Range<usize>, belongs: impl Fn(usize) -> bool) -> Range<usize> {
+        let (across, columns) = (self.cells.across(), self.cells.columns());
+        let mut cells = 0..self.required.len();
+        let (Some(first), Some(last)) = (cells.clone().find(|&cell| belongs(cell)), cells.rfind(|&cell| belongs(cell)))
+        else {
+            return before;
+        };
+        let (mut first, mut end) = (first / across, last / across + 1);
+        if !before.is_empty() {
+            (first, end) = (first.min(before.start / across), end.max(before.end / across));
+        }
+        let length = self.cells.part(end - first);
+        let start = first.saturating_sub((length - (end - first)) / 2).min(columns - length);
+        start * across..(start + length) * across
     }
 
     /// By the method that always ends.

@@ -9,19 +9,15 @@ use std::sync::Arc;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex64;
-use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use crate::tyre::influence::{CellGrid, CellRow};
-
-/// Rows that a thread takes at a time.
-const ROWS_TOGETHER: usize = 8;
 
 /// Lateral numbers whose shapes are all even, or all odd, about the middle.
 struct Side {
     /// Their rows.
     rows: Vec<Row>,
-    /// s_m(y_j), m by m, j below the middle.
+    /// Waves at y_j, m by m, j below the middle.
     shapes: Vec<f64>,
     /// Fields across \[rows or half of the cells\] x columns.
     cells: Vec<f64>,
@@ -64,7 +60,7 @@ impl WaveTransform {
         let mut start = 0;
         for CellRow { m, first, waves } in rows {
             // The ends of the strip tell even from odd; the middle one of an odd number of cells counts once.
-            let shapes: Vec<f64> = (0..half).map(|j| grid.shape(*m, j)).collect();
+            let shapes: Vec<f64> = (0..half).map(|j| grid.wave(*m, j)).collect();
             let is_even = (m % 2 == 0) == (grid.waves().first_lateral_number() == 0);
             let side = if is_even { &mut even } else { &mut odd };
             side.shapes.extend(shapes);
@@ -115,7 +111,7 @@ impl WaveTransform {
             let cells = MatRef::from_column_major_slice(&side.cells, half, *columns);
             matmul(waves, Accum::Replace, shapes, cells, 1.0, Par::Seq);
             let waves = &side.waves;
-            side.rows.par_iter_mut().with_min_len(ROWS_TOGETHER).enumerate().for_each(|(index, row)| {
+            side.rows.iter_mut().enumerate().for_each(|(index, row)| {
                 row.field.fill(0.0);
                 for (column, value) in waves[index * *columns..][..*columns].iter().enumerate() {
                     row.field[(first + column) % *ring] = *value;
@@ -135,7 +131,7 @@ impl WaveTransform {
         let half = across.div_ceil(2);
         let first = first_element.rem_euclid(*ring as i64) as usize;
         for side in [&mut *even, &mut *odd] {
-            side.rows.par_iter_mut().with_min_len(ROWS_TOGETHER).for_each(|row| {
+            side.rows.iter_mut().for_each(|row| {
                 row.spectrum.fill(Complex64::ZERO);
                 row.spectrum[row.first..][..row.count].copy_from_slice(&spectrum[row.start..][..row.count]);
                 // The ends of the spectrum of a real field are real.

@@ -1,6 +1,5 @@
 //! The contact of one instant over all cells of the window.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::direct::{DirectPast, DirectPastState};
@@ -16,8 +15,8 @@ use crate::tyre::influence::CellInfluence;
 
 /// How cells carry the past along.
 pub enum CellPast {
-    /// By poles, on one or more rings.
-    Modal(Vec<WavePast>),
+    /// By poles.
+    Modal(Box<WavePast>),
     /// As sums.
     Direct(Box<DirectPast>),
 }
@@ -26,57 +25,43 @@ pub enum CellPast {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum CellPastState {
     /// Of [`CellPast::Modal`].
-    Modal(Vec<WavePastState>),
+    Modal(WavePastState),
     /// Of [`CellPast::Direct`].
     Direct(DirectPastState),
 }
 
 impl CellPast {
     /// Adds what the past displaces at a stage of the step \[m\].
-    fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
+    fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         match self {
-            Self::Modal(rings) => {
-                // All that threads share of an instant is handed over at once: each time takes some 30 us.
-                rings.par_iter_mut().for_each(|ring| ring.displace(first_element));
-                for ring in rings {
-                    out.iter_mut().zip(ring.displacement()).for_each(|(out, displaced)| *out += displaced);
+            Self::Modal(past) => past.add_displacement(first_element, out, meter),
+            Self::Direct(past) => {
+                if stage == 0 {
+                    meter.add_work(Stage::History, past.work());
                 }
+                past.add_displacement(stage, first_element, out);
             }
-            Self::Direct(past) => past.add_displacement(stage, first_element, out),
         }
     }
 
     /// Takes the forces of a stage \[N\].
     fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
         match self {
-            Self::Modal(rings) => rings.par_iter_mut().for_each(|ring| ring.push(first_element, forces)),
+            Self::Modal(past) => past.push(first_element, forces),
             Self::Direct(past) => past.push(stage, first_element, forces),
-        }
-    }
-
-    fn work(&self) -> Work {
-        match self {
-            Self::Modal(rings) => {
-                let mut sum = Work::default();
-                rings.iter().for_each(|ring| sum += ring.work());
-                sum
-            }
-            Self::Direct(past) => past.work(),
         }
     }
 
     fn save(&self) -> CellPastState {
         match self {
-            Self::Modal(rings) => CellPastState::Modal(rings.iter().map(WavePast::save).collect()),
+            Self::Modal(past) => CellPastState::Modal(past.save()),
             Self::Direct(past) => CellPastState::Direct(past.save()),
         }
     }
 
     fn restore(&mut self, state: &CellPastState) -> Result<(), StateError> {
         match (self, state) {
-            (Self::Modal(rings), CellPastState::Modal(states)) if rings.len() == states.len() => {
-                rings.iter_mut().zip(states).try_for_each(|(ring, state)| ring.restore(state))
-            }
+            (Self::Modal(past), CellPastState::Modal(state)) => past.restore(state),
             (Self::Direct(past), CellPastState::Direct(state)) => past.restore(state),
             _ => Err(StateError::Value),
         }
@@ -208,10 +193,7 @@ impl CellZone {
         let old = &mut self.instant_displacements[now.clone()];
         let mut laps = meter.laps();
         old.fill(0.0);
-        if stage == 0 {
-            meter.add_work(Stage::History, self.past.work());
-        }
-        self.past.add_displacement(stage, first_element, old);
+        self.past.add_displacement(stage, first_element, old, meter);
         meter.lap(&mut laps, Stage::History);
         let required = self.required.chunks_exact_mut(self.across).zip(old.chunks_exact(self.across));
         for ((element, (required, old)), rise) in (first_element..).zip(required).zip(rises) {

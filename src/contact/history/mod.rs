@@ -15,7 +15,7 @@
 //! lags. Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
 //! wavenumbers that the fit avoids.
 
-mod behind;
+pub(super) mod behind;
 mod direct;
 mod far;
 mod modes;

@@ -1,16 +1,19 @@
 //! Wavenumbers side by side in the lanes of vectors: their poles, their states, and one pass over them per block of
 //! instants.
 
-use num_complex::Complex64;
-use pulp::{Simd, WithSimd};
+use num_complex::{Complex, Complex64};
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::counters::Work;
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State, StepMaps};
+use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State, StepMaps, WithRecursion};
 use crate::tyre::poles::Modes;
 
 /// Wavenumbers of a group.
 pub(crate) const GROUP: usize = 8;
+
+/// Part of what the slowest pole has left of a force below which the others may keep it.
+const FORGOTTEN: f64 = 1e-9;
 
 /// Poles that a pass foretells together: u_old is read and written that much less often.
 const TOGETHER: usize = 2;
@@ -24,6 +27,11 @@ struct PoleRows<const PARTS: usize> {
     /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of
     /// the force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
     states: Vec<f64>,
+    /// Pole by pole: what is left of a unit force at each instant of a step when it is forgotten, in the state's order,
+    /// times [`GROUP`] numbers. Empty: nothing is forgotten.
+    left: Vec<f64>,
+    /// Which poles have anything left then.
+    forgets: Vec<bool>,
 }
 
 impl<const PARTS: usize> PoleRows<PARTS> {
@@ -46,7 +54,54 @@ impl<const PARTS: usize> PoleRows<PARTS> {
                 }
             }
         }
-        Self { coefficients, states: vec![0.0; poles * Self::evolving(looks_back) * GROUP] }
+        let states = vec![0.0; poles * Self::evolving(looks_back) * GROUP];
+        Self { coefficients, states, left: Vec::new(), forgets: vec![false; poles] }
+    }
+
+    /// What is left of a unit force at each instant of a step so many steps later.
+    #[inline(always)]
+    fn forget<S: Simd, R: Recursion>(&mut self, simd: S, recursion: R, steps: usize) {
+        let (vectors, kinds) = (GROUP / S::F64_LANES, Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
+        let of_pole = R::STAGES * kinds * PARTS * vectors;
+        self.left = vec![0.0; self.forgets.len() * of_pole * S::F64_LANES];
+        let (coefficients, _) = S::as_simd_f64s(&self.coefficients);
+        let (left, _) = S::as_mut_simd_f64s(&mut self.left);
+        let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(left.chunks_exact_mut(of_pole));
+        for (coefficients, left) in poles {
+            for vector in 0..vectors {
+                let maps = recursion.maps(simd, Self::poles(simd, coefficients, vector, vectors));
+                for stage in 0..R::STAGES {
+                    let zero = [simd.splat_f64s(0.0); PARTS];
+                    let mut states = [State { end: zero, before: zero }; 2];
+                    let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
+                    forces[stage] = simd.splat_f64s(1.0);
+                    R::take_in(simd, &maps, forces, &mut states[0]);
+                    let [state, other] = &mut states;
+                    R::skip(simd, &maps, [state, other], steps);
+                    for (kind, number) in [states[0].end, states[0].before].into_iter().enumerate().take(kinds) {
+                        for (part, value) in number.into_iter().enumerate() {
+                            left[((stage * kinds + kind) * PARTS + part) * vectors + vector] = value;
+                        }
+                    }
+                }
+            }
+        }
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        let scale = FORGOTTEN * largest(&self.left);
+        let of_poles = self.left.chunks_exact(of_pole * S::F64_LANES);
+        self.forgets = of_poles.map(|left| largest(left) > scale).collect();
+    }
+
+    /// A vector of poles.
+    #[inline(always)]
+    fn poles<S: Simd>(simd: S, coefficients: &[S::f64s], vector: usize, vectors: usize) -> Poles<S, PARTS> {
+        let zero = [simd.splat_f64s(0.0); PARTS];
+        let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
+        for part in 0..PARTS {
+            poles.g[part] = coefficients[part * vectors + vector];
+            poles.w[part] = coefficients[(PARTS + part) * vectors + vector];
+        }
+        poles
     }
 
     /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
@@ -94,6 +149,8 @@ pub struct WavenumberGroup {
     skip: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
     forces: Vec<f64>,
+    /// Those of the block that is forgotten likewise; empty: none is.
+    old_forces: Vec<f64>,
     /// u_old of the block foretold without the forces of those between, likewise.
     displacement: Vec<f64>,
 }
@@ -130,6 +187,7 @@ impl WavenumberGroup {
             stages: rule.stages(),
             skip: rule.products_of_skip(skipped),
             forces: vec![0.0; instants * 2 * GROUP],
+            old_forces: Vec::new(),
             displacement: vec![0.0; instants * 2 * GROUP],
         }
     }
@@ -160,12 +218,56 @@ impl WavenumberGroup {
         }
     }
 
+    /// From now on a force is forgotten so many steps after it has been taken in; [`Self::take_old_forces`] says which.
+    pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
+        self.old_forces = vec![0.0; self.forces.len()];
+        rule.with_recursion(Forget { group: self, steps });
+    }
+
+    /// Takes the group's part of the forces of an instant that are forgotten.
+    pub(crate) fn take_old_forces(&mut self, instant: usize, spectrum: &[Complex<f32>]) {
+        let (re, im) = self.old_forces[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at_mut(GROUP);
+        for ((re, im), value) in re.iter_mut().zip(im).zip(&spectrum[self.first..self.first + self.count]) {
+            (*re, *im) = (f64::from(value.re), f64::from(value.im));
+        }
+    }
+
     /// Gives the group's part of u_old at an instant, by wavenumber.
     pub(crate) fn give_displacement(&self, instant: usize, spectrum: &mut [Complex64]) {
         let (re, im) = self.displacement[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at(GROUP);
         for ((re, im), value) in re.iter().zip(im).zip(&mut spectrum[self.first..self.first + self.count]) {
             *value = Complex64::new(*re, *im);
         }
+    }
+}
+
+/// What is left of forces when they are forgotten.
+struct Forget<'a> {
+    group: &'a mut WavenumberGroup,
+    steps: usize,
+}
+
+impl WithRecursion for Forget<'_> {
+    type Output = ();
+
+    fn with<R: Recursion>(self, recursion: R) {
+        Arch::new().dispatch(Left { group: self.group, steps: self.steps, recursion });
+    }
+}
+
+struct Left<'a, R> {
+    group: &'a mut WavenumberGroup,
+    steps: usize,
+    recursion: R,
+}
+
+impl<R: Recursion> WithSimd for Left<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.group.pairs.forget(simd, self.recursion, self.steps);
+        self.group.reals.forget(simd, self.recursion, self.steps);
     }
 }
 
@@ -185,9 +287,10 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { group, recursion } = self;
         let (forces, _) = S::as_simd_f64s(&group.forces);
+        let (old_forces, _) = S::as_simd_f64s(&group.old_forces);
         let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
         displacement.fill(simd.splat_f64s(0.0));
-        let mut block = Block { simd, recursion, forces, displacement, skipped: group.skipped };
+        let mut block = Block { simd, recursion, forces, old_forces, displacement, skipped: group.skipped };
         block.pass(&mut group.pairs);
         block.pass(&mut group.reals);
     }
@@ -198,6 +301,7 @@ struct Block<'a, S: Simd, R> {
     simd: S,
     recursion: R,
     forces: &'a [S::f64s],
+    old_forces: &'a [S::f64s],
     displacement: &'a mut [S::f64s],
     skipped: usize,
 }
@@ -212,13 +316,17 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         let evolving = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
         let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
         let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
-        let together = coefficients.chunks_exact(TOGETHER * fixed);
-        for (coefficients, states) in together.zip(states.chunks_exact_mut(TOGETHER * evolving)) {
+        let (left, _) = S::as_simd_f64s(&rows.left);
+        let of_left = left.len() / rows.forgets.len().max(1);
+        let left_of = |pole: usize| if rows.forgets[pole] { &left[pole * of_left..][..of_left] } else { &[] };
+        let together = coefficients.chunks_exact(TOGETHER * fixed).zip(states.chunks_exact_mut(TOGETHER * evolving));
+        for (number, (coefficients, states)) in together.enumerate() {
+            let lefts = [0, 1].map(|pole| left_of(TOGETHER * number + pole));
             let (one, other) = coefficients.split_at(fixed);
             let (one_states, other_states) = states.split_at_mut(evolving);
             for vector in 0..Self::VECTORS {
-                let one = self.take_in::<PARTS>(vector, one, one_states);
-                let other = self.take_in::<PARTS>(vector, other, other_states);
+                let one = self.take_in::<PARTS>(vector, one, one_states, lefts[0]);
+                let other = self.take_in::<PARTS>(vector, other, other_states, lefts[1]);
                 self.foretell(vector, one, other);
             }
         }
@@ -231,15 +339,13 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         vector: usize,
         coefficients: &[S::f64s],
         states: &mut [S::f64s],
+        left: &[S::f64s],
     ) -> Driven<S, PARTS> {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let zero = [simd.splat_f64s(0.0); PARTS];
-        let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
         let mut systems = [State { end: zero, before: zero }; 2];
         let of_system = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / 2;
         for part in 0..PARTS {
-            poles.g[part] = coefficients[part * vectors + vector];
-            poles.w[part] = coefficients[(PARTS + part) * vectors + vector];
             for (which, system) in systems.iter_mut().enumerate() {
                 system.end[part] = states[(of_system * which + part) * vectors + vector];
                 if R::LOOKS_BACK {
@@ -247,8 +353,11 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 }
             }
         }
-        let maps = self.recursion.maps(simd, poles);
+        let maps = self.recursion.maps(simd, PoleRows::<PARTS>::poles(simd, coefficients, vector, vectors));
         let [mut re, mut im] = systems;
+        if !left.is_empty() {
+            return self.take_in_and_forget(vector, states, left, maps, [re, im]);
+        }
         for step in self.forces.chunks_exact(2 * vectors * R::STAGES) {
             let mut forces = [[simd.splat_f64s(0.0); MOST_STAGES]; 2];
             for stage in 0..R::STAGES {
@@ -266,6 +375,51 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 }
             }
         }
+        Driven { maps, re, im }
+    }
+
+    /// As [`Self::take_in`] goes on, for a pole that forgets.
+    #[inline(always)]
+    fn take_in_and_forget<const PARTS: usize>(
+        &self,
+        vector: usize,
+        states: &mut [S::f64s],
+        left: &[S::f64s],
+        maps: StepMaps<S, PARTS>,
+        mut systems: [State<S, PARTS>; 2],
+    ) -> Driven<S, PARTS> {
+        let (simd, vectors) = (self.simd, Self::VECTORS);
+        let of_system = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / 2;
+        let kinds = of_system / PARTS;
+        let of_step = 2 * vectors * R::STAGES;
+        for (step, old) in self.forces.chunks_exact(of_step).zip(self.old_forces.chunks_exact(of_step)) {
+            for (which, system) in systems.iter_mut().enumerate() {
+                let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
+                for stage in 0..R::STAGES {
+                    forces[stage] = step[(2 * stage + which) * vectors + vector];
+                }
+                R::take_in(simd, &maps, forces, system);
+                for stage in 0..R::STAGES {
+                    let old = old[(2 * stage + which) * vectors + vector];
+                    for part in 0..PARTS {
+                        let of = |kind: usize| left[((stage * kinds + kind) * PARTS + part) * vectors + vector];
+                        system.end[part] = simd.negate_mul_add_e_f64s(of(0), old, system.end[part]);
+                        if R::LOOKS_BACK {
+                            system.before[part] = simd.negate_mul_add_e_f64s(of(1), old, system.before[part]);
+                        }
+                    }
+                }
+            }
+        }
+        for (which, system) in systems.iter().enumerate() {
+            for part in 0..PARTS {
+                states[(of_system * which + part) * vectors + vector] = system.end[part];
+                if R::LOOKS_BACK {
+                    states[(of_system * which + PARTS + part) * vectors + vector] = system.before[part];
+                }
+            }
+        }
+        let [re, im] = systems;
         Driven { maps, re, im }
     }
 

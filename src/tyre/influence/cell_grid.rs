@@ -54,18 +54,42 @@ impl CellGrid {
         (j as f64 + 0.5) * self.pitch() - 0.5 * self.along.contact_width
     }
 
-    /// s_m(y_j).
-    pub fn shape(&self, m: usize, j: usize) -> f64 {
-        let (ky, waves) = (self.waves().ky(m), self.waves());
-        let phase = ky * (0.5 * waves.width + self.from_middle(j));
-        let wave = match waves.sides {
-            Sides::Supported => phase.sin(),
-            Sides::Guided => phase.cos(),
-        };
-        wave * sinc(0.5 * ky * self.pitch())
+    /// The width nearest to the tyre's \[m\] at which its sides are whole numbers of cells away from the strip: there,
+    /// m and 2 B/dy - m are the same on cells, up to a sign.
+    pub fn width_in_cells(&self) -> f64 {
+        let strip = self.along.contact_width;
+        strip + ((self.waves().width - strip) / self.pitch()).round() * self.pitch()
     }
 
-    /// sinc^2(ky dy/2), what shapes of two cells have in common.
+    /// The lowest lateral number that cells take for m, where sides are whole cells away.
+    pub(super) fn same_on_cells(&self, m: usize) -> usize {
+        let all = 2 * (self.waves().width / self.pitch()).round() as usize;
+        (m % all).min(all - m % all)
+    }
+
+    /// Whether any cell feels m; the highest may have its nodes in all of them.
+    pub(super) fn is_felt(&self, m: usize) -> bool {
+        /// What is left of a node by rounding.
+        const ROUNDING: f64 = 1e-9;
+        (0..self.across).any(|j| self.wave(m, j).abs() > ROUNDING)
+    }
+
+    /// The wave itself at y_j.
+    pub fn wave(&self, m: usize, j: usize) -> f64 {
+        let waves = self.waves();
+        let phase = waves.ky(m) * (0.5 * waves.width + self.from_middle(j));
+        match waves.sides {
+            Sides::Supported => phase.sin(),
+            Sides::Guided => phase.cos(),
+        }
+    }
+
+    /// s_m(y_j).
+    pub fn shape(&self, m: usize, j: usize) -> f64 {
+        self.wave(m, j) * sinc(0.5 * self.waves().ky(m) * self.pitch())
+    }
+
+    /// sinc^2(ky dy/2), what shapes of two cells have in common, over their mean square.
     pub(super) fn lateral_weight(&self, m: usize) -> f64 {
         let share = sinc(0.5 * self.waves().ky(m) * self.pitch());
         share * share * self.waves().lateral_norm(m)

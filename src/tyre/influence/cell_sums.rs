@@ -270,8 +270,8 @@ impl WithSimd for WaveSum<'_> {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
             let mut sums = [Complex64::ZERO; MOST_LANES];
-            for &(n, weight) in &self.wave.terms {
-                let surface = kernel.normal(n, self.wave.m).surface.to_array();
+            for &(n, m, weight) in &self.wave.terms {
+                let surface = kernel.normal(n, m).surface.to_array();
                 for (sum, value) in sums.iter_mut().zip(surface) {
                     *sum += weight * value;
                 }

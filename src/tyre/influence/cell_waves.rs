@@ -1,5 +1,6 @@
 //! The waves that the past of contact cells is carried by: geometry only.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use serde::Serialize;
@@ -15,13 +16,11 @@ pub struct CellTruncation {
     pub aliases: Option<usize>,
 }
 
-/// One of the waves that the past is carried by: a wavenumber n of the ring with its aliases, and m.
+/// One of the waves that the past is carried by: those of the tyre's that are the same on cells.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellWave {
-    /// m.
-    pub m: usize,
-    /// Wavenumbers round the tyre and their weights \[1/m^2\].
-    pub terms: Vec<(i64, f64)>,
+    /// n, m and weights \[1/m^2\].
+    pub terms: Vec<(i64, usize, f64)>,
 }
 
 /// Waves of one lateral number, n rising.
@@ -45,11 +44,14 @@ pub struct WaveBand {
     pub fades_in: Option<[f64; 2]>,
     /// Between these they fade out; `None`: as far as the sums go.
     pub fades_out: Option<[f64; 2]>,
+    /// Whether lateral numbers that are the same on cells are taken together; only on a tyre whose sides are whole
+    /// cells away from the strip ([`CellGrid::width_in_cells`]).
+    pub folded: bool,
 }
 
 impl WaveBand {
     /// All waves on the whole tyre.
-    pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None };
+    pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None, folded: false };
 
     /// Share of a wave: those of two bands that meet add up to one.
     fn share(&self, k: f64) -> f64 {
@@ -70,23 +72,30 @@ impl WaveBand {
         let last_m = lateral_terms.unwrap_or((largest / waves.ky(1)) as usize);
         let most = aliases.unwrap_or(1) as i64;
         let ends = if aliases.is_some() && lateral_terms.is_some() { f64::INFINITY } else { largest };
-        let row = |m: usize| {
+        let row = |(m, numbers): (usize, Vec<usize>)| {
             let wave = |bin: usize| {
                 // The ring's n run from -N/2: its N/2 is -N/2.
                 let first = if 2 * bin == ring { -(bin as i64) } else { bin as i64 };
                 let around = (-most..=most).map(|p| (first + p * ring as i64) * self.part as i64);
-                let terms = around.filter_map(|n| {
+                let pairs = around.flat_map(|n| numbers.iter().map(move |&m| (n, m)));
+                let terms = pairs.filter_map(|(n, m)| {
                     let k = waves.kx(n).hypot(waves.ky(m));
-                    let weight = self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * waves.lateral_norm(m);
-                    (weight > 0.0 && k <= ends).then_some((n, weight))
+                    let weight =
+                        self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * grid.lateral_weight(m);
+                    (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
-                CellWave { m, terms: terms.collect() }
+                CellWave { terms: terms.collect() }
             };
             let mut all: Vec<CellWave> = (0..=ring / 2).map(wave).collect();
             let first = all.iter().position(|wave| !wave.terms.is_empty())?;
             all.truncate(all.iter().rposition(|wave| !wave.terms.is_empty())? + 1);
             Some(CellRow { m, first, waves: all.split_off(first) })
         };
-        grid.lateral_numbers().take_while(|&m| m <= last_m).filter_map(row).collect()
+        let numbers = grid.lateral_numbers().take_while(|&m| m <= last_m);
+        let mut same: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for m in numbers {
+            same.entry(if self.folded { grid.same_on_cells(m) } else { m }).or_default().push(m);
+        }
+        same.into_iter().filter(|(m, _)| grid.is_felt(*m)).filter_map(row).collect()
     }
 }

@@ -130,7 +130,7 @@ fn fit_row(
         // From scratch a fit is worth tidying; close to its start, its start was tidy.
         let (removals, removal_below) = if start.poles.is_empty() { (8, 1.0) } else { (2, 0.6) };
         let target = Target {
-            wavenumber: wave.terms.first().map_or(0, |(n, _)| n.unsigned_abs() as usize),
+            wavenumber: wave.terms.first().map_or(0, |(n, _, _)| n.unsigned_abs() as usize),
             least_scale: 0.0,
             tolerance: options.tolerance,
             most_poles: options.most_poles,

@@ -166,7 +166,7 @@ fn contact_zone(scene: &Scene) -> Decision {
 }
 
 /// Cells across the strip: as they are given, or about as wide as they are long.
-fn cells_across(scene: &Scene) -> usize {
+pub fn cells_across(scene: &Scene) -> usize {
     let Scene { contact, tyre, numerics, .. } = scene;
     let size = contact.cell.unwrap_or(tyre.circumference / numerics.elements as f64);
     contact.cells_across.unwrap_or_else(|| Lattice::across(tyre.contact_width, size))

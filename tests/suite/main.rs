@@ -7,6 +7,7 @@ mod axle;
 mod axle_mass;
 mod bad_input;
 mod cells;
+mod cells_tables;
 mod common;
 mod compliance;
 mod conditions;

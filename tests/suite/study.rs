@@ -118,3 +118,20 @@ fn finer_ways_of_the_sound_are_closer_to_the_finest_with_the_same_forces() {
     assert!(own.level_a() <= own.worst().unwrap().worst && own.level_a() < 0.5, "{own:?}");
     assert_eq!(own.differences[0].receiver, "cpx");
 }
+
+#[test]
+fn contact_over_cells_is_studied_with_its_own_knobs() {
+    let contact = "[contact]\nzone = \"cells\"\ncells_across = 3";
+    let loaded = scene(&scene_text(32, MADE, ROLLING, "pole_tolerance = 1e-3", contact));
+    let defaults = StudyOptions::of(&loaded.scene);
+    let options = StudyOptions { highest: 125.0, runs: 1, elements: Some(48), substeps: Some(4), ..defaults };
+    let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    assert_eq!(found.reference.settings.contact.cells_across, Some(6));
+    let knob = |name: &str| found.knobs.iter().find(|knob| knob.name == name);
+    let cells = &knob("cells").unwrap().points;
+    assert!(cells.len() == 3 && cells.iter().all(|point| point.difference.worst > 0.0), "{cells:?}");
+    assert!(knob("first-order-hold").unwrap().missing.is_some() && knob("slice law").is_none());
+    let refined: Vec<&str> = found.refined.iter().map(|refined| refined.knob).collect();
+    assert_eq!(refined, ["elements", "substeps", "cells"]);
+    assert!(found.named.iter().all(|point| point.label == "the scene") && found.joint.len() == 1);
+}

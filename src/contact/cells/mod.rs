@@ -10,6 +10,11 @@
 //! - [`zone`]: one instant, from the past to the forces.
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
+//!
+//! A void in the tread is a cell whose crown is infinitely high: its required displacement is -infinity, and it never
+//! touches. Tangential tractions stand beside the normal ones as arrays of the same shape: waves are lists of (n, m)
+//! and weight whatever component of C they are asked for, a [`WavePast`](past::WavePast) is a component's, and poles
+//! shared by several have one more list of residues, as those of slices have.
 
 pub mod direct;
 mod element;

@@ -177,6 +177,22 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
 }
 
 #[test]
+fn a_void_carries_nothing_and_its_neighbours_more() {
+    let tyre = tyre(PLATE);
+    let across = 6;
+    let grid = CellGrid::new(&tyre, 128, across);
+    let rows = |void: Option<usize>| {
+        let sums = CellSums::new(&tyre, grid.clone(), CellTruncation::default(), 1e-8, 1.0);
+        let crown = (0..across).map(|j| if Some(j) == void { f64::INFINITY } else { 0.0 }).collect();
+        let mut resting = RestingCells::new(sums, crown);
+        let (_, forces) = resting.pressed(8e-3);
+        (0..across).map(|j| forces.iter().skip(j).step_by(across).sum::<f64>()).collect::<Vec<f64>>()
+    };
+    let (whole, cut) = (rows(None), rows(Some(2)));
+    assert!(cut[2].abs() <= 0.0 && cut[1] > 1.01 * whole[1] && cut[3] > 1.01 * whole[3], "{whole:?} {cut:?}");
+}
+
+#[test]
 fn a_crowned_tyre_with_a_deep_tread_presses_like_hertzs_sphere() {
     let mut tyre = tyre(PLATE);
     let radius = tyre.radius();

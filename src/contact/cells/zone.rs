@@ -71,7 +71,7 @@ impl CellPast {
 /// The window's cells, column by column.
 pub struct CellZone {
     across: usize,
-    /// Height of the tread above its middle by cell across \[m\]: the crown.
+    /// Height of the tread above its middle by cell across \[m\]: the crown; infinite where there is a void.
     crown: Vec<f64>,
     past: CellPast,
     search: CellSearch,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::plan::front::cell_for;
 use crate::road::Lattice;
-use crate::scene::{History, Numerics, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread};
+use crate::scene::{History, Numerics, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread, Zone};
 use crate::study::accuracy::lab::Point;
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
@@ -49,6 +49,9 @@ const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
 const FINEST_POLES: f64 = 1e-6;
+/// The same for contact over cells, which has poles for each pair of wavenumbers, and parts of its cells across.
+const FINEST_POLES_OF_CELLS: f64 = 1e-5;
+const CELL_PARTS: [(usize, usize); 3] = [(1, 4), (1, 2), (3, 4)];
 /// Sizes of a cell across and along, relative to the reference's.
 const CELLS: [f64; 4] = [8.0, 4.0, 2.0, 1.33];
 /// The reference's, relative to [`cell_for`].
@@ -82,8 +85,13 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         numerics.time_rule = TimeRule::Bdf2;
     }
     numerics.history = History::Modal;
-    (numerics.pole_tolerance, numerics.influence_tolerance) = (FINEST_POLES, FINEST_SUMS);
     (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+    if contact.zone == Zone::Cells {
+        numerics.pole_tolerance = FINEST_POLES_OF_CELLS;
+        contact.cells_across = contact.cells_across.map(|across| 2 * across);
+        return settings;
+    }
+    (numerics.pole_tolerance, numerics.influence_tolerance) = (FINEST_POLES, FINEST_SUMS);
     *cell_length = FINEST_CELL * cell_for(scene, highest);
     contact.cells_across = contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
     contact.slice_tolerance = 0.0;
@@ -96,14 +104,19 @@ pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let mut knobs = vec![elements(reference), substeps(reference)];
     let rules = TimeRule::ALL.into_iter().filter(|&rule| rule != reference.numerics.time_rule);
     knobs.extend(rules.map(|rule| other_rule(reference, rule)));
-    let poles = POLES.map(|tolerance| {
+    let poles = POLES.into_iter().filter(|&tolerance| tolerance > reference.numerics.pole_tolerance);
+    let poles = poles.map(|tolerance| {
         (format!("{tolerance:.0e}"), reference.with(|settings| settings.numerics.pole_tolerance = tolerance))
     });
-    knobs.push(Knob::error("pole tolerance", Ok(poles.into())));
-    knobs.extend(slices(scene, reference));
-    knobs.extend(direct(scene, &own, reference));
-    knobs.push(Knob::error("single precision", Err("not built: all arithmetic is in double precision".to_owned())));
-    knobs.extend(laws(scene, &own, reference));
+    knobs.push(Knob::error("pole tolerance", Ok(poles.collect())));
+    if reference.contact.zone == Zone::Cells {
+        knobs.push(cells(reference));
+    } else {
+        knobs.extend(slices(scene, reference));
+        knobs.extend(direct(scene, &own, reference));
+        knobs.push(Knob::error("single precision", Err("not built: all arithmetic is in double precision".to_owned())));
+        knobs.extend(laws(scene, &own, reference));
+    }
     for knob in &mut knobs {
         // What holds nothing of the highest bands has no level there.
         knob.steps.retain(|(_, settings)| 1.0 / settings.time_step(scene) >= least_rate(highest));
@@ -165,6 +178,15 @@ fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
         Ok(fewer(&reference.with(|settings| settings.numerics.time_rule = time_rule), &OTHER_SUBSTEPS))
     };
     Knob::error(time_rule.name(), steps)
+}
+
+/// Fewer cells across.
+fn cells(reference: &Settings) -> Knob {
+    let all = reference.contact.cells_across.unwrap_or(1);
+    let parts = CELL_PARTS.map(|(part, of)| all * part / of).into_iter().filter(|&across| across > 0);
+    let step =
+        |across: usize| (across.to_string(), reference.with(|settings| settings.contact.cells_across = Some(across)));
+    Knob::error("cells", Ok(parts.map(step).collect()))
 }
 
 fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {

@@ -166,13 +166,10 @@ pub fn study(
         let wrong = "the force on a smooth road has no levels to compare";
         return Err(SceneError::from(loaded.complain("road.kind", wrong, "a rough road")).into());
     }
-    if loaded.scene.contact.zone == Zone::Cells {
-        let wrong = "the accuracy of contact over cells is not studied yet";
-        let right = "zone = \"slices\", or `tyrewave effects`, which compares both";
-        return Err(SceneError::from(loaded.complain("contact.zone", wrong, right)).into());
-    }
     let own = Settings::of(&loaded.scene);
-    let mut named = presets::named(&loaded.scene, options.highest);
+    let of_cells = loaded.scene.contact.zone == Zone::Cells;
+    // Presets are derived for slices.
+    let mut named = if of_cells { Vec::new() } else { presets::named(&loaded.scene, options.highest) };
     let scene = &loaded.scene;
     // Finer than the finest preset.
     let finest = named.iter().map(|(_, settings)| settings.numerics.elements).max().unwrap_or_default();

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use crate::plan::decisions::cells_across;
 use crate::road::Lattice;
-use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Tread};
+use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Tread, Zone};
 
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -11,11 +12,11 @@ pub struct Settings {
     /// Elements, steps, time rule, history and their tolerances, none of them left to be chosen.
     #[serde(flatten)]
     pub numerics: Numerics,
-    /// Laws and cells; `cells_across` is `None` only for a road that is level across or has cells of its own, and cells
-    /// along an element follow from `cell_length`.
+    /// Laws and cells; `cells_across` is `None` only for slices of a road that is level across or has cells of its own,
+    /// and cells along an element follow from `cell_length`.
     #[serde(flatten)]
     pub contact: Contact,
-    /// Longest cell along an element \[m\].
+    /// Longest cell along an element of slices \[m\].
     pub cell_length: f64,
 }
 
@@ -28,6 +29,10 @@ impl Settings {
         let made = matches!(scene.road, Road::Made(_) | Road::Profile(_));
         // What a grid that fits keeps is not known here; a texture has no cells of its own.
         contact.cells_across = contact.cells_across.or_else(|| (scene.road.varies_across() && made).then_some(across));
+        if contact.zone == Zone::Cells {
+            contact.cell = None;
+            contact.cells_across = Some(cells_across(scene));
+        }
         let along = |cells: usize| scene.tyre.circumference / (numerics.elements * cells) as f64;
         let cell_length = contact.cells_along.take().map_or(scene.road.cell(), along);
         Self { numerics, contact, cell_length }
@@ -43,7 +48,9 @@ impl Settings {
     /// The scene with these settings.
     pub fn on(&self, scene: &Scene) -> Scene {
         let Self { numerics, mut contact, cell_length } = self.clone();
-        contact.cells_along = Some(Road::cells(scene.tyre.circumference / numerics.elements as f64, cell_length));
+        if contact.zone == Zone::Slices {
+            contact.cells_along = Some(Road::cells(scene.tyre.circumference / numerics.elements as f64, cell_length));
+        }
         contact.local_compliance = contact.local_compliance.filter(|_| contact.slice_coupling == SliceCoupling::Local);
         if contact.tread != scene.contact.tread {
             // Laws are compared at equal static stiffness.
@@ -74,9 +81,11 @@ impl Settings {
             History::Modal => format!(", poles {:.0e}", numerics.pole_tolerance),
             History::Direct => format!(", memory {} s", numerics.memory),
         };
-        if let Some(points) = contact.cells_across {
-            let across = scene.tyre.contact_width / points as f64;
-            label += &format!(", cells {:.2} by {:.2} mm", 1e3 * cell_length, 1e3 * across);
+        let across = contact.cells_across.map(|points| 1e3 * scene.tyre.contact_width / points as f64);
+        if let (Some(across), Zone::Cells) = (across, contact.zone) {
+            label += &format!(", cells {across:.2} mm across");
+        } else if let Some(across) = across {
+            label += &format!(", cells {:.2} by {across:.2} mm", 1e3 * cell_length);
         }
         if contact.slice_tolerance > 0.0 {
             label += &format!(", curves {:.0e} m", contact.slice_tolerance);

@@ -74,28 +74,38 @@ impl Plan {
 
     /// Waves that a window of so many columns is expected to need, and the multiply-adds of their transforms, there and
     /// back, for an instant. They are not listed: there may be more than a machine can hold.
-    fn expected_waves(&self, columns: f64) -> [f64; 2] {
+    pub(super) fn expected_waves(&self, columns: f64) -> [f64; 2] {
         let grid = self.cell_grid();
         let (waves, cells) = (grid.waves(), columns * grid.across as f64);
-        let highest = TAU / grid.length().min(grid.pitch());
         let mut expected = [0.0; 2];
         for band in self.wave_bands(columns as usize) {
             let ring = grid.elements() / band.part;
             let around = (ring / 2 + 1) as f64;
-            let (rows, count) = match (band.fades_out, self.cell_truncation().lateral_terms) {
+            let (rows, count) = match (band.fades_out, self.last_lateral_number() as f64) {
                 // A quarter of a disc.
                 (Some([_, end]), _) => {
                     let rows = end / waves.ky(1);
                     (rows, 0.25 * PI * rows * around.min(end / waves.kx(1)))
                 }
-                (None, Some(terms)) => (terms as f64, terms as f64 * around),
-                (None, None) => (highest / waves.ky(1), highest / waves.ky(1) * around),
+                (None, last) => (last, last * around),
             };
             expected[0] += count;
             // A transform along for each lateral number, a product across by halves.
             expected[1] += rows * (transform_multiply_adds(ring) + cells);
         }
         expected
+    }
+
+    /// The largest lateral number of the waves that carry the past.
+    pub(super) fn last_lateral_number(&self) -> usize {
+        let grid = self.cell_grid();
+        let highest = TAU / grid.length().min(grid.pitch());
+        self.cell_truncation().lateral_terms.unwrap_or((highest / grid.waves().ky(1)) as usize)
+    }
+
+    /// Poles that one of them is expected to have, conjugates counted.
+    pub(super) fn expected_poles_of_wave(&self) -> f64 {
+        POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10()
     }
 
     /// What the fits of the waves have to be.
@@ -114,8 +124,7 @@ impl Amounts {
         let [waves, transforms] = plan.expected_waves(self.expected.columns);
         let cells = self.expected.columns * plan.cell_grid().across as f64;
         let search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
-        let of_wave = POLES[0] - POLES[1] * (plan.fit.tolerance / 1e-5).log10();
-        let poles = of_wave * waves;
+        let poles = plan.expected_poles_of_wave() * waves;
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
         self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
         self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);

@@ -11,12 +11,13 @@ use crate::contact::cells::{CellPast, CellZone};
 use crate::contact::static_contact::{StaticContact, deepest};
 use crate::counters::{Counter, Meter, Stage};
 use crate::plan::Plan;
+use crate::response::vibration::CarriedWaves;
 use crate::run::error::RunError;
 use crate::run::past::{count_evaluations, refused};
 use crate::scene::{History, LoadedScene};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{CellInfluence, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
 /// Length of the window over that of the longest smooth patch.
@@ -76,6 +77,54 @@ impl<'a> CellContact<'a> {
             History::Modal => CellPast::Modal(self.rings(columns, meter, warnings)?),
         };
         Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), self.plan.cell_tolerance()))
+    }
+
+    /// The waves that carry the past through a window of so many columns, for what else is to be known of them: after
+    /// [`Self::zone`] they are in the user's cache.
+    ///
+    /// # Errors
+    /// As [`Self::zone`].
+    pub fn carried(
+        &self,
+        columns: usize,
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<CarriedWaves>, RunError> {
+        let bands = match self.plan.scene.numerics.history {
+            History::Direct => vec![WaveBand::WHOLE],
+            History::Modal => self.plan.wave_bands(columns),
+        };
+        let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
+            let rows = self.sums.waves(band);
+            let model = self.model(&rows, meter, warnings)?;
+            Ok(CarriedWaves { part: band.part, rows, model })
+        };
+        bands.into_iter().map(carried).collect()
+    }
+
+    /// What cells of a window of so many columns feel of each other at once beyond waves that carry the past.
+    ///
+    /// # Errors
+    /// A rule without a first rate.
+    pub fn beyond(&self, columns: usize, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
+        let Plan { scene, time_step, .. } = self.plan;
+        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let values: Vec<Vec<f64>> = carried.iter().map(|waves| waves.values(rate.into())).collect();
+        let known = carried.iter().zip(&values).flat_map(|(waves, values)| {
+            let mut rest = values.as_slice();
+            waves.rows.iter().map(move |row| {
+                let (of_row, others) = rest.split_at(row.waves.len());
+                rest = others;
+                (waves.part, row, of_row)
+            })
+        });
+        let of_waves = self.sums.instant_of_waves(columns, known);
+        let mut all = self.sums.instant(rate, columns);
+        let parts = [(&mut all.toeplitz, &of_waves.toeplitz), (&mut all.hankel, &of_waves.hankel)];
+        for (all, of_waves) in parts {
+            all.iter_mut().zip(of_waves).for_each(|(all, of_waves)| *all -= of_waves);
+        }
+        Ok(all)
     }
 
     fn transform(&self, band: WaveBand, columns: usize, rows: &[CellRow]) -> WaveTransform {

@@ -47,6 +47,20 @@ pub struct WaveBand {
     pub fades_out: Option<[f64; 2]>,
 }
 
+impl CellRow {
+    /// The waves of one lateral number by themselves, n = 0..=N/2 with all aliases |p| up to `most`: how the tyre
+    /// answers forces that are resolved across.
+    pub fn whole(grid: &CellGrid, m: usize, most: usize) -> Self {
+        let (elements, norm) = (grid.elements() as i64, grid.waves().lateral_norm(m));
+        let wave = |n: i64| {
+            let first = if 2 * n == elements { -n } else { n };
+            let around = (-(most as i64)..=most as i64).map(|p| first + p * elements);
+            CellWave { m, terms: around.map(|n| (n, norm * grid.longitudinal_weight(n))).collect() }
+        };
+        Self { m, first: 0, waves: (0..=elements / 2).map(wave).collect() }
+    }
+}
+
 impl WaveBand {
     /// All waves on the whole tyre.
     pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None };

@@ -171,6 +171,7 @@ fn march(criterion: &mut Criterion) {
 
 fn layout(elements: usize, revolutions: usize) -> SegmentLayout {
     SegmentLayout {
+        across: 1,
         elements,
         substeps: 1,
         revolutions,

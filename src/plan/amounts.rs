@@ -18,10 +18,10 @@ use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
 use crate::radiation::SetUpCost;
 use crate::response::SpectrumAccumulator;
 use crate::response::pressure::{PressureStream, PressureTransfers};
-use crate::response::vibration::{ElementVelocities, SegmentLayout, point_bytes};
+use crate::response::vibration::SegmentLayout;
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
-use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
+use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Zone};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, SurfaceWaves, Truncation, WAVE_BYTES, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
@@ -38,11 +38,6 @@ const THREAD_BYTES: f64 = 8e6;
 const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in segments.
 const SPECTRUM_ARRAYS: f64 = 8.0;
-/// Time of drawing a map over that of other plots (measured).
-const MAP_PLOTS: f64 = 20.0;
-/// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
-const VIBRATION_RESERVE: f64 = 1.8;
-
 /// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
 /// they come from (measured).
 const TRANSFER_RESERVE: f64 = 1.3;
@@ -149,7 +144,7 @@ impl Amounts {
             amounts.contact(scene, plan);
         }
         if let Some(vibration) = &plan.decisions.vibration {
-            amounts.vibration(scene, plan, vibration);
+            amounts.vibration(plan, vibration);
         }
         if let Some(sound) = plan.sound() {
             amounts.sound(plan, &sound);
@@ -290,56 +285,6 @@ impl Amounts {
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 
-    fn vibration(&mut self, scene: &Scene, plan: &Plan, vibration: &Vibration) {
-        let (elements, substeps) = (scene.numerics.elements, scene.numerics.substeps);
-        let steps = plan.steps - plan.warm_up_steps;
-        let revolution = (elements * substeps) as u64;
-        // A run too short for it has none.
-        let Some(revolutions) = SegmentLayout::revolutions_for(vibration.segment, revolution, plan.time_step, steps)
-        else {
-            return;
-        };
-        let layout = SegmentLayout {
-            elements,
-            substeps,
-            revolutions,
-            columns: self.expected.columns as usize,
-            rule: scene.numerics.time_rule,
-            time_step: plan.time_step,
-            phase: 0,
-            first_position: 0.0,
-            circumference: scene.tyre.circumference,
-        };
-        let segments = (2.0 * steps as f64 / layout.length() as f64 - 1.0).max(1.0).floor();
-        let unit = Unit::VibrationMultiplyAdd;
-        let wanted = [vibration.tread, vibration.belt, vibration.tangential].map(usize::from).iter().sum::<usize>();
-        let mut multiply_adds = layout.multiply_adds();
-        if !vibration.elements.is_empty() {
-            multiply_adds += ElementVelocities::multiply_adds(&layout, wanted * vibration.elements.len());
-        }
-        self.add(Stage::Vibration, unit, segments * multiply_adds, Place::March);
-        let fields = wanted as f64;
-        // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is
-        // one.
-        let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
-        let times = if at_places { 2.0 * fields + 1.0 } else { fields + 1.0 };
-        let poles = 0.5 * self.poles;
-        let bins = (layout.stages() * layout.bins()) as f64;
-        self.add(Stage::Vibration, Unit::VibrationPole, times * poles * bins, Place::Before);
-        if vibration.tangential {
-            self.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
-        }
-        if scene.outputs.plots {
-            // A map has a thousand times as much to draw as a spectrum has.
-            let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
-            self.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
-        }
-        let evaluations = times * wavenumbers(scene) * bins;
-        self.count(Counter::VibrationEvaluations, evaluations);
-        let held = point_bytes(&layout, wanted, vibration);
-        self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
-    }
-
     /// Boundary elements that are not kept from earlier runs, and the way of every force to every receiver.
     fn sound(&mut self, plan: &Plan, sound: &Sound) {
         let Expected { columns, length, .. } = self.expected;
@@ -354,7 +299,7 @@ impl Amounts {
             self.fit_memory_that_stays = bytes_kept as f64;
             self.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
         }
-        let (cells, lateral) = (Sound::GRID.around, sound.radiation.lateral_waves);
+        let (cells, lateral) = (Sound::GRID.around, sound.lateral);
         let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
         self.add(Stage::Radiation, Unit::Evaluation, waves, Place::BeforeOnAll);
         self.count(Counter::ComplianceEvaluations, waves);
@@ -399,7 +344,7 @@ impl Amounts {
     }
 }
 
-fn wavenumbers(scene: &Scene) -> f64 {
+pub(super) fn wavenumbers(scene: &Scene) -> f64 {
     (scene.numerics.elements / 2 + 1) as f64
 }
 

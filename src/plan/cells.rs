@@ -65,7 +65,9 @@ impl Plan {
             bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];
         }
         let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
-        if shorter[0] * beside > FAR_SIDES {
+        // Whoever asks for the power of single waves is told of the tyre's own.
+        let alone = self.scene.outputs.vibration.is_some();
+        if shorter[0] * beside > FAR_SIDES && !alone {
             let last = bands.pop().unwrap_or(WaveBand::WHOLE);
             bands.push(WaveBand { fades_out: Some(shorter), ..last });
             bands.push(WaveBand { folded: true, ..band(part, Some(shorter), None) });
@@ -113,20 +115,15 @@ impl Plan {
 
     /// Waves that a window of so many columns is expected to need, and the multiply-adds of their transforms, there and
     /// back, for an instant. They are not listed: there may be more than a machine can hold.
-    fn expected_waves(&self, columns: f64) -> [f64; 2] {
+    pub(super) fn expected_waves(&self, columns: f64) -> [f64; 2] {
         let grid = self.cell_grid();
         let (waves, cells) = (grid.waves(), columns * grid.across as f64);
-        let highest = TAU / grid.length().min(grid.pitch());
         let mut expected = [0.0; 2];
         for band in self.wave_bands(columns as usize) {
             let ring = grid.elements() / band.part;
             let around = (ring / 2 + 1) as f64;
             // What a band takes up of the rectangle of all numbers: a quarter of a disc, less the one that fades in.
-            let rows = match (self.cell_truncation().lateral_terms, band.folded) {
-                (Some(terms), _) => terms as f64,
-                (None, false) => highest / waves.ky(1),
-                (None, true) => waves.width / grid.pitch(),
-            };
+            let rows = if band.folded { waves.width / grid.pitch() } else { self.last_lateral_number() as f64 };
             let disc =
                 |end: f64| 0.25 * PI * rows.min(end / waves.ky(1)) * around.min(end * band.part as f64 / waves.kx(1));
             let inner = band.fades_in.map_or(0.0, |[start, _]| disc(start));
@@ -137,6 +134,18 @@ impl Plan {
             expected[1] += rows * (transform_multiply_adds(ring) + cells);
         }
         expected
+    }
+
+    /// The largest lateral number of the waves that carry the past.
+    pub(super) fn last_lateral_number(&self) -> usize {
+        let grid = self.cell_grid();
+        let highest = TAU / grid.length().min(grid.pitch());
+        self.cell_truncation().lateral_terms.unwrap_or((highest / grid.waves().ky(1)) as usize)
+    }
+
+    /// Poles that one of them is expected to have, conjugates counted.
+    pub(super) fn expected_poles_of_wave(&self) -> f64 {
+        POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10()
     }
 
     /// What the fits of the waves have to be.
@@ -155,8 +164,7 @@ impl Amounts {
         let [waves, transforms] = plan.expected_waves(self.expected.columns);
         let cells = self.expected.columns * plan.cell_grid().across as f64;
         let search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
-        let of_wave = POLES[0] - POLES[1] * (plan.fit.tolerance / 1e-5).log10();
-        let poles = of_wave * waves;
+        let poles = plan.expected_poles_of_wave() * waves;
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
         self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
         self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);

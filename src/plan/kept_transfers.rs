@@ -95,7 +95,11 @@ impl<'a> KeptTransfers<'a> {
             points,
             millihertz,
         );
-        crate::storage::cache::key::<KeptReceiver>(&content).ok()
+        let key = match self.problem.sides() {
+            1 => crate::storage::cache::key::<KeptReceiver>(&content),
+            sides => crate::storage::cache::key::<KeptReceiver>(&(content, sides)),
+        };
+        key.ok()
     }
 
     /// Whether there is an entry of a frequency for every receiver; it is not looked into.
@@ -151,16 +155,16 @@ impl<'a> KeptTransfers<'a> {
 
     fn restored(&self, receiver: usize, kept: KeptReceiver) -> Vec<Transfer> {
         let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
-        let grid = self.problem.grid;
+        let (grid, sides) = (self.problem.grid, self.problem.sides());
         let wavenumber = self.range.wavenumber(kept.frequency);
         let transfer = |(values, position): (Vec<Complex32>, &[f64; 3])| Transfer {
             receiver: *position,
             wavenumber,
             grid,
-            sides: 1,
+            sides,
             values,
         };
-        let whole = |(values, _): &(Vec<Complex32>, &[f64; 3])| values.len() == grid.around * grid.across;
+        let whole = |(values, _): &(Vec<Complex32>, &[f64; 3])| values.len() == sides * grid.around * grid.across;
         kept.values.into_iter().zip(points).filter(whole).map(transfer).collect()
     }
 

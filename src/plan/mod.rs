@@ -24,6 +24,7 @@ mod sound;
 mod tests;
 mod unit;
 pub(crate) mod unit_record;
+mod vibration;
 
 pub use amounts::{Amounts, Place};
 pub use decisions::{Decision, Decisions};
@@ -39,6 +40,7 @@ use crate::tyre::poles::{FitOptions, RationalModel};
 use resolution::{Need, Resolution};
 pub use settle::{Choice, settled};
 pub use sound::{Heard, Sound};
+pub use vibration::{CellSegments, VibrationSegments};
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
@@ -104,7 +106,9 @@ impl Plan {
     pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
         let (scene, mut choices) = settle::decide(loaded)?;
         choices.extend(inflation::choices(&scene.tyre));
-        let mut plan = Self { choices, ..Self::new(&scene) };
+        let mut plan = Self::new(&scene);
+        choices.extend(plan.lateral_choices());
+        plan.choices = choices;
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(
                 "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
@@ -157,8 +161,8 @@ impl Plan {
 
     /// Whether a fitted model is needed: by the recursion, or by the vibration.
     pub(crate) fn needs_model(&self) -> bool {
-        let modal = self.scene.numerics.history == History::Modal && self.decisions.zone == Zone::Slices;
-        modal || self.decisions.vibration.is_some()
+        let wanted = self.scene.numerics.history == History::Modal || self.decisions.vibration.is_some();
+        wanted && self.decisions.zone == Zone::Slices
     }
 
     /// The lattice on which the run sees its road; reads the header of a grid's file.

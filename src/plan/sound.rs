@@ -7,14 +7,15 @@ use crate::plan::front::FrontRow;
 use crate::radiation::{
     Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem, draft,
 };
-use crate::response::vibration::SegmentLayout;
+use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
-use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Vehicle};
+use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Tyre, Vehicle, Zone};
 use crate::sound::Air;
 use crate::sound::pass_by::STENCIL;
 use crate::sound::power::Iso3744;
 use crate::sound::receivers::{self, CoastByLine, Side};
 use crate::sound::resample::FILE_RATE;
+use crate::tyre::influence::Waves;
 
 /// Length of the blocks \[s\] that forces are transformed in, at least: what the tyre's lowest modes need to ring out.
 const BLOCK: f64 = 0.5;
@@ -108,6 +109,8 @@ pub struct Sound {
     pub stated: Option<f64>,
     /// Blocks of the forces; columns, phase and first position are the run's to say.
     pub layout: SegmentLayout,
+    /// Lateral numbers of the waves that are followed, from the lowest on: of those that a strip excites, or of all.
+    pub lateral: usize,
 }
 
 impl Sound {
@@ -126,8 +129,25 @@ impl Sound {
             receivers: &self.positions,
             grid: Self::GRID,
             resolution: Resolution::of(self.radiation.nodes_per_wavelength),
-            blocks: &Block::EVEN_ACROSS,
+            blocks: self.blocks(),
             memory_limit,
+        }
+    }
+
+    /// The lateral numbers that are followed.
+    pub(crate) fn lateral_numbers(&self, tyre: &Tyre) -> Vec<usize> {
+        let waves = Waves::new(tyre);
+        match self.layout.across {
+            Across::Even => waves.lateral_numbers().take(self.lateral).collect(),
+            Across::Resolved { .. } => (waves.first_lateral_number()..).take(self.lateral).collect(),
+        }
+    }
+
+    /// Symmetries of the fields that are heard: forces on cells are not even across.
+    fn blocks(&self) -> &'static [Block] {
+        match self.layout.across {
+            Across::Even => &Block::EVEN_ACROSS,
+            Across::Resolved { .. } => &Block::ALL,
         }
     }
 
@@ -143,7 +163,7 @@ impl Sound {
         let problem = self.problem(&body, plan.scene.numerics.memory_bytes());
         let range = self.range(&Air::at(self.radiation.temperature)?);
         if self.radiation.quality == RadiationQuality::Draft {
-            let values = (self.points() * Self::GRID.across * Self::GRID.around) as u64;
+            let values = (self.points() * problem.sides() * Self::GRID.across * Self::GRID.around) as u64;
             let frequencies = draft::frequencies(&range).len() as u64;
             let far_evaluations = DRAFT_KERNELS * (values * frequencies) as f64;
             let cost = Cost { far_evaluations, ..Cost::default() };
@@ -216,11 +236,25 @@ impl Plan {
             substeps: numerics.substeps,
             revolutions: (BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize,
             columns: 0,
+            across: Across::Even,
             rule: numerics.time_rule,
             time_step: self.time_step,
             phase: 0,
             first_position: 0.0,
             circumference: tyre.circumference,
+        }
+    }
+
+    /// The same, and how many lateral numbers are followed where a strip excites so many waves; of forces on cells all
+    /// that are no higher.
+    fn followed(&self, lateral_waves: usize) -> (SegmentLayout, usize) {
+        let layout = self.sound_layout();
+        match self.decisions.zone {
+            Zone::Slices => (layout, lateral_waves),
+            Zone::Cells => {
+                let components = lateral_waves.saturating_mul(2) - 1;
+                (SegmentLayout { across: Across::Resolved { components, kept: 0 }, ..layout }, components)
+            }
         }
     }
 
@@ -235,7 +269,7 @@ impl Plan {
         let fmax = radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step);
         let radiation = Radiation { fmax, ..radiation.clone() };
         let Scene { numerics, tyre, receivers, .. } = &self.scene;
-        let layout = self.sound_layout();
+        let (layout, lateral) = self.followed(radiation.lateral_waves);
         let mut positions = Vec::new();
         let mut files: Vec<String> = Vec::new();
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
@@ -252,7 +286,7 @@ impl Plan {
         });
         let heard: Vec<Heard> = heard.collect();
         let row = numerics.preset.map(FrontRow::of).or_else(|| numerics.accuracy.and_then(FrontRow::within));
-        Some(Sound { radiation, heard, positions, stated: row.map(|row| row.error), layout })
+        Some(Sound { radiation, heard, positions, stated: row.map(|row| row.error), layout, lateral })
     }
 }
 

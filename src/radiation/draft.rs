@@ -63,7 +63,8 @@ pub fn monopole(point: Vector, receiver: Vector, wavenumber: f64) -> Complex64 {
     one(distance(point, receiver)) + one(distance(point, [x, y, -z]))
 }
 
-/// The transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road.
+/// The transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road, or both sides
+/// of its tread, whose horn is then taken to be that of the even part.
 pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Transfer> {
     let TransferProblem { body, grid, receivers, .. } = *problem;
     let radius = body.radius();
@@ -82,16 +83,22 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
                 share * 10.0_f64.powf(0.05 * horn_gain(wavenumber * radius, angle, towards))
             })
             .collect();
-        let mut values = Vec::with_capacity(grid.across * grid.around);
-        for &[y, _] in &rows {
+        let sides = problem.sides();
+        let mut values = Vec::with_capacity(sides * grid.across * grid.around);
+        for (side, &[y, _]) in (0..sides).flat_map(|side| rows.iter().map(move |row| (side, row))) {
             for (cell, gain) in gains.iter().enumerate() {
                 let theta = width * (cell as f64 + 0.5);
                 let at = |y: f64| [radius * theta.sin(), y, body.middle() - radius * theta.cos()];
-                let even = monopole(at(y), receiver, wavenumber) + monopole(at(-y), receiver, wavenumber);
-                values.push(single(even * (0.5 * gain)));
+                let from = |y: f64| monopole(at(y), receiver, wavenumber);
+                let heard = match (sides, side) {
+                    (1, _) => (from(y) + from(-y)) * (0.5 * gain),
+                    (_, 0) => from(y) * *gain,
+                    _ => from(-y) * *gain,
+                };
+                values.push(single(heard));
             }
         }
-        Transfer { receiver, wavenumber, grid, sides: 1, values }
+        Transfer { receiver, wavenumber, grid, sides, values }
     };
     receivers.iter().map(one).collect()
 }

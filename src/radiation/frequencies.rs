@@ -28,7 +28,6 @@ use super::body::{Body, Vector};
 use super::cost::Cost;
 use super::elements::distance;
 use super::error::{RadiationError, positive};
-use super::parity::Block;
 use super::solve::SolveReport;
 use super::transfer::{Transfer, TransferProblem, contact_distance};
 use crate::numeric::{double, lagrange, single};
@@ -133,8 +132,7 @@ impl SetUpCost {
                 ..cost
             };
         }
-        let sides = if problem.blocks.len() == Block::ALL.len() { 2 } else { 1 };
-        let values = problem.receivers.len() * sides * problem.grid.across * problem.grid.around;
+        let values = problem.receivers.len() * problem.sides() * problem.grid.across * problem.grid.around;
         Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 8 * (values * kept) as u64 })
     }
 }
@@ -368,7 +366,7 @@ impl Search<'_> {
     /// Takes a frequency known before, if it is of the same receivers and grid.
     fn lookup(&self, known: &mut Vec<FrequencyTransfers>, frequency: f64) -> Option<FrequencyTransfers> {
         let problem = self.problem;
-        let sides = if problem.blocks.len() == Block::ALL.len() { 2 } else { 1 };
+        let sides = problem.sides();
         let fits = |transfer: &Transfer, receiver: &Vector| {
             let values = sides * problem.grid.across * problem.grid.around;
             transfer.grid == problem.grid

@@ -143,6 +143,11 @@ impl TransferProblem<'_> {
         self.receivers.iter().try_for_each(|&receiver| self.body.check_receiver(receiver))
     }
 
+    /// 1 where blocks even across alone are solved, else 2.
+    pub fn sides(&self) -> usize {
+        if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
+    }
+
     /// Transfers to all receivers at a wavenumber \[rad/m\].
     ///
     /// # Errors
@@ -161,7 +166,7 @@ impl TransferProblem<'_> {
             rows.iter().flat_map(|&[y, _]| turns.iter().map(move |&theta| [y, theta])).collect();
         let parts = solution.tread_parts(&points);
         let means = panels.means(grid.around);
-        let sides = if self.blocks.len() == Block::ALL.len() { 2 } else { 1 };
+        let sides = self.sides();
         let transfers = self.receivers.iter().enumerate().map(|(drive, &receiver)| {
             let mut values = Vec::with_capacity(sides * grid.across * grid.around);
             for side in 0..sides {

@@ -6,9 +6,11 @@
 //! - [`spectrum`]: powers by frequency that lose nothing, and levels of bands;
 //! - [`third_octave`]: the bands of the standard;
 //! - [`speed_exponent`]: how a level grows with the speed;
+//! - [`lateral_forces`]: forces on cells, resolved into lateral waves;
 //! - [`vibration`]: the tyre's velocities from the contact forces.
 
 pub mod accumulator;
+pub mod lateral_forces;
 pub mod pressure;
 pub mod spectrum;
 pub mod speed_exponent;
@@ -16,6 +18,7 @@ pub mod third_octave;
 pub mod vibration;
 
 pub use accumulator::{SpectrumAccumulator, SpectrumState};
+pub use lateral_forces::LateralForces;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub use speed_exponent::SpeedExponent;
 pub use third_octave::ThirdOctaveBand;

@@ -98,6 +98,9 @@ pub struct VibrationSummary {
     pub resolution: f64,
     /// Time at the end of the run that fills no segment and is left out \[s\].
     pub seconds_left_out: f64,
+    /// Of forces on cells, the waves across that means across the strip hear.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waves_across: Option<usize>,
     /// By field.
     pub fields: Vec<FieldSummary>,
     /// Power balance.
@@ -117,7 +120,7 @@ pub struct FieldSummary {
     /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
     /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces
-    /// \[dB\]; `null` for the first-order hold, whose transfer is the tyre's.
+    /// \[dB\]; `null` for the first-order hold, whose transfer is the tyre's, and for cells.
     pub rule_difference: Option<f64>,
     /// The same where it is largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,
@@ -128,14 +131,19 @@ pub struct FieldSummary {
 pub struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,
+    /// Of forces on cells, the part of it that goes into the waves that the run carries, and that is dissipated there.
+    /// The rest is lost in what follows the forces at once, by the time rule's damping.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub put_into_waves: Option<f64>,
     /// Dissipated by the mean pattern, by the time rule's transfer.
     pub dissipated_by_mean_pattern: f64,
     /// Dissipated by the vibration.
     pub dissipated_by_vibration: f64,
-    /// (put in - dissipated)/put in.
+    /// (put in - dissipated)/put in, of the waves that the run carries.
     pub relative_difference: f64,
-    /// All that is dissipated, by the tyre's own transfer instead of the rule's.
-    pub dissipated_by_tyre: f64,
+    /// All that is dissipated, by the tyre's own transfer instead of the rule's; not known of cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dissipated_by_tyre: Option<f64>,
 }
 
 #[cfg(test)]

@@ -12,12 +12,13 @@ use crate::contact::static_contact::{StaticContact, deepest};
 use crate::counters::{Counter, Meter, Stage};
 use crate::plan::Plan;
 use crate::plan::cells::BEYOND;
+use crate::response::vibration::CarriedWaves;
 use crate::run::error::RunError;
 use crate::run::past::{count_evaluations, refused};
 use crate::scene::{History, LoadedScene, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
 /// What contact over cells is made from.
@@ -79,6 +80,54 @@ impl<'a> CellContact<'a> {
         let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
         let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
         CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
+    }
+
+    /// The waves that carry the past through a window of so many columns, for what else is to be known of them: after
+    /// [`Self::zone`] they are in the user's cache.
+    ///
+    /// # Errors
+    /// As [`Self::zone`].
+    pub fn carried(
+        &self,
+        columns: usize,
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<Vec<CarriedWaves>, RunError> {
+        let bands = match self.plan.scene.numerics.history {
+            History::Direct => vec![WaveBand::WHOLE],
+            History::Modal => self.plan.wave_bands(columns),
+        };
+        let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
+            let rows = self.sums.waves(band);
+            let model = self.model(&self.sums, &self.plan.decisions.tyre, &rows, meter, warnings)?;
+            Ok(CarriedWaves { part: band.part, rows, model })
+        };
+        bands.into_iter().map(carried).collect()
+    }
+
+    /// What cells of a window of so many columns feel of each other at once beyond waves that carry the past.
+    ///
+    /// # Errors
+    /// A rule without a first rate.
+    pub fn beyond(&self, columns: usize, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
+        let Plan { scene, time_step, .. } = self.plan;
+        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let values: Vec<Vec<f64>> = carried.iter().map(|waves| waves.values(rate.into())).collect();
+        let known = carried.iter().zip(&values).flat_map(|(waves, values)| {
+            let mut rest = values.as_slice();
+            waves.rows.iter().map(move |row| {
+                let (of_row, others) = rest.split_at(row.waves.len());
+                rest = others;
+                (waves.part, row, of_row)
+            })
+        });
+        let of_waves = self.sums.instant_of_waves(columns, known);
+        let mut all = self.sums.instant(rate, columns);
+        let parts = [(&mut all.toeplitz, &of_waves.toeplitz), (&mut all.hankel, &of_waves.hankel)];
+        for (all, of_waves) in parts {
+            all.iter_mut().zip(of_waves).for_each(|(all, of_waves)| *all -= of_waves);
+        }
+        Ok(all)
     }
 
     fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {

@@ -16,6 +16,7 @@ use crate::contact::slice_queue::SliceQueue;
 use crate::contact::static_contact::{StaticContact, StaticTyre, deepest, window_reach};
 use crate::counters::{Meter, Stage};
 use crate::plan::{Decisions, Plan};
+use crate::response::vibration::CarriedWaves;
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::run::cells::CellContact;
@@ -24,7 +25,7 @@ use crate::run::past::Past;
 use crate::run::road_ahead::RoadAhead;
 use crate::run::road_maker::SliceForm;
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Zone};
-use crate::tyre::influence::{Field, InfluenceSum};
+use crate::tyre::influence::{CellInfluence, Field, InfluenceSum};
 use crate::tyre::poles::RationalModel;
 
 /// A run about to begin.
@@ -45,6 +46,8 @@ pub struct Prepared {
     pub valid_to: f64,
     /// The tyre's poles, where the past is carried by them and something else wants them.
     pub model: Option<RationalModel>,
+    /// The waves of cells, and what cells feel of each other at once beyond them, where their vibration is wanted.
+    pub carried: Option<(Vec<CarriedWaves>, CellInfluence)>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -110,10 +113,15 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
     let columns = geometry.columns;
-    let mut moving = None;
+    let (mut moving, mut carried) = (None, None);
     let (march, form, kappa, model) = match &zone {
         ZoneSums::Cells(cells) => {
             let zone = cells.zone(columns, meter, &mut warnings)?;
+            if plan.decisions.vibration.is_some() {
+                let waves = cells.carried(columns, meter, &mut warnings)?;
+                let beyond = meter.time(Stage::Influence, || cells.beyond(columns, &waves))?;
+                carried = Some((waves, beyond));
+            }
             (March::with_cells(geometry, zone, numerics.time_rule, plan.time_step), SliceForm::Cells, None, None)
         }
         ZoneSums::Slices(sum) => {
@@ -163,6 +171,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         local_compliance: kappa,
         valid_to,
         model: model.filter(|_| plan.decisions.vibration.is_some()),
+        carried,
         warnings,
     })
 }

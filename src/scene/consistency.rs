@@ -3,8 +3,8 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, Effects, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, StandardReceiver,
-    Switch, Tread, Vehicle, Vibration, Zone,
+    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, StandardReceiver, Switch,
+    Tread, Vehicle, Vibration, Zone,
 };
 
 /// Reads a whole scene; `None` after a complaint.
@@ -28,17 +28,23 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
 /// Complains about what contact over cells does not have yet, or cannot have; `None` then.
 fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     if scene.contact.zone != Zone::Cells {
-        return if scene.outputs.cells_every.is_none() {
-            Some(())
-        } else {
-            let wrong = "there are no cells to write";
-            table.complain("outputs.cells_every", Problem::new(wrong, "remove it, or contact.zone = \"cells\""))
-        };
+        let tolerance = scene.outputs.vibration.as_ref().and_then(|vibration| vibration.lateral_tolerance);
+        let refused = [
+            (scene.outputs.cells_every.is_some(), "outputs.cells_every", "there are no cells to write"),
+            (
+                tolerance.is_some(),
+                "outputs.vibration.lateral_tolerance",
+                "a slice has one force across the width, and no wave that it excites is left out",
+            ),
+        ];
+        let mut sound = Some(());
+        for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
+            sound = table.complain(key, Problem::new(wrong, "remove it, or contact.zone = \"cells\""));
+        }
+        return sound;
     }
     let right = "remove it, or contact.zone = \"slices\"";
     let refused = [
-        (scene.outputs.vibration.is_some(), "outputs.vibration", "vibration is not followed from cells yet"),
-        (!scene.receivers.is_empty(), "receiver", "sound is not followed from cells yet"),
         (matches!(scene.rolling.axle, Axle::Mass { .. }), "rolling.axle.mass", "no mass moves on cells yet"),
         (
             scene.effects.texture == Switch::Off,
@@ -57,17 +63,6 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     }
     for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
         sound = table.complain(key, Problem::new(wrong, right));
-    }
-    let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
-    for (key, switch) in [
-        ("tread_vibration", tread_vibration),
-        ("belt_vibration", belt_vibration),
-        ("tangential_motion", tangential_motion),
-    ] {
-        if switch == Switch::On {
-            let wrong = "vibration is not followed from cells yet";
-            sound = table.complain(&format!("effects.{key}"), Problem::new(wrong, right));
-        }
     }
     sound
 }

@@ -147,6 +147,9 @@ impl Effect {
                     // Cells are no resolution of the texture in slices.
                     (scene.contact.cell, scene.contact.cells_across) = (None, None);
                     scene.outputs.cells_every = None;
+                    if let Some(vibration) = &mut scene.outputs.vibration {
+                        vibration.lateral_tolerance = None;
+                    }
                 }
             }
         }

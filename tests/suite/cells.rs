@@ -187,8 +187,6 @@ fn mistakes_about_cells_are_answered_with_their_keys() {
         ("\ncell = 0.002", "cells_across"),
         ("\ncells_along = 2", "cells_along"),
         ("\ncells_across = 13", "lateral_terms"),
-        ("\n[outputs]\nvibration = { tread = true }", "vibration"),
-        ("\n[[receiver]]\nposition = [0.0, 7.5, 1.2]", "receiver"),
     ] {
         let text = match (more.strip_prefix("\ncells_across = "), more.starts_with("\n[")) {
             (Some(across), _) => answer(&edit(&base, &[("contact.cells_across", across)])),

@@ -6,6 +6,8 @@
 mod axle;
 mod axle_mass;
 mod bad_input;
+mod cell_motion;
+mod cell_sound;
 mod cells;
 mod cells_tables;
 mod common;

@@ -194,6 +194,16 @@ fn vibration_goes_on_in_the_same_bytes() {
 }
 
 #[test]
+fn vibration_and_sound_of_cells_go_on_in_the_same_bytes() {
+    let scene = scene_of("modal", &road("repeat"), 2.0, 0.02);
+    let scene = edit(&scene, &[("numerics.lateral_terms", "12")]);
+    let keys = "segment = 0.2\npoints = [0.1]\nelements = [5]\nmap = true";
+    let cells = "[contact]\nzone = \"cells\"\ncells_across = 4\n";
+    let sound = "[[receiver]]\nposition = [0.0, 1.0, 0.3]\n[radiation]\nfmax = 500.0\nquality = \"draft\"\n";
+    killed_at_random(&format!("{scene}[outputs.vibration]\n{keys}\n{cells}{sound}"), 21.0, 3, 7);
+}
+
+#[test]
 fn a_made_road_goes_on_in_the_same_bytes() {
     // Coarse, so that it is quickly made.
     let road = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.1, 0.08]\nlevels = [46.0, 46.0]";

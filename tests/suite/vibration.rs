@@ -14,8 +14,8 @@ use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::counters::{Counter, Meter, Stage};
 use tyrewave::plan::{Plan, fit_options};
 use tyrewave::response::vibration::{
-    SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField,
-    field_spectra, point_spectrum,
+    Across, SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator,
+    VibrationField, field_spectra, point_spectrum,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::slices::StiffnessCurve;
@@ -347,6 +347,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         substeps,
         revolutions,
         columns,
+        across: Across::Even,
         rule,
         time_step: step,
         phase: geometry.substep(settled),

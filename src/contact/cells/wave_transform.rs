@@ -17,7 +17,7 @@ use crate::tyre::influence::{CellGrid, CellRow};
 struct Side {
     /// Their rows.
     rows: Vec<Row>,
-    /// Waves at y_j, m by m, j below the middle.
+    /// s_m(y_j), m by m, j below the middle; the wave itself where numbers are taken together.
     shapes: Vec<f64>,
     /// Fields across \[rows or half of the cells\] x columns.
     cells: Vec<f64>,
@@ -58,9 +58,10 @@ impl WaveTransform {
         let side = || Side { rows: Vec::new(), shapes: Vec::new(), cells: Vec::new(), waves: Vec::new() };
         let (mut even, mut odd) = (side(), side());
         let mut start = 0;
-        for CellRow { m, first, waves } in rows {
+        for CellRow { m, folded, first, waves } in rows {
             // The ends of the strip tell even from odd; the middle one of an odd number of cells counts once.
-            let shapes: Vec<f64> = (0..half).map(|j| grid.wave(*m, j)).collect();
+            let shapes: Vec<f64> =
+                (0..half).map(|j| if *folded { grid.wave(*m, j) } else { grid.shape(*m, j) }).collect();
             let is_even = (m % 2 == 0) == (grid.waves().first_lateral_number() == 0);
             let side = if is_even { &mut even } else { &mut odd };
             side.shapes.extend(shapes);

@@ -3,6 +3,9 @@
 //! For each n the sum over m and over the frequencies that G is interpolated between is one product of real matrices:
 //! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
 //! the few frequencies that are interpolated between and made when the bins come to them.
+//!
+//! Of forces that are resolved across every m has its own amplitude: there is no sum over m, and a product for each
+//! pair (n, m).
 
 use std::ops::Range;
 
@@ -21,9 +24,11 @@ pub(super) struct Components {
     /// Largest |n|.
     most: usize,
     receivers: usize,
+    /// Components of the forces: 1, with all lateral waves, or one for each of them.
+    components: usize,
     /// By slot, the number of the frequency that is there.
     held: Vec<Option<usize>>,
-    /// By n from -most, slot, m, and of them the real parts by receiver, then the imaginary ones.
+    /// By n from -most, component, slot, m, and of them the real parts by receiver, then the imaginary ones.
     parts: Vec<f32>,
     /// Room for G's integrals at a frequency, receiver by receiver.
     known: Vec<Complex32>,
@@ -33,12 +38,12 @@ pub(super) struct Components {
 
 /// Pressures for unit amplitude at some bins.
 pub(super) struct Found<'a> {
-    /// Wavenumbers.
+    /// Wavenumbers times components.
     waves: usize,
     /// Of all receivers at a bin.
     width: usize,
     bins: usize,
-    /// By n from -most, bin, and of them the real parts by receiver, then the imaginary ones.
+    /// By n from -most, component, bin, and of them the real parts by receiver, then the imaginary ones.
     values: &'a [f32],
 }
 
@@ -51,12 +56,14 @@ impl Components {
         let held = vec![None; green.frequencies.len().min(4)];
         let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * strip.len() * receivers];
         let known = vec![Complex32::ZERO; integrals.count() * receivers];
-        Self { integrals, strip, most, receivers, held, parts, known, found: Vec::new() }
+        let components = model.layout.components();
+        Self { integrals, strip, most, receivers, components, held, parts, known, found: Vec::new() }
     }
 
-    /// Bytes of a receiver, with G on so many cells, so many lateral waves, and so many bins at a time.
-    pub(super) fn bytes(around: usize, lateral: usize, bins: usize) -> usize {
-        8 * around * (4 * lateral + lateral + bins)
+    /// Bytes of a receiver, with G on so many cells, so many lateral waves, and so many components of so many bins at a
+    /// time.
+    pub(super) fn bytes(around: usize, lateral: usize, components: usize, bins: usize) -> usize {
+        8 * around * (4 * lateral + lateral + components * bins)
     }
 
     /// Largest |n|.
@@ -75,41 +82,48 @@ impl Components {
         for frequency in bins.iter().take(1).flat_map(|(near, _)| near.clone()) {
             self.hold(greens, frequency);
         }
-        let Self { strip, most, receivers, held, parts, found, .. } = self;
-        let (lateral, slots, width) = (strip.len(), held.len(), 2 * *receivers);
-        let terms = 2 * lateral * slots;
+        let Self { strip, most, receivers, components, held, parts, found, .. } = self;
+        let (lateral, slots, width, components) = (strip.len(), held.len(), 2 * *receivers, *components);
+        // Of a component.
+        let each = lateral / components;
+        let terms = 2 * each * slots;
         // Every value is written; memory that is taken anew would be cleared again and again.
-        found.resize((2 * *most + 1) * bins.len() * width, 0.0);
-        let parts = parts.par_chunks(terms * *receivers);
-        found.par_chunks_mut(bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
+        found.resize((2 * *most + 1) * components * bins.len() * width, 0.0);
+        let parts = parts.par_chunks(components * terms * *receivers);
+        found.par_chunks_mut(components * bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
             let n = row as i64 - *most as i64;
             let mean = model.mean_over_element(n);
             let mut factors = vec![Complex64::ZERO; lateral];
-            let mut columns = vec![0.0_f32; 2 * bins.len() * terms];
-            for (index, ((near, weights), columns)) in bins.iter().zip(columns.chunks_exact_mut(2 * terms)).enumerate()
-            {
+            let mut columns = vec![0.0_f32; components * 2 * bins.len() * terms];
+            for (index, (near, weights)) in bins.iter().enumerate() {
                 model.factors(begin + index, n, mean, strip, &mut factors);
-                let (real, imaginary) = columns.split_at_mut(terms);
-                for (frequency, weight) in near.clone().zip(weights) {
-                    let first = frequency % slots * 2 * lateral;
-                    for (m, factor) in factors.iter().enumerate() {
-                        let [re, im] = [(weight * factor.re) as f32, (weight * factor.im) as f32];
-                        real[first + 2 * m..][..2].copy_from_slice(&[re, -im]);
-                        imaginary[first + 2 * m..][..2].copy_from_slice(&[im, re]);
+                let of_component = columns.chunks_exact_mut(2 * bins.len() * terms);
+                for (columns, factors) in of_component.zip(factors.chunks_exact(each)) {
+                    let (real, imaginary) = columns[index * 2 * terms..][..2 * terms].split_at_mut(terms);
+                    for (frequency, weight) in near.clone().zip(weights) {
+                        let first = frequency % slots * 2 * each;
+                        for (m, factor) in factors.iter().enumerate() {
+                            let [re, im] = [(weight * factor.re) as f32, (weight * factor.im) as f32];
+                            real[first + 2 * m..][..2].copy_from_slice(&[re, -im]);
+                            imaginary[first + 2 * m..][..2].copy_from_slice(&[im, re]);
+                        }
                     }
                 }
             }
-            let out = MatMut::from_column_major_slice_mut(out, *receivers, 2 * bins.len());
-            let parts = MatRef::from_column_major_slice(parts, *receivers, terms);
-            let columns = MatRef::from_column_major_slice(&columns, terms, 2 * bins.len());
-            matmul(out, Accum::Replace, parts, columns, 1.0_f32, Par::Seq);
+            let of_component = columns.chunks_exact(2 * bins.len() * terms).zip(parts.chunks_exact(terms * *receivers));
+            for (out, (columns, parts)) in out.chunks_exact_mut(bins.len() * width).zip(of_component) {
+                let out = MatMut::from_column_major_slice_mut(out, *receivers, 2 * bins.len());
+                let parts = MatRef::from_column_major_slice(parts, *receivers, terms);
+                let columns = MatRef::from_column_major_slice(columns, terms, 2 * bins.len());
+                matmul(out, Accum::Replace, parts, columns, 1.0_f32, Par::Seq);
+            }
         });
-        Found { waves: 2 * *most + 1, width, bins: bins.len(), values: found }
+        Found { waves: (2 * *most + 1) * components, width, bins: bins.len(), values: found }
     }
 
     /// Makes the integrals at a frequency of G unless they are there.
     fn hold(&mut self, greens: &[SurfaceGreen], frequency: usize) {
-        let Self { integrals, strip, most, receivers, held, parts, known, .. } = self;
+        let Self { integrals, strip, most, receivers, components, held, parts, known, .. } = self;
         let (slot, slots) = (frequency % held.len(), held.len());
         if held[slot] == Some(frequency) {
             return;
@@ -123,10 +137,11 @@ impl Components {
         );
         let (lateral, width) = (strip.len(), 2 * *receivers);
         let skipped = integrals.most_around() - *most;
+        let each = lateral / *components;
         parts.par_chunks_mut(slots * lateral * width).enumerate().for_each(|(row, parts)| {
-            let parts = parts[slot * lateral * width..][..lateral * width].chunks_exact_mut(width);
-            for (m, part) in parts.enumerate() {
-                let (real, imaginary) = part.split_at_mut(*receivers);
+            for m in 0..lateral {
+                let place = (m / each * slots + slot) * each + m % each;
+                let (real, imaginary) = parts[place * width..][..width].split_at_mut(*receivers);
                 let known = known.iter().skip((skipped + row) * lateral + m).step_by(count);
                 for ((real, imaginary), known) in real.iter_mut().zip(imaginary).zip(known) {
                     Complex32 { re: *real, im: *imaginary } = *known;
@@ -137,7 +152,8 @@ impl Components {
 }
 
 impl Found<'_> {
-    /// Those at the bin of an index: n by n a column, the real parts by receiver, then the imaginary ones.
+    /// Those at the bin of an index: n by n and component by component a column, the real parts by receiver, then the
+    /// imaginary ones.
     pub(super) fn matrix(&self, index: usize) -> MatRef<'_, f32> {
         let all = MatRef::from_column_major_slice(self.values, self.width * self.bins, self.waves);
         all.subrows(index * self.width, self.width)

@@ -12,8 +12,11 @@
 //!
 //! in the frame of the axle, in which F_c is the force at a place x_c of the contact window, e_m = 2 (1 for m = 0) and
 //! a_m = sinc(ky_m b/2). All of it is linear in F_c and stands still: a product over the wavenumbers n for each bin,
-//! made for many blocks of forces at once. The frequency shift is that of `vibration`; the air does not turn with the
-//! tyre, so what moves it is i w u and not the material's i (w - n Omega) u. A static flattening is silent.
+//! made for many blocks of forces at once. Forces of cells are resolved into F_nm = sum_j s_m(y_j) F_nj, which stand
+//! for a_m F_n; among them are waves that are odd about mid-width, sin(ky_m y) there, with which G's odd part is met: a
+//! receiver beside the tyre hears them, and hears another tyre from its other side. The frequency shift is that of
+//! `vibration`; the air does not turn with the tyre, so what moves it is i w u and not the material's i (w - n Omega)
+//! u. A static flattening is silent.
 //!
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
 //! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
@@ -27,6 +30,8 @@
 
 mod components;
 pub mod model;
+#[cfg(test)]
+mod resolved_tests;
 pub mod shares;
 pub mod stream;
 pub mod surface;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use crate::numeric::sinc;
-use crate::response::vibration::{SegmentLayout, TransferKind};
+use crate::response::vibration::{Across, SegmentLayout, TransferKind};
 use crate::scene::AirMotion;
 use crate::tyre::influence::SurfaceWaves;
 
@@ -41,10 +41,17 @@ impl PressureModel {
         last.min(self.layout.length() / 2) + 1
     }
 
-    /// (e_m/B) a_m of each wave's part in the strip's force.
+    /// (e_m/B) a_m of each wave's part in the strip's force; of forces that are resolved across, which have their
+    /// shares already, what the wave is to cos(ky_m y) or sin(ky_m y) instead of a_m.
     pub(super) fn strip(&self) -> Vec<f64> {
-        let tyre = self.waves.waves;
-        let part = |&m: &usize| tyre.lateral_norm(m) * tyre.lateral_share(m, self.contact_width);
+        let (tyre, across) = (self.waves.waves, self.layout.across);
+        let part = |&m: &usize| {
+            let share = match across {
+                Across::Even => tyre.lateral_share(m, self.contact_width),
+                Across::Resolved { .. } => tyre.sign_about_middle(m),
+            };
+            tyre.lateral_norm(m) * share
+        };
         self.waves.lateral.iter().map(part).collect()
     }
 

@@ -85,7 +85,7 @@ impl PressureStream {
         // The spectra of a block are there twice while they are put in order.
         let forces = 8 * layout.length() * layout.width() + 8 * layout.places() * bins * (waiting + 1);
         let (_, most) = Self::batches(receivers);
-        forces as f64 + PressureTransfers::work_bytes(bins, waiting, most, around, lateral)
+        forces as f64 + PressureTransfers::work_bytes(layout, bins, waiting, most, [around, lateral])
     }
 
     /// Receivers by batch: how many batches, and how many receivers are in the largest.
@@ -117,6 +117,11 @@ impl PressureStream {
         (layout.length() * 3 / 8) as u64
     }
 
+    /// Columns of the forces' windows.
+    pub fn columns(&self) -> usize {
+        self.layout().columns
+    }
+
     /// Blocks that wait.
     pub fn waiting(&self) -> usize {
         self.waiting.len()
@@ -142,7 +147,7 @@ impl PressureStream {
         self.forces.len() + self.layout().width() == self.layout().length() * self.layout().width()
     }
 
-    /// Takes in the forces of a step \[N\], stage by stage, column by column; whether a block is complete.
+    /// Takes in the forces of a step \[N\], channel by channel, column by column; whether a block is complete.
     pub fn push(&mut self, forces: &[f64]) -> bool {
         self.forces.extend_from_slice(forces);
         self.steps += 1;

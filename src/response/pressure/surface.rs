@@ -1,8 +1,9 @@
 //! G on the tread, and its integrals with the tread's waves.
 //!
-//! G is known as means over cells round the tyre, at Gauss points across half of the width (its even part, which is all
-//! that a centred contact strip can feel), at some frequencies. With the delay r0/c removed it is smooth over
-//! frequency and interpolated by cubics.
+//! G is known as means over cells round the tyre, at Gauss points across half of the width, at some frequencies: its
+//! even part, which is all that a centred contact strip can feel, and, for forces that are resolved across, its odd
+//! part, which waves that are odd about mid-width feel. With the delay r0/c removed it is smooth over frequency and
+//! interpolated by cubics.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -23,16 +24,17 @@ pub struct SurfaceGreen {
     pub frequencies: Vec<f64>,
     /// Cells round the whole tyre; the first begins under the axle, they follow each other in the rolling direction.
     pub around: usize,
-    /// Distances from mid-width \[m\], rising; G is the polynomial through its values there.
+    /// Distances from mid-width \[m\], rising; each part of G is the polynomial through its values there.
     pub across: Vec<f64>,
     /// Half of the tread's width \[m\].
     pub half_width: f64,
-    /// G exp(i k r0) by frequency, point by point, cell by cell \[1/m\].
+    /// G exp(i k r0) by frequency, point by point, cell by cell \[1/m\]: the even part, and after it the odd one where
+    /// it is known.
     pub values: Vec<Vec<Complex32>>,
 }
 
 impl SurfaceGreen {
-    /// Of the transfers from a body's tread to one receiver at rising frequencies \[Hz\], even across.
+    /// Of the transfers from a body's tread to one receiver at rising frequencies \[Hz\], of one side or both.
     pub fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
         let half_width = half_tread(body);
         let mut green = Self { frequencies: Vec::new(), around: 0, across: Vec::new(), half_width, values: Vec::new() };
@@ -44,6 +46,12 @@ impl SurfaceGreen {
             let turn = Complex64::from_polar(1.0, transfer.wavenumber * contact_distance(body, transfer.receiver));
             let mut values = transfer.values;
             values.iter_mut().for_each(|value| *value = single(turn * double(*value)));
+            if transfer.sides == 2 {
+                let (left, right) = values.split_at_mut(transfer.grid.across * transfer.grid.around);
+                for (left, right) in left.iter_mut().zip(right) {
+                    (*left, *right) = (0.5 * (*left + *right), 0.5 * (*left - *right));
+                }
+            }
             green.frequencies.push(frequency);
             green.values.push(values);
         }
@@ -51,12 +59,15 @@ impl SurfaceGreen {
     }
 }
 
-/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m \[m\].
+/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, of those that are odd
+/// about mid-width with sin(ky_m y) \[m\].
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,
-    /// By m, weights of the points across.
-    shapes: Vec<Vec<f64>>,
+    /// By m, whether it is odd, and weights of the points across.
+    shapes: Vec<(bool, Vec<f64>)>,
+    /// Points of either part of G.
+    points: usize,
     /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\].
     means: Vec<Complex64>,
     transform: Arc<dyn Fft<f64>>,
@@ -75,7 +86,15 @@ impl WaveIntegrals {
         Self {
             most_around,
             // Both halves of the width.
-            shapes: lateral.iter().map(|&m| cosine_weights(across, *half_width, waves.ky(m))).collect(),
+            shapes: lateral
+                .iter()
+                .map(|&m| {
+                    let odd = !waves.is_even(m);
+                    let wave = if odd { f64::sin } else { f64::cos };
+                    (odd, wave_weights(wave, across, *half_width, waves.ky(m)))
+                })
+                .collect(),
+            points: across.len(),
             means: (-(most_around as i64)..=most_around as i64).map(mean).collect(),
             transform: FftPlanner::new().plan_fft_inverse(*around),
         }
@@ -127,10 +146,12 @@ impl WaveIntegrals {
         }
     }
 
-    /// Int G cos(ky_m y) dy across the tread of the lateral number of an index, cell by cell \[1\].
+    /// Int G cos(ky_m y) dy, or sin, across the tread of the lateral number of an index, cell by cell \[1\].
     pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
         cells.fill(Complex64::ZERO);
-        for (points, weight) in green.values[frequency].chunks_exact(green.around).zip(&self.shapes[index]) {
+        let (odd, weights) = &self.shapes[index];
+        let part = green.values[frequency].chunks_exact(green.around).skip(if *odd { self.points } else { 0 });
+        for (points, weight) in part.zip(weights) {
             for (cell, value) in cells.iter_mut().zip(points) {
                 cell.re += weight * f64::from(value.re);
                 cell.im += weight * f64::from(value.im);
@@ -139,16 +160,16 @@ impl WaveIntegrals {
     }
 }
 
-/// Int cos(k y) L_j(y) dy over the whole width of polynomials that are 1 at one point and 0 at the others: weights that
-/// are exact for the product of such a polynomial, even in y, with the wave.
-fn cosine_weights(points: &[f64], half_width: f64, k: f64) -> Vec<f64> {
+/// Int cos(k y) L_j(y) dy, or sin, over the whole width of polynomials that are 1 at one point and 0 at the others:
+/// weights that are exact for the product of such a polynomial, even in y as the wave is or odd, with the wave.
+fn wave_weights(wave: fn(f64) -> f64, points: &[f64], half_width: f64, k: f64) -> Vec<f64> {
     // The product turns as often as the wave does within half of the width.
     let order = 16 + points.len() + (k * half_width) as usize;
     let mut sums = vec![0.0; points.len()];
     for [node, weight] in legendre::gauss(order) {
         let y = 0.5 * half_width * (1.0 + node);
         for (sum, share) in sums.iter_mut().zip(lagrange::weights(points, y)) {
-            *sum += half_width * weight * (k * y).cos() * share;
+            *sum += half_width * weight * wave(k * y) * share;
         }
     }
     sums

@@ -12,7 +12,7 @@ use super::stream::{BlockPressures, PressureStream};
 use super::surface::SurfaceGreen;
 use super::transfer::{PressureSpectra, PressureTransfers};
 use crate::numeric::{double, legendre};
-use crate::response::vibration::{SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
+use crate::response::vibration::{Across, SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
 use crate::scene::{AirMotion, TimeRule, Tyre};
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
 use crate::tyre::influence::SurfaceWaves;
@@ -26,6 +26,7 @@ fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
         substeps,
         revolutions: 2,
         columns: 5,
+        across: Across::Even,
         rule,
         time_step: 0.09 / (32 * substeps) as f64,
         phase: substeps - 1,

@@ -32,8 +32,8 @@ pub struct PressureTransfers {
     pub greens: Vec<SurfaceGreen>,
 }
 
-/// Forces of a block at the bins from 0 on, bin by bin, place by place; a place is (stage x columns + column) x
-/// substeps + substep \[N\].
+/// Forces of a block at the bins from 0 on, bin by bin, place by place; a place is (channel x columns + column) x
+/// substeps + substep, the channels of several stages, or components across, one after the other \[N\].
 pub type BlockSpectra = Vec<Complex32>;
 
 /// Pressures at some receivers in some blocks \[Pa\].
@@ -68,13 +68,20 @@ impl PressureTransfers {
     ) -> [f64; 2] {
         let around = around.min(layout.elements);
         let shared = around * layout.places() * blocks;
-        let each = around * (16 * lateral + 4 * blocks);
+        let each = around * (16 * lateral + 4 * blocks * layout.components());
         [shared, each].map(|amount| (amount * bins) as f64)
     }
 
     /// Bytes that so many receivers take while the pressures of so many blocks are made.
-    pub fn work_bytes(bins: usize, blocks: usize, receivers: usize, around: usize, lateral: usize) -> f64 {
-        (receivers * (8 * bins * blocks + Components::bytes(around, lateral, TOGETHER))) as f64
+    pub fn work_bytes(
+        layout: &SegmentLayout,
+        bins: usize,
+        blocks: usize,
+        receivers: usize,
+        [around, lateral]: [usize; 2],
+    ) -> f64 {
+        let components = Components::bytes(around, lateral, layout.components(), TOGETHER);
+        (receivers * (8 * bins * blocks + components)) as f64
     }
 
     /// Pressures at some of the receivers.

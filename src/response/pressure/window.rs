@@ -7,7 +7,8 @@
 //! ```
 //!
 //! is two products with real matrices for half of the columns and for n >= 0; -n has the opposite sine. A fast
-//! transform would take all N elements, of which the window is a twentieth.
+//! transform would take all N elements, of which the window is a twentieth. Forces that are resolved across have as
+//! many components of each wavenumber.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -30,6 +31,8 @@ pub(super) struct Window {
     /// Largest |n|.
     most: usize,
     columns: usize,
+    /// Components of a force across.
+    components: usize,
     /// Half of the columns, a middle one included.
     half: usize,
     /// exp(-i n 2 pi x/L) of the middle's place x, substep by substep, n = 0..=most.
@@ -55,12 +58,13 @@ impl Window {
         let table = |shape: fn(f64) -> f64| {
             angles.clone().flat_map(|angle| (0..=most).map(move |n| shape(n as f64 * angle) as f32)).collect()
         };
-        Self { most, columns, half, places, shapes: [table(f64::cos), table(f64::sin)], actions: layout.actions() }
+        let (components, actions) = (layout.components(), layout.actions());
+        Self { most, columns, components, half, places, shapes: [table(f64::cos), table(f64::sin)], actions }
     }
 
-    /// Wavenumbers -most..=most.
+    /// Wavenumbers -most..=most, with every component across.
     pub(super) fn waves(&self) -> usize {
-        2 * self.most + 1
+        (2 * self.most + 1) * self.components
     }
 
     /// Room for a bin of so many blocks.
@@ -72,8 +76,8 @@ impl Window {
         }
     }
 
-    /// Components of the forces of some blocks at a bin, each place by place: by block, n by n, the real parts of all
-    /// blocks, then the imaginary ones.
+    /// Components of the forces of some blocks at a bin, each place by place: by block, n by n, component by component
+    /// across, the real parts of all blocks, then the imaginary ones.
     pub(super) fn components<'a>(
         &self,
         model: &PressureModel,
@@ -82,15 +86,17 @@ impl Window {
         Folded { sides, products }: &mut Folded,
         out: &mut [f32],
     ) {
-        let (most, half, waves) = (self.most, self.half, self.waves());
+        let (most, half, waves, components) = (self.most, self.half, self.waves(), self.components);
         let width = 2 * blocks.len();
         let (real, imaginary) = out.split_at_mut(waves * blocks.len());
         real.fill(0.0);
         imaginary.fill(0.0);
         let substeps = model.layout.substeps;
-        for (stage, substep) in (0..self.actions.len()).flat_map(|a| (0..substeps).map(move |b| (a, b))) {
+        let channels = 0..self.actions.len() * components;
+        for (channel, substep) in channels.flat_map(|a| (0..substeps).map(move |b| (a, b))) {
+            let (stage, component) = (channel / components, channel % components);
             for (block, forces) in blocks.clone().enumerate() {
-                self.fold(|column| forces[(stage * self.columns + column) * substeps + substep], block, sides);
+                self.fold(|column| forces[(channel * self.columns + column) * substeps + substep], block, sides);
             }
             for ((side, shape), product) in sides.iter().zip(&self.shapes).zip(&mut *products) {
                 let product = MatMut::from_column_major_slice_mut(product, most + 1, width);
@@ -109,8 +115,8 @@ impl Window {
                     let n = index.abs_diff(most);
                     let sign = if index < most { -1.0 } else { 1.0 };
                     let sum = act * Complex32::new(c_re[n] + sign * s_im[n], c_im[n] - sign * s_re[n]);
-                    real[index] += sum.re;
-                    imaginary[index] += sum.im;
+                    real[index * components + component] += sum.re;
+                    imaginary[index * components + component] += sum.im;
                 }
             }
         }

@@ -14,6 +14,9 @@
 //!
 //! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages
 //! s times the transforms and s^2 times the squares and their memory.
+//!
+//! Forces that are resolved across have a transform for every component, and what they move is found in step 3:
+//! [`super::heard`].
 
 use std::sync::Arc;
 
@@ -24,9 +27,9 @@ use rustfft::FftPlanner;
 use serde::{Deserialize, Serialize};
 
 use super::elements::{ElementState, ElementVelocities};
+use super::heard::Heard;
 use super::layout::SegmentLayout;
-use super::products;
-use super::share::Share;
+use super::share::{Share, change};
 use super::velocity_table::VelocityTable;
 use crate::storage::state::{StateError, fill, fill_all, restore_part};
 
@@ -39,7 +42,7 @@ const SHARES: usize = 16;
 pub struct VibrationAccumulator {
     layout: SegmentLayout,
     transform: Arc<dyn RealToComplex<f64>>,
-    /// Forces \[N\] of two hops: steps x stages x columns.
+    /// Forces \[N\] of two hops: steps x channels x columns.
     forces: Vec<f64>,
     /// Power put in by the contact, by step \[W\].
     powers: Vec<f64>,
@@ -87,13 +90,22 @@ struct ShareState {
 impl VibrationAccumulator {
     /// Nothing taken in yet. Points are added by [`Self::add_points`], before the first step.
     pub fn new(layout: SegmentLayout) -> Self {
+        Self::keeping(layout, None)
+    }
+
+    /// Of forces that are resolved across, with what is to be kept of them.
+    pub fn resolved(layout: SegmentLayout, heard: Heard) -> Self {
+        Self::keeping(layout, Some(Arc::new(heard)))
+    }
+
+    fn keeping(layout: SegmentLayout, heard: Option<Arc<Heard>>) -> Self {
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(layout.base_length());
         let over_columns = FftPlanner::<f64>::new().plan_fft_forward(layout.elements);
         let (places, bases) = (layout.places(), layout.base_bins());
         let shares = (0..SHARES)
             .map(|share| bases * share / SHARES..bases * (share + 1) / SHARES)
             .filter(|bases| !bases.is_empty())
-            .map(|bases| Share::new(layout, bases, over_columns.clone()))
+            .map(|bases| Share::new(layout, bases, over_columns.clone(), heard.clone()))
             .collect();
         Self {
             forces: vec![0.0; layout.length() * layout.width()],
@@ -150,7 +162,7 @@ impl VibrationAccumulator {
         self.filled + 1 == self.layout.length()
     }
 
-    /// Takes in a step: its forces, stage after stage by column of the window \[N\], and the power that they put in
+    /// Takes in a step: its forces, channel after channel by column of the window \[N\], and the power that they put in
     /// \[W\]. Whether it completed a segment.
     pub fn push(&mut self, forces: &[f64], power: f64) -> bool {
         let width = self.layout.width();
@@ -244,10 +256,11 @@ impl VibrationAccumulator {
                 }
             }
         }
-        let (stages, width) = (layout.stages(), layout.wavenumbers());
+        let keeper = self.shares[0].keeper();
+        let squares = keeper.squares();
         let at_points = spectra.points.iter_mut().chain(&mut spectra.elements).flatten();
         let (powers, crosses): (Vec<_>, Vec<_>) =
-            spectra.powers.chunks_exact_mut(layout.row()).map(|row| row.split_at_mut(stages * width)).unzip();
+            spectra.powers.chunks_exact_mut(layout.row()).map(|row| row.split_at_mut(squares)).unzip();
         for power in powers.into_iter().flatten().chain(at_points) {
             *power = scale * power.max(0.0);
         }
@@ -263,8 +276,8 @@ impl VibrationAccumulator {
             |_, bin, row| {
                 let square = (layout.length() as f64).powi(2);
                 let mut lines = vec![0.0; layout.row()];
-                let power = |a: usize| row[a].norm_sqr() / square;
-                products::add(&mut lines, width, stages, power, |a, b| row[a] * row[b].conj() / square);
+                keeper.add(bin, row, &mut lines);
+                lines.iter_mut().for_each(|line| *line /= square);
                 spectra.mean_pattern.push((bin, lines));
             },
         );
@@ -336,7 +349,7 @@ pub struct PatchSpectra {
     /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts
     /// [`SegmentLayout::sides`] times, a wavenumber [`SegmentLayout::share`]. For several stages a bin has a row of
     /// wavenumbers for |F_i|^2 of each stage, then two for each pair of stages i < j: real and imaginary part of the
-    /// mean of F_i conj F_j.
+    /// mean of F_i conj F_j. Of resolved forces a bin has a row for each of what is [`Heard`] of them instead.
     pub powers: Vec<f64>,
     /// The same of the mean pattern: bins with their rows.
     pub mean_pattern: Vec<(usize, Vec<f64>)>,
@@ -372,28 +385,21 @@ impl PatchSpectra {
         }
     }
 
-    /// From sum |X|^2 to sum |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2.
+    /// Takes an offset off the forces of every segment.
     fn correct(&mut self, share: &mut Share, base: usize, offset: &[Complex64], sums: &[Complex64], segments: f64) {
-        let change = |offset: Complex64, sum: Complex64| segments * offset.norm_sqr() - 2.0 * (offset.conj() * sum).re;
-        let (stages, width) = (self.layout.stages(), self.layout.wavenumbers());
+        let keeper = share.keeper();
         let mut offsets: Vec<Vec<Complex64>> = Vec::new();
         share.waves_at(base, |place| offset[place], |_, _, row| offsets.push(row.to_vec()));
         share.waves_at(
             base,
             |place| sums[place],
-            |slot, bin, row| {
-                let offset = &offsets[slot];
-                let cross = |a: usize, b: usize| {
-                    segments * offset[a] * offset[b].conj() - offset[a] * row[b].conj() - row[a] * offset[b].conj()
-                };
-                products::add(self.row_mut(bin), width, stages, |a| change(offset[a], row[a]), cross);
-            },
+            |slot, bin, row| keeper.correct(bin, [&offsets[slot], row], segments, self.row_mut(bin)),
         );
         for point in 0..self.points.len() {
             for (slot, shared) in self.layout.shared_bins(base).enumerate() {
                 let at =
                     |values: &[Complex64]| share.at_point(point, base, slot, shared.conjugate, |place| values[place]);
-                self.points[point][shared.bin] += change(at(offset), at(sums));
+                self.points[point][shared.bin] += change(segments, at(offset), at(sums));
             }
         }
     }

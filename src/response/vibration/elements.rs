@@ -7,8 +7,8 @@
 //!
 //! 1. The forces of every element over a segment, which are zero but for its passages through the patch, less the mean
 //!    pattern as it passes, weighted and transformed over time: N real transforms of length K, for any number of
-//!    points, and as many more for every further stage of a step.
-//! 2. For every point and bin the sum over all e, and over the stages.
+//!    points, and as many more for every further channel of a step.
+//! 2. For every point and bin the sum over all e, and over the channels.
 //! 3. The mean pattern of the whole record is known at its end. What is to be taken off then differs only by the place
 //!    of the point at the segment's begin, of which there are two, half a circumference apart where a segment is an odd
 //!    number of revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its share in
@@ -100,16 +100,16 @@ impl ElementVelocities {
     pub fn multiply_adds(layout: &SegmentLayout, points: usize) -> f64 {
         let length = layout.length() as f64;
         let transform = 1.25 * length * length.log2();
-        (layout.stages() * layout.elements) as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
+        (layout.channels() * layout.elements) as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
     }
 
     /// Transforms of a segment.
     pub fn transforms(layout: &SegmentLayout) -> u64 {
-        (layout.stages() * layout.elements) as u64
+        (layout.channels() * layout.elements) as u64
     }
 
-    /// Adds a segment: `force(step, column)` is that in its window, the columns of all stages counted, the mean pattern
-    /// of the first segment taken off \[N\].
+    /// Adds a segment: `force(step, column)` is that in its window, the columns of all channels counted, the mean
+    /// pattern of the first segment taken off \[N\].
     pub(super) fn add(&mut self, force: impl Fn(usize, usize) -> f64 + Copy + Sync) {
         let kind = self.segments.iter().sum::<u64>() as usize % 2;
         self.segments[kind] += 1;
@@ -191,15 +191,16 @@ impl Part {
         self.velocities.fill(Complex64::ZERO);
         let bins = self.layout.bins();
         let SegmentLayout { columns, .. } = self.layout;
-        let stages = 0..self.layout.stages();
-        for (element, stage) in self.range.clone().flat_map(|element| stages.clone().map(move |stage| (element, stage)))
+        let channels = 0..self.layout.channels();
+        for (element, channel) in
+            self.range.clone().flat_map(|element| channels.clone().map(move |channel| (element, channel)))
         {
-            self.passages(element, first, |step, column| force(step, stage * columns + column));
+            self.passages(element, first, |step, column| force(step, channel * columns + column));
             // Planned lengths: nothing to refuse.
             let _ = self.transform.process_with_scratch(&mut self.series, &mut self.spectrum, &mut self.scratch);
             let points = tables.iter().flat_map(|table| elements.iter().map(move |&point| (table, point)));
             for ((table, point), velocities) in points.zip(self.velocities.chunks_exact_mut(bins)) {
-                let (factor, transfers) = table.over_distance(stage, point as i64 - element as i64);
+                let (factor, transfers) = table.over_distance(channel, point as i64 - element as i64);
                 for ((sum, transfer), force) in velocities.iter_mut().zip(transfers).zip(&self.spectrum) {
                     *sum += factor * transfer * force;
                 }

@@ -8,7 +8,8 @@
 //! A Runge-Kutta rule has several instants in a step, each with forces of its own. They all belong to the same
 //! elements, since the window moves on between steps only: the forces of one stage are a sequence over the steps as
 //! those of a multistep rule are, and when in the step they act is the matter of the rule's transfer. So they are
-//! further columns, stage after stage.
+//! further columns, stage after stage. Forces of cells are resolved into the tyre's lateral waves, and so are those
+//! components: the channels of a column are its stages, and of each of them the components.
 
 use std::f64::consts::PI;
 
@@ -17,6 +18,21 @@ use num_complex::Complex64;
 use super::products;
 use crate::numeric::transform_multiply_adds;
 use crate::scene::TimeRule;
+
+/// How the forces of a column are resolved across the strip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Across {
+    /// One force, even over the width. Mean products of the stages' forces are kept, from which any velocity follows.
+    #[default]
+    Even,
+    /// Lateral components. There would be too many products: what the forces move is kept instead.
+    Resolved {
+        /// Components of a force.
+        components: usize,
+        /// Numbers that are kept of a wavenumber at a bin.
+        kept: usize,
+    },
+}
 
 /// Sizes of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +45,8 @@ pub struct SegmentLayout {
     pub revolutions: usize,
     /// Columns of the contact window.
     pub columns: usize,
+    /// How the forces of a column are resolved.
+    pub across: Across,
     /// The rule that the forces were found by.
     pub rule: TimeRule,
     /// Time step \[s\].
@@ -81,16 +99,20 @@ impl SegmentLayout {
 
     /// Transforms of a segment: along time for every place, along the columns for every base bin.
     pub fn transforms(&self) -> u64 {
-        (self.places() + self.stages() * self.substeps * self.base_bins()) as u64
+        (self.places() + self.channels() * self.substeps * self.base_bins()) as u64
     }
 
     /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every mean
-    /// product.
+    /// product, or four for every channel of what is moved.
     pub fn multiply_adds(&self) -> f64 {
         let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
         let over_columns =
-            (self.stages() * self.substeps * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
-        over_time + over_columns + 2.0 * (self.bins() * self.row()) as f64
+            (self.channels() * self.substeps * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
+        let of_number = match self.across {
+            Across::Even => 2,
+            Across::Resolved { .. } => 4 * self.channels(),
+        };
+        over_time + over_columns + (of_number * self.bins() * self.row()) as f64
     }
 
     /// Bins of a one-sided spectrum, 0..=K/2.
@@ -110,9 +132,22 @@ impl SegmentLayout {
         nodes.map(|(node, weight)| [weight, (node - 1.0) * self.time_step]).collect()
     }
 
-    /// Forces of a step: the columns of every stage.
+    /// Lateral components of the forces at an instant.
+    pub fn components(&self) -> usize {
+        match self.across {
+            Across::Even => 1,
+            Across::Resolved { components, .. } => components,
+        }
+    }
+
+    /// Forces of a column in a step: the components of every stage.
+    pub fn channels(&self) -> usize {
+        self.stages() * self.components()
+    }
+
+    /// Forces of a step: the columns of every channel.
     pub fn width(&self) -> usize {
-        self.stages() * self.columns
+        self.channels() * self.columns
     }
 
     /// Pairs of a force of a step and a substep.
@@ -120,9 +155,14 @@ impl SegmentLayout {
         self.width() * self.substeps
     }
 
-    /// Numbers that are kept of a bin: the mean products of the stages' forces for every wavenumber.
+    /// Numbers that are kept of a bin: for every wavenumber the mean products of the stages' forces, or what resolved
+    /// forces move.
     pub fn row(&self) -> usize {
-        products::count(self.stages()) * self.wavenumbers()
+        let kept = match self.across {
+            Across::Even => products::count(self.stages()),
+            Across::Resolved { kept, .. } => kept,
+        };
+        kept * self.wavenumbers()
     }
 
     /// Wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
@@ -189,7 +229,7 @@ impl SegmentLayout {
         (self.phase + step) % self.substeps
     }
 
-    /// Place of a force, counted stage after stage, at a step of a segment.
+    /// Place of a force, counted channel after channel, at a step of a segment.
     pub fn place(&self, step: usize, force: usize) -> usize {
         force * self.substeps + self.phase_of(step)
     }
@@ -221,6 +261,7 @@ mod tests {
             substeps,
             revolutions,
             columns: 5,
+            across: Across::Even,
             rule: TimeRule::Bdf2,
             time_step: 1e-4,
             phase: 0,

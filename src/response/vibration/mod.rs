@@ -21,6 +21,7 @@
 //! - [`transfer`]: the velocity for unit force; `stage_transfer`: for the forces of a Runge-Kutta rule's stages;
 //! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
 //! - [`elements`]: velocities of points that turn with the tyre;
+//! - [`heard`]: what forces that are resolved across the strip move;
 //! - `share`: a part of the bins with its sums, for a thread; [`accumulator`]: forces, step by step, to mean powers
 //!   |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967);
 //! - [`spectra`]: velocities everywhere, maps, dissipated power;
@@ -36,6 +37,7 @@ pub mod accumulator;
 pub mod contact_power;
 pub mod dispersion;
 pub mod elements;
+pub mod heard;
 pub mod layout;
 mod products;
 mod share;
@@ -52,9 +54,11 @@ pub use accumulator::{PatchSpectra, VibrationAccumulator, VibrationState};
 pub use contact_power::{ContactPower, PowerState};
 pub use dispersion::{DispersionBranch, dispersion_branches};
 pub use elements::ElementVelocities;
-pub use layout::SegmentLayout;
+pub use heard::{CarriedWaves, Heard, HeardPower, HeardVelocity};
+pub use layout::{Across, SegmentLayout};
 pub use spectra::{
-    Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, point_spectrum,
+    Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, heard_dissipation,
+    heard_spectra, point_spectrum,
 };
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub use velocity_table::VelocityTable;

@@ -1,7 +1,7 @@
 //! A part of the bins with its sums: what one thread works on at a time.
 //!
-//! For every base bin kappa, every substep p of the window and every stage of a step, one transform of length N over
-//! the columns gives A_p(n). Up to a phase that is the same for all stages, so that no power sees it, the bins k that
+//! For every base bin kappa, every substep p of the window and every channel of a step, one transform of length N over
+//! the columns gives A_p(n). Up to a phase that is the same for all channels, so that no power sees it, the bins k that
 //! share kappa have
 //!
 //! ```text
@@ -17,6 +17,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use rustfft::Fft;
 
+use super::heard::Heard;
 use super::layout::{SegmentLayout, SharedBin};
 use super::products;
 
@@ -26,31 +27,39 @@ pub(super) struct Share {
     pub(super) bases: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
+    /// What is kept of resolved forces.
+    heard: Option<Arc<Heard>>,
     /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber:
-    /// see [`products`].
+    /// see [`products`]; of resolved forces what is [`Heard`] of them.
     pub(super) powers: Vec<f64>,
     /// By point: response at the point to unit force at each place, by base bin, shared bin and place.
     pub(super) point_transfers: Vec<Vec<Complex64>>,
     /// By point: sums of |v|^2 by base bin and shared bin.
     pub(super) point_powers: Vec<Vec<f64>>,
-    /// A_p(n) by stage and substep.
+    /// A_p(n) by channel and substep.
     waves: Vec<Complex64>,
-    /// F_n(k) by stage.
+    /// F_n(k) by channel.
     row: Vec<Complex64>,
     scratch: Vec<Complex64>,
 }
 
 impl Share {
-    pub(super) fn new(layout: SegmentLayout, bases: Range<usize>, transform: Arc<dyn Fft<f64>>) -> Self {
+    pub(super) fn new(
+        layout: SegmentLayout,
+        bases: Range<usize>,
+        transform: Arc<dyn Fft<f64>>,
+        heard: Option<Arc<Heard>>,
+    ) -> Self {
         let shared = bases.len() * layout.most_shared();
         Self {
             powers: vec![0.0; shared * layout.row()],
             point_transfers: Vec::new(),
             point_powers: Vec::new(),
-            waves: vec![Complex64::ZERO; layout.stages() * layout.substeps * layout.elements],
-            row: vec![Complex64::ZERO; layout.stages() * layout.wavenumbers()],
+            waves: vec![Complex64::ZERO; layout.channels() * layout.substeps * layout.elements],
+            row: vec![Complex64::ZERO; layout.channels() * layout.wavenumbers()],
             scratch: vec![Complex64::ZERO; transform.get_inplace_scratch_len()],
             transform,
+            heard,
             bases,
             layout,
         }
@@ -73,15 +82,13 @@ impl Share {
     pub(super) fn add(&mut self, spectra: impl Fn(usize, usize) -> Complex64 + Copy) {
         for base in self.bases.clone() {
             let first = self.first_row(base);
-            let (stages, width, kept) = (self.layout.stages(), self.layout.wavenumbers(), self.layout.row());
+            let kept = self.layout.row();
             let mut powers = std::mem::take(&mut self.powers);
+            let keeper = self.keeper();
             self.waves_at(
                 base,
                 |place| spectra(place, base),
-                |slot, _, row| {
-                    let sums = &mut powers[(first + slot) * kept..][..kept];
-                    products::add(sums, width, stages, |a| row[a].norm_sqr(), |a, b| row[a] * row[b].conj());
-                },
+                |slot, bin, row| keeper.add(bin, row, &mut powers[(first + slot) * kept..][..kept]),
             );
             self.powers = powers;
             for point in 0..self.point_powers.len() {
@@ -91,6 +98,11 @@ impl Share {
                 }
             }
         }
+    }
+
+    /// What is kept of the forces' waves.
+    pub(super) fn keeper(&self) -> Keeper {
+        Keeper { layout: self.layout, heard: self.heard.clone() }
     }
 
     /// Number of the first row of a base bin.
@@ -116,7 +128,7 @@ impl Share {
     }
 
     /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row
-    /// by stage and wavenumber.
+    /// by channel and wavenumber.
     pub(super) fn waves_at(
         &mut self,
         base: usize,
@@ -126,10 +138,10 @@ impl Share {
         let Self { layout, waves, row, scratch, transform, .. } = self;
         let SegmentLayout { elements, substeps, columns, .. } = *layout;
         for (index, wave) in waves.chunks_exact_mut(elements).enumerate() {
-            let (stage, phase) = (index / substeps, index % substeps);
+            let (channel, phase) = (index / substeps, index % substeps);
             wave.fill(Complex64::ZERO);
             for (column, entry) in wave[..columns].iter_mut().enumerate() {
-                *entry = place((stage * columns + column) * substeps + phase);
+                *entry = place((channel * columns + column) * substeps + phase);
             }
             transform.process_with_scratch(wave, scratch);
         }
@@ -137,8 +149,8 @@ impl Share {
         for (slot, SharedBin { bin, conjugate }) in layout.shared_bins(base).enumerate() {
             row.fill(Complex64::ZERO);
             for (index, wave) in waves.chunks_exact(elements).enumerate() {
-                let (stage, phase) = (index / substeps, index % substeps);
-                let row = &mut row[stage * (elements + 1)..][..elements + 1];
+                let (channel, phase) = (index / substeps, index % substeps);
+                let row = &mut row[channel * (elements + 1)..][..elements + 1];
                 let delay = layout.delay(bin, phase);
                 // exp(2 pi i n p/(N q)), n = -N/2...
                 let turn = Complex64::from_polar(1.0, 2.0 * PI * phase as f64 / (elements * substeps) as f64);
@@ -158,4 +170,56 @@ impl Share {
             visit(slot, bin, row);
         }
     }
+}
+
+/// What is kept of the waves of forces: the mean products of the stages' forces, or what is heard of resolved ones.
+pub(super) struct Keeper {
+    layout: SegmentLayout,
+    heard: Option<Arc<Heard>>,
+}
+
+impl Keeper {
+    /// Adds what is kept of F_n at a bin, by channel and wavenumber.
+    pub(super) fn add(&self, bin: usize, row: &[Complex64], sums: &mut [f64]) {
+        let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
+        match &self.heard {
+            None => products::add(sums, width, stages, |a| row[a].norm_sqr(), |a, b| row[a] * row[b].conj()),
+            Some(heard) => heard.add(&self.layout, bin, row, sums),
+        }
+    }
+
+    /// Adds what the sums over so many segments become where D is taken off the forces of each: from sum |X|^2 to sum
+    /// |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2, and likewise for whatever is quadratic in the forces.
+    pub(super) fn correct(&self, bin: usize, [offset, row]: [&[Complex64]; 2], segments: f64, sums: &mut [f64]) {
+        let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
+        let Some(heard) = &self.heard else {
+            let cross = |a: usize, b: usize| {
+                segments * offset[a] * offset[b].conj() - offset[a] * row[b].conj() - row[a] * offset[b].conj()
+            };
+            return products::add(sums, width, stages, |a| change(segments, offset[a], row[a]), cross);
+        };
+        // 2 Re(conj D X) = (|X + D|^2 - |X - D|^2)/2.
+        let mut part = vec![0.0; sums.len()];
+        for (factor, forward, of_row) in [(segments, 1.0, 0.0), (-0.5, 1.0, 1.0), (0.5, -1.0, 1.0)] {
+            let forces: Vec<Complex64> =
+                offset.iter().zip(row).map(|(offset, row)| forward * offset + of_row * row).collect();
+            part.fill(0.0);
+            heard.add(&self.layout, bin, &forces, &mut part);
+            sums.iter_mut().zip(&part).for_each(|(sum, part)| *sum += factor * part);
+        }
+    }
+
+    /// Numbers of a bin, the first ones, that are squares.
+    pub(super) fn squares(&self) -> usize {
+        match &self.heard {
+            None => self.layout.stages() * self.layout.wavenumbers(),
+            Some(heard) if heard.is_velocity() => self.layout.row(),
+            Some(_) => 0,
+        }
+    }
+}
+
+/// By how much sum |X|^2 over so many segments changes where d is taken off each X.
+pub(super) fn change(segments: f64, offset: Complex64, sum: Complex64) -> f64 {
+    segments * offset.norm_sqr() - 2.0 * (offset.conj() * sum).re
 }

@@ -10,7 +10,7 @@
 //! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
 //!
 //! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them (`stage_transfer`); the rest
-//! is the same.
+//! is the same. Of forces that are resolved across |v_n|^2 and the power are there already ([`super::heard`]).
 
 use rayon::prelude::*;
 
@@ -99,9 +99,7 @@ pub fn field_spectra(
                 block.into_par_iter().map(|n| transfers.forms(response, n, field)).collect();
             sums.add(patch, first, &forms?, &mut dissipation);
         }
-        for map in sums.maps.iter_mut().flatten() {
-            map.density.iter_mut().for_each(|power| *power /= map.row_width);
-        }
+        sums.end_maps();
         spectra.push(sums);
     }
     Some((spectra, dissipation))
@@ -129,9 +127,9 @@ impl FieldSpectra {
     fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[Forms], dissipation: &mut Dissipation) {
         let layout = &patch.layout;
         let (half, width, stages) = (layout.elements / 2, layout.wavenumbers(), layout.stages());
-        let (count, bins_of_row) = (products::count(stages), bins_of_row(layout));
+        let count = products::count(stages);
         let indices = |n: usize| [Some(half + n), (n > 0).then(|| half - n)].into_iter().flatten();
-        let mut wave = |bin: usize, row: &[f64], standing: bool| {
+        for Line { bin, row, standing } in patch.lines() {
             for (n, forms) in (first..).zip(forms) {
                 for index in indices(n) {
                     let counts = layout.sides(bin) * layout.share(index);
@@ -145,31 +143,96 @@ impl FieldSpectra {
                     // Rounding may leave a square of several stages below zero.
                     let velocity = value(&forms.squares[weights.clone()]).max(0.0);
                     let power = forms.powers.get(weights).map_or(0.0, value);
-                    self.material.power[place] += velocity;
-                    if standing {
-                        self.mean_pattern += velocity;
-                        dissipation.mean_pattern += power;
-                        continue;
-                    }
-                    self.material_varying.power[place] += velocity;
-                    self.non_rotating.power[bin] += velocity;
-                    dissipation.vibration += power;
-                    if let Some([of_material, of_road]) = &mut self.maps {
-                        of_road.density[bin / bins_of_row * width + index] += velocity;
-                        // A negative frequency is the wave of -n.
-                        let index = if material < 0 { layout.elements - index } else { index };
-                        of_material.density[place / bins_of_row * width + index] += velocity;
-                    }
+                    dissipation.add(power, standing);
+                    self.add_wave(layout, [bin, index], material, velocity, standing);
                 }
             }
-        };
-        for bin in 0..layout.bins() {
-            wave(bin, patch.row(bin), false);
-        }
-        for (bin, row) in &patch.mean_pattern {
-            wave(*bin, row, true);
         }
     }
+
+    /// Adds the mean square velocity of a wave at a bin, which is this one of the material frame.
+    fn add_wave(
+        &mut self,
+        layout: &SegmentLayout,
+        [bin, index]: [usize; 2],
+        material: i64,
+        velocity: f64,
+        standing: bool,
+    ) {
+        let (width, bins_of_row) = (layout.wavenumbers(), bins_of_row(layout));
+        let place = material.unsigned_abs() as usize;
+        self.material.power[place] += velocity;
+        if standing {
+            self.mean_pattern += velocity;
+            return;
+        }
+        self.material_varying.power[place] += velocity;
+        self.non_rotating.power[bin] += velocity;
+        if let Some([of_material, of_road]) = &mut self.maps {
+            of_road.density[bin / bins_of_row * width + index] += velocity;
+            // A negative frequency is the wave of -n.
+            let index = if material < 0 { layout.elements - index } else { index };
+            of_material.density[place / bins_of_row * width + index] += velocity;
+        }
+    }
+
+    fn end_maps(&mut self) {
+        for map in self.maps.iter_mut().flatten() {
+            map.density.iter_mut().for_each(|power| *power /= map.row_width);
+        }
+    }
+}
+
+/// What is kept of a bin.
+struct Line<'a> {
+    bin: usize,
+    row: &'a [f64],
+    /// Whether it is the mean pattern's.
+    standing: bool,
+}
+
+impl PatchSpectra {
+    fn lines(&self) -> impl Iterator<Item = Line<'_>> {
+        let varying = (0..self.layout.bins()).map(|bin| Line { bin, row: self.row(bin), standing: false });
+        varying.chain(self.mean_pattern.iter().map(|(bin, row)| Line { bin: *bin, row, standing: true }))
+    }
+}
+
+impl Dissipation {
+    fn add(&mut self, power: f64, standing: bool) {
+        *(if standing { &mut self.mean_pattern } else { &mut self.vibration }) += power;
+    }
+}
+
+/// Spectra of the fields whose velocities were heard of resolved forces, in their order.
+pub fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
+    let layout = &patch.layout;
+    let width = layout.wavenumbers();
+    let of_field = |(place, &field): (usize, &VibrationField)| {
+        let mut sums = FieldSpectra::silent(layout, field, maps);
+        for Line { bin, row, standing } in patch.lines() {
+            for (index, square) in row[place * width..(place + 1) * width].iter().enumerate() {
+                let counts = layout.sides(bin) * layout.share(index);
+                let material = layout.material_bin(bin, layout.wavenumber(index));
+                sums.add_wave(layout, [bin, index], material, counts * square, standing);
+            }
+        }
+        sums.end_maps();
+        sums
+    };
+    fields.iter().enumerate().map(of_field).collect()
+}
+
+/// The power that resolved forces put in and the tyre dissipates.
+pub fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
+    let layout = &patch.layout;
+    let mut dissipation = Dissipation::default();
+    for Line { bin, row, standing } in patch.lines() {
+        for (index, power) in row.iter().enumerate() {
+            dissipation.add(layout.sides(bin) * layout.share(index) * power, standing);
+        }
+    }
+    dissipation
 }
 
 /// Bins of a map's row.

@@ -96,12 +96,16 @@ impl TyreResponse<'_> {
     /// s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there. The
     /// tangential displacement is odd in n and this times i.
     pub fn velocities(&self, n: usize, field: VibrationField, symbols: &[Complex64], out: &mut [Complex64]) -> bool {
-        let Some(ScaledModes { modes, scale, own }) = self.modes(n, field) else { return false };
-        partial_fractions(&modes, modes.constant, symbols, out);
-        for (value, symbol) in out.iter_mut().zip(symbols) {
-            *value = symbol * (scale * *value + own);
-        }
+        let Some(modes) = self.modes(n, field) else { return false };
+        velocities_of(&modes, symbols, out);
         true
+    }
+}
+
+fn velocities_of(ScaledModes { modes, scale, own }: &ScaledModes<'_>, symbols: &[Complex64], out: &mut [Complex64]) {
+    partial_fractions(modes, modes.constant, symbols, out);
+    for (value, symbol) in out.iter_mut().zip(symbols) {
+        *value = symbol * (scale * *value + own);
     }
 }
 
@@ -164,20 +168,43 @@ impl Transfers {
         field: VibrationField,
         out: &mut [Complex64],
     ) -> bool {
+        let Some(modes) = tyre.modes(n, field) else { return false };
+        self.velocities_of(&modes, out);
+        true
+    }
+
+    fn velocities_of(&self, modes: &ScaledModes<'_>, out: &mut [Complex64]) {
         if let Way::Stages(transfer) = &self.way {
-            let Some(modes) = tyre.modes(n, field) else { return false };
-            transfer.velocities(&modes, out);
-            return true;
+            transfer.velocities(modes, out);
+            return;
         }
         let (first, others) = out.split_at_mut(self.symbols.len());
-        if !tyre.velocities(n, field, &self.symbols, first) {
-            return false;
-        }
+        velocities_of(modes, &self.symbols, first);
         if let Way::AtTheirTimes(acts) = &self.way {
             others.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
             out.iter_mut().zip(acts).for_each(|(value, act)| *value *= act);
         }
-        true
+    }
+
+    /// Weights of the stages' products in the power that forces put in, bin by bin.
+    pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> Vec<f64> {
+        let mut rows = vec![Complex64::ZERO; self.stages * self.symbols.len()];
+        // The matrices of a Runge-Kutta rule are not made of velocities.
+        if !matches!(self.way, Way::Stages(_)) {
+            self.velocities_of(modes, &mut rows);
+        }
+        self.weights_of_power(modes, rows)
+    }
+
+    fn weights_of_power(&self, modes: &ScaledModes<'_>, velocities: Vec<Complex64>) -> Vec<f64> {
+        let (stages, bins) = (self.stages, self.symbols.len());
+        let matrices = self.powers(modes, velocities);
+        let count = products::count(stages);
+        let mut powers = vec![0.0; bins * count];
+        for (bin, weights) in powers.chunks_exact_mut(count).enumerate() {
+            products::weights_of_power(stages, |i, j| matrices[(i * stages + j) * bins + bin], weights);
+        }
+        powers
     }
 
     /// The forms of a wavenumber n >= 0, that of the power where the velocity is the one that forces work on; `None` if
@@ -194,11 +221,7 @@ impl Transfers {
             products::weights_of_square(stages, |stage| rows[stage * bins + bin], weights);
         }
         if field == VibrationField::Tread {
-            let matrices = self.powers(&tyre.modes(n, field)?, rows);
-            forms.powers.resize(bins * count, 0.0);
-            for (bin, weights) in forms.powers.chunks_exact_mut(count).enumerate() {
-                products::weights_of_power(stages, |i, j| matrices[(i * stages + j) * bins + bin], weights);
-            }
+            forms.powers = self.weights_of_power(&tyre.modes(n, field)?, rows);
         }
         Some(forms)
     }

@@ -20,7 +20,7 @@ use rustfft::FftPlanner;
 use super::layout::SegmentLayout;
 use super::transfer::{TransferKind, Transfers, TyreResponse, VibrationField};
 
-/// s H_n(s) by wavenumber n = 0..=N/2, stage of a step and bin of the material frame.
+/// s H_n(s) by wavenumber n = 0..=N/2, channel of a step and bin of the material frame.
 pub struct VelocityTable {
     field: VibrationField,
     layout: SegmentLayout,
@@ -35,25 +35,60 @@ impl VelocityTable {
         kind: TransferKind,
         field: VibrationField,
     ) -> Option<Self> {
+        Self::resolved(layout, &[(1.0, *response)], kind, field)
+    }
+
+    /// The same of forces that are resolved across, by component the share that is observed of what it moves, and how
+    /// the tyre answers it.
+    pub fn resolved(
+        layout: &SegmentLayout,
+        responses: &[(f64, TyreResponse<'_>)],
+        kind: TransferKind,
+        field: VibrationField,
+    ) -> Option<Self> {
         let transfers = Transfers::new(layout, kind);
-        let width = layout.stages() * layout.bins();
+        let (width, stages, bins) = (layout.channels() * layout.bins(), layout.stages(), layout.bins());
         let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * width];
         let rows = values.par_chunks_mut(width).enumerate();
-        let complete =
-            rows.map(|(n, row)| transfers.velocities(response, n, field, row)).reduce(|| true, |a, b| a && b);
+        let of_wavenumber = |(n, row): (usize, &mut [Complex64])| {
+            if let [(1.0, response)] = responses {
+                return transfers.velocities(response, n, field, row);
+            }
+            let mut unit = vec![Complex64::ZERO; stages * bins];
+            responses.iter().enumerate().all(|(component, (share, response))| {
+                let there = transfers.velocities(response, n, field, &mut unit);
+                for (stage, unit) in unit.chunks_exact(bins).enumerate() {
+                    let first = (stage * responses.len() + component) * bins;
+                    row[first..first + bins].iter_mut().zip(unit).for_each(|(value, unit)| *value = share * unit);
+                }
+                there
+            })
+        };
+        let complete = rows.map(of_wavenumber).reduce(|| true, |a, b| a && b);
         complete.then_some(Self { field, layout: *layout, values })
     }
 
-    /// The bins of a stage at a wavenumber, or a distance, 0..=N/2.
-    fn bins_of(&self, stage: usize, n: usize) -> Range<usize> {
-        let (stages, bins) = (self.layout.stages(), self.layout.bins());
-        let first = (n * stages + stage) * bins;
+    /// Its field.
+    pub(super) fn field(&self) -> VibrationField {
+        self.field
+    }
+
+    /// By channel, the bins of a wavenumber n >= 0.
+    pub(super) fn rows_of(&self, n: usize) -> &[Complex64] {
+        let width = self.layout.channels() * self.layout.bins();
+        &self.values[n * width..(n + 1) * width]
+    }
+
+    /// The bins of a channel at a wavenumber, or a distance, 0..=N/2.
+    fn bins_of(&self, channel: usize, n: usize) -> Range<usize> {
+        let (channels, bins) = (self.layout.channels(), self.layout.bins());
+        let first = (n * channels + channel) * bins;
         first..first + bins
     }
 
-    /// Y_n of a stage's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
-    pub(super) fn at(&self, stage: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
-        let row = self.bins_of(stage, wavenumber.unsigned_abs() as usize).start;
+    /// Y_n of a channel's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
+    pub(super) fn at(&self, channel: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
+        let row = self.bins_of(channel, wavenumber.unsigned_abs() as usize).start;
         let value = self.values[row + material_bin.unsigned_abs() as usize];
         let value = if material_bin < 0 { value.conj() } else { value };
         match self.field {
@@ -69,33 +104,35 @@ impl VelocityTable {
         let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);
         let mut row = vec![Complex64::ZERO; elements];
         let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
-        for (stage, bin) in (0..self.layout.stages()).flat_map(|stage| (0..bins).map(move |bin| (stage, bin))) {
+        let channels = 0..self.layout.channels();
+        for (channel, bin) in channels.flat_map(|channel| (0..bins).map(move |bin| (channel, bin))) {
             row.fill(Complex64::ZERO);
             for index in 0..self.layout.wavenumbers() {
                 let n = self.layout.wavenumber(index);
-                row[n.rem_euclid(elements as i64) as usize] += self.layout.share(index) * self.at(stage, n, bin as i64);
+                row[n.rem_euclid(elements as i64) as usize] +=
+                    self.layout.share(index) * self.at(channel, n, bin as i64);
             }
             transform.process_with_scratch(&mut row, &mut scratch);
             for (distance, value) in row[..=elements / 2].iter().enumerate() {
-                let first = self.bins_of(stage, distance).start;
+                let first = self.bins_of(channel, distance).start;
                 self.values[first + bin] = *value;
             }
         }
     }
 
-    /// T_d of a stage's force at the bins of the material frame as a factor and what it multiplies, after
+    /// T_d of a channel's force at the bins of the material frame as a factor and what it multiplies, after
     /// [`Self::turn_to_distances`].
-    pub(super) fn over_distance(&self, stage: usize, distance: i64) -> (f64, &[Complex64]) {
+    pub(super) fn over_distance(&self, channel: usize, distance: i64) -> (f64, &[Complex64]) {
         let elements = self.layout.elements;
         let ahead = distance.rem_euclid(elements as i64) as usize;
         let nearest = ahead.min(elements - ahead);
         let behind = self.field == VibrationField::Tangential && ahead > nearest;
-        (if behind { -1.0 } else { 1.0 }, &self.values[self.bins_of(stage, nearest)])
+        (if behind { -1.0 } else { 1.0 }, &self.values[self.bins_of(channel, nearest)])
     }
 
     /// Bytes of a table.
     pub fn bytes(layout: &SegmentLayout) -> f64 {
-        16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.stages() * layout.bins()) as f64
+        16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.channels() * layout.bins()) as f64
     }
 
     /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.
@@ -107,20 +144,20 @@ impl VelocityTable {
         let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];
         let element = layout.circumference / elements as f64;
         move |bin, out| {
-            for (stage, phase) in (0..layout.stages()).flat_map(|stage| (0..substeps).map(move |phase| (stage, phase)))
-            {
+            let channels = 0..layout.channels();
+            for (channel, phase) in channels.flat_map(|channel| (0..substeps).map(move |phase| (channel, phase))) {
                 let distance = position - layout.first_position + element * phase as f64 / substeps as f64;
                 row.fill(Complex64::ZERO);
                 for index in 0..layout.wavenumbers() {
                     let n = layout.wavenumber(index);
                     let turn = Complex64::from_polar(1.0, 2.0 * PI * n as f64 * distance / layout.circumference);
-                    let velocity = self.at(stage, n, layout.material_bin(bin, n));
+                    let velocity = self.at(channel, n, layout.material_bin(bin, n));
                     row[n.rem_euclid(elements as i64) as usize] += layout.share(index) * turn * velocity;
                 }
                 transform.process_with_scratch(&mut row, &mut scratch);
                 let delay = layout.delay(bin, phase);
                 for (column, value) in row[..columns].iter().enumerate() {
-                    out[(stage * columns + column) * substeps + phase] = delay * value;
+                    out[(channel * columns + column) * substeps + phase] = delay * value;
                 }
             }
         }

@@ -20,7 +20,7 @@ use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Plan, SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{SpectrumAccumulator, SpectrumState};
+use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
 use crate::results::sound::{BodySummary, ReceiverSpectrum};
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
@@ -38,6 +38,8 @@ pub struct SoundRecorder {
     /// How the transfers were found.
     way: Way,
     stream: PressureStream,
+    /// What is heard of forces on cells.
+    lateral: Option<LateralForces>,
     /// By point.
     spectra: Vec<SpectrumAccumulator>,
     /// By point, pressures over time as far as they are kept to be listened to.
@@ -109,8 +111,11 @@ impl SoundRecorder {
         let spectra = (0..points)
             .map(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)))
             .collect::<Result<_, _>>()?;
+        let cells = prepared.march.cells();
+        let lateral = cells.map(|_| LateralForces::new(&plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre)));
         Ok(Some(Self {
             way,
+            lateral,
             stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
             spectra,
             signals,
@@ -125,13 +130,17 @@ impl SoundRecorder {
         self.take(step, march.instant_forces(), meter);
     }
 
-    /// Takes in the forces of a step \[N\], stage by stage, column by column: [`March::instant_forces`].
+    /// Takes in the forces of a step \[N\], stage by stage, point by point: [`March::instant_forces`].
     pub fn take(&mut self, step: u64, forces: &[f64], meter: &mut Meter) {
         if step < self.warm_up {
             return;
         }
         let completes = self.stream.completes_next();
-        let work = || self.stream.push(forces);
+        let columns = self.stream.columns();
+        let work = || match &mut self.lateral {
+            None => self.stream.push(forces),
+            Some(lateral) => self.stream.push(lateral.of(forces, columns)),
+        };
         // A block's end is long and rare: no step stands for it, and it stands for no other.
         let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
         if complete {

@@ -72,8 +72,8 @@ impl Seeking<'_> {
         let delays: Vec<u64> = lates.iter().map(|late| (late / layout.time_step).floor() as u64).collect();
         let left: Vec<f64> =
             lates.iter().zip(&delays).map(|(late, whole)| late - *whole as f64 * layout.time_step).collect();
-        let (lateral, highest) = (sound.radiation.lateral_waves, 0.5 / layout.time_step);
-        let waves = SurfaceWaves::new(tyre, Sound::GRID.around / 2, lateral, highest, WAVES);
+        let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
+        let waves = SurfaceWaves::of(tyre, Sound::GRID.around / 2, lateral, highest, WAVES);
         meter.count(Counter::ComplianceEvaluations, waves.evaluations());
         let model = PressureModel {
             layout,

@@ -2,6 +2,8 @@
 //!
 //! The plan says whether anything is done at all: without a wish there is no recorder, no table, no model kept.
 
+mod answer;
+mod resolved;
 mod results;
 
 use std::sync::atomic::AtomicBool;
@@ -12,25 +14,27 @@ use crate::contact::march::March;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Plan, bytes};
 use crate::response::vibration::{
-    ContactPower, ElementVelocities, PowerState, SegmentLayout, TransferKind, TyreResponse, VelocityTable,
+    ContactPower, ElementVelocities, Heard, HeardVelocity, PowerState, SegmentLayout, TransferKind, VelocityTable,
     VibrationAccumulator, VibrationField, VibrationState, point_bytes,
 };
 use crate::run::error::RunError;
-use crate::run::past::planned_model;
 use crate::run::prepare::Prepared;
 use crate::scene::{LoadedScene, SceneError, Vibration};
 use crate::storage::StateError;
-use crate::tyre::poles::{RationalModel, TangentialModel, tangential_model};
+use crate::storage::state::restore_part;
+use answer::TyreAnswer;
+use resolved::{ResolvedForces, ResolvedState};
 
 /// Takes in the patch forces of every step.
 pub struct VibrationRecorder {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
     power: ContactPower,
-    model: RationalModel,
-    scale: f64,
-    spring: f64,
-    tangential: Option<TangentialModel>,
+    tyre: TyreAnswer,
+    /// Where the forces are those of cells.
+    resolved: Option<ResolvedForces>,
+    /// Points across of the contact's forces.
+    across: usize,
     fields: Vec<VibrationField>,
     /// Highest frequency that levels are vouched for \[Hz\].
     valid_to: f64,
@@ -44,6 +48,7 @@ pub struct VibrationRecorder {
 pub(crate) struct RecorderState {
     accumulator: VibrationState,
     power: PowerState,
+    resolved: Option<ResolvedState>,
 }
 
 impl VibrationRecorder {
@@ -60,29 +65,20 @@ impl VibrationRecorder {
         meter: &mut Meter,
     ) -> Result<Option<Self>, RunError> {
         let Some(vibration) = plan.decisions.vibration.clone() else { return Ok(None) };
-        let scene = &plan.scene;
         let geometry = prepared.march.geometry();
-        let (elements, substeps) = (scene.numerics.elements, scene.numerics.substeps);
         let steps = plan.steps - plan.warm_up_steps;
-        let revolution = (elements * substeps) as u64;
-        let Some(revolutions) = SegmentLayout::revolutions_for(vibration.segment, revolution, plan.time_step, steps)
-        else {
+        let Some(segments) = plan.vibration_segments(&vibration, geometry.columns) else {
+            let revolution = (plan.scene.numerics.elements * plan.scene.numerics.substeps) as f64;
             prepared.warnings.push(format!(
                 "the run is too short for vibration: it needs a revolution, {:.2} s, after the warm-up",
-                revolution as f64 * plan.time_step
+                revolution * plan.time_step
             ));
             return Ok(None);
         };
         let layout = SegmentLayout {
-            elements,
-            substeps,
-            revolutions,
-            columns: geometry.columns,
-            rule: scene.numerics.time_rule,
-            time_step: plan.time_step,
             phase: geometry.substep(plan.warm_up_steps),
             first_position: geometry.first_position(),
-            circumference: scene.tyre.circumference,
+            ..segments.velocities
         };
         let first_element = geometry.first_element(plan.warm_up_steps);
         let fields: Vec<VibrationField> = [
@@ -95,78 +91,72 @@ impl VibrationRecorder {
         .collect();
         check_memory(loaded, plan, &layout, fields.len(), &vibration)?;
 
-        let (scale, spring) = (prepared.scale, prepared.march.spring());
-        let model = match prepared.model.take() {
-            Some(model) => model,
-            None => {
-                let right = "another tolerance, or no [outputs.vibration]";
-                planned_model(loaded, plan, right, stop, meter, &mut prepared.warnings)?
+        let cells = segments.cells.as_ref();
+        let numbers = cells.map(|cells| cells.heard.as_slice());
+        let mut tyre = TyreAnswer::new(loaded, plan, prepared, numbers, stop, meter)?;
+        if vibration.tangential {
+            tyre.add_tangential(loaded, plan, layout.angular_frequency(layout.bins() - 1), meter)?;
+        }
+        let (across, valid_to) = (prepared.march.points_across(), prepared.valid_to);
+        let open = meter.open();
+        let resolved = cells.and_then(|cells| ResolvedForces::new(plan, prepared, cells, &layout, meter));
+        let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
+        let heard = cells.map(|_| heard(&layout, &tyre, &fields, at_places));
+        meter.close(open, Stage::Vibration);
+        let heard_here = heard.is_some();
+        let (accumulator, tables) = match heard {
+            None => (VibrationAccumulator::new(layout), None),
+            Some((velocities, kept)) => {
+                (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
-        };
-        let top = layout.angular_frequency(layout.bins() - 1);
-        let tangential = if vibration.tangential {
-            let fitted = meter.time(Stage::Influence, || tangential_model(&plan.decisions.tyre, &model, top));
-            let fitted = fitted.map_err(|error| {
-                let right = "tangential = false";
-                SceneError::from(loaded.complain("outputs.vibration.tangential", error.to_string(), right))
-            })?;
-            meter.count(Counter::ComplianceEvaluations, fitted.evaluations);
-            Some(fitted)
-        } else {
-            None
         };
         let mut recorder = Self {
             wanted: vibration,
-            accumulator: VibrationAccumulator::new(layout),
-            power: ContactPower::new(layout.rule, plan.time_step, layout.columns),
-            model,
-            scale,
-            spring,
-            tangential,
+            accumulator,
+            power: ContactPower::new(layout.rule, plan.time_step, layout.columns * across),
+            tyre,
+            resolved,
+            across,
             fields,
-            valid_to: prepared.valid_to,
+            valid_to,
             warm_up: plan.warm_up_steps,
             steps,
         };
-        if !(recorder.wanted.points.is_empty() && recorder.wanted.elements.is_empty()) {
-            meter.time(Stage::Vibration, || recorder.add_points(first_element));
+        if at_places {
+            meter.time(Stage::Vibration, || recorder.add_points(first_element, tables));
+        }
+        if at_places || heard_here {
             meter.count(Counter::VibrationEvaluations, recorder.evaluations(recorder.fields.len()));
         }
         Ok(Some(recorder))
     }
 
-    fn response(&self) -> TyreResponse<'_> {
-        TyreResponse {
-            model: &self.model,
-            scale: self.scale,
-            spring: self.spring,
-            tangential: self.tangential.as_ref(),
-        }
-    }
-
-    /// Points beside the axle and elements; `first_element` is in the window's first column at the first step.
-    fn add_points(&mut self, first_element: i64) {
+    /// Points beside the axle and elements, by the fields' tables where they are known; `first_element` is in the
+    /// window's first column at the first step.
+    fn add_points(&mut self, first_element: i64, known: Option<Vec<VelocityTable>>) {
         let layout = *self.accumulator.layout();
-        let kind = TransferKind::Rule;
-        let mut tables = Vec::new();
-        for index in 0..self.fields.len() {
-            if let Some(table) = VelocityTable::new(&layout, &self.response(), kind, self.fields[index]) {
-                self.accumulator.add_points(&table, &self.wanted.points);
-                if !self.wanted.elements.is_empty() {
-                    tables.push(table);
-                }
+        let mut kept = Vec::new();
+        let Self { accumulator, tyre, wanted, fields, .. } = self;
+        let mut take = |table: VelocityTable| {
+            accumulator.add_points(&table, &wanted.points);
+            if !wanted.elements.is_empty() {
+                kept.push(table);
             }
+        };
+        match known {
+            Some(known) => known.into_iter().for_each(take),
+            None => tables(&layout, tyre, fields, &mut take),
         }
-        if !tables.is_empty() {
+        if !kept.is_empty() {
             let elements = self.wanted.elements.clone();
-            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, tables, elements));
+            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, kept, elements));
         }
     }
 
     /// Velocities for unit force of some fields at all wavenumbers and frequencies.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
-        (fields * (layout.elements / 2 + 1) * layout.stages() * layout.bins()) as u64
+        (fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
     /// Takes in the step that a march has just done.
@@ -175,14 +165,26 @@ impl VibrationRecorder {
         if step + 2 < self.warm_up {
             return;
         }
-        let completes = step >= self.warm_up && self.accumulator.completes_next();
+        let of_power = self.resolved.as_ref().is_some_and(ResolvedForces::completes_next);
+        let completes = step >= self.warm_up && (of_power || self.accumulator.completes_next());
         let work = || {
             let (forces, displacements) = (march.instant_forces(), march.instant_displacements());
-            let power = self.power.push(march.geometry().first_element(step), forces, displacements);
-            step >= self.warm_up && self.accumulator.push(forces, power)
+            let first = march.geometry().first_element(step) * self.across as i64;
+            let power = self.power.push(first, forces, displacements);
+            let of_waves = self.resolved.as_mut().map_or(0.0, |resolved| resolved.put_in(first, forces, displacements));
+            if step < self.warm_up {
+                return [false; 2];
+            }
+            match &mut self.resolved {
+                None => [self.accumulator.push(forces, power), false],
+                Some(resolved) => {
+                    let of_power = resolved.push(forces, of_waves);
+                    [self.accumulator.push(resolved.heard(forces), power), of_power]
+                }
+            }
         };
         // A segment's end is long and rare: no step stands for it, and it stands for no other.
-        let complete =
+        let [complete, of_power] =
             if completes { meter.time(Stage::Vibration, work) } else { meter.time_in_step(Stage::Vibration, work) };
         if complete {
             let layout = self.accumulator.layout();
@@ -191,18 +193,17 @@ impl VibrationRecorder {
                 0 => (0, 0.0),
                 _ => (ElementVelocities::transforms(layout), ElementVelocities::multiply_adds(layout, points)),
             };
-            meter.count(Counter::VibrationTransforms, layout.transforms() + transforms);
-            let bytes = 8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.row())) as u64;
-            meter.add_work(
-                Stage::Vibration,
-                Work { multiply_adds: (layout.multiply_adds() + multiply_adds) as u64, bytes },
-            );
+            count_segment(layout, transforms, multiply_adds, meter);
+        }
+        if let Some(resolved) = self.resolved.as_ref().filter(|_| of_power) {
+            count_segment(resolved.layout(), 0, 0.0, meter);
         }
     }
 
     /// Takes the state down.
     pub(crate) fn save(&self) -> RecorderState {
-        RecorderState { accumulator: self.accumulator.save(), power: self.power.save() }
+        let resolved = self.resolved.as_ref().map(ResolvedForces::save);
+        RecorderState { accumulator: self.accumulator.save(), power: self.power.save(), resolved }
     }
 
     /// Goes on from the state of a recorder of the same run.
@@ -211,8 +212,40 @@ impl VibrationRecorder {
     /// [`StateError`].
     pub(crate) fn restore(&mut self, state: RecorderState) -> Result<(), StateError> {
         self.accumulator.restore(state.accumulator)?;
+        restore_part(&mut self.resolved, state.resolved, ResolvedForces::restore)?;
         self.power.restore(state.power)
     }
+}
+
+/// The velocities of all fields that the tyre has, one after the other.
+fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], take: &mut dyn FnMut(VelocityTable)) {
+    let responses = tyre.responses();
+    let table = |&field| VelocityTable::resolved(layout, &responses, TransferKind::Rule, field);
+    fields.iter().filter_map(table).for_each(take);
+}
+
+/// What is heard of forces on cells, and the tables that it is made from where they are kept.
+fn heard(
+    layout: &SegmentLayout,
+    tyre: &TyreAnswer,
+    fields: &[VibrationField],
+    keep: bool,
+) -> (Vec<HeardVelocity>, Vec<VelocityTable>) {
+    let (mut velocities, mut kept) = (Vec::new(), Vec::new());
+    tables(layout, tyre, fields, &mut |table| {
+        velocities.push(HeardVelocity::of(&table, layout));
+        if keep {
+            kept.push(table);
+        }
+    });
+    (velocities, kept)
+}
+
+/// Counts a segment, with so many transforms and multiply-adds for its elements.
+fn count_segment(layout: &SegmentLayout, transforms: u64, multiply_adds: f64, meter: &mut Meter) {
+    meter.count(Counter::VibrationTransforms, layout.transforms() + transforms);
+    let bytes = 8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.row())) as u64;
+    meter.add_work(Stage::Vibration, Work { multiply_adds: (layout.multiply_adds() + multiply_adds) as u64, bytes });
 }
 
 /// Refuses segments that need more memory than the scene allows.

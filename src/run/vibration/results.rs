@@ -2,8 +2,8 @@
 
 use crate::counters::{Counter, Meter};
 use crate::response::vibration::{
-    FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, dispersion_branches, element_spectrum,
-    field_spectra, point_spectrum,
+    Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
+    field_spectra, heard_spectra, point_spectrum,
 };
 use crate::response::{BandLevel, PowerSpectrum};
 use crate::results::folder::ResultsFolder;
@@ -17,12 +17,22 @@ use crate::results::vibration::{
 use crate::run::error::RunError;
 use crate::run::vibration::VibrationRecorder;
 use crate::scene::{LoadedScene, TimeRule, Vibration};
-use crate::tyre::influence::Field;
 
 /// The frames' names in results.
 const MATERIAL: &str = "material";
 const MATERIAL_VARYING: &str = "material-varying";
 const NON_ROTATING: &str = "non-rotating";
+
+/// What a complete run gave.
+struct Heard {
+    spectra: Vec<FieldSpectra>,
+    /// By the tyre's own transfer, where that is known.
+    of_tyre: Vec<FieldSpectra>,
+    /// Power put into the waves that the run carries \[W\], where those are not all.
+    put_into_waves: Option<f64>,
+    dissipated: Dissipation,
+    dissipated_by_tyre: Option<f64>,
+}
 
 impl VibrationRecorder {
     /// Writes spectra, maps and pictures of a complete run; what the summary says of them.
@@ -42,17 +52,11 @@ impl VibrationRecorder {
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
         let rule = self.accumulator.layout().rule;
         let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps: vibration.map };
-        let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
-        let response = self.response();
-        let Some((by_rule, by_tyre)) =
-            field_spectra(&patch, &response, &request).zip(field_spectra(&patch, &response, &exact))
+        let Some(Heard { spectra, of_tyre, put_into_waves, dissipated, dissipated_by_tyre }) =
+            self.heard(&patch, &request, meter)
         else {
             return Ok(None);
         };
-        meter.count(Counter::VibrationEvaluations, 2 * self.evaluations(fields.len()));
-        let ((spectra, dissipated), (of_tyre, dissipated_by_tyre)) = (by_rule, by_tyre);
-        let spectra: Vec<FieldSpectra> =
-            spectra.into_iter().filter(|field| self.fields.contains(&field.field)).collect();
 
         let named = self.named(vibration, &patch, &spectra);
         let levels = vibration_levels_csv(&named, LOWEST_FREQUENCY);
@@ -65,23 +69,46 @@ impl VibrationRecorder {
 
         let layout = &patch.layout;
         let taken = (patch.segments + 1) * layout.hop() as u64;
-        let difference = patch.mean_power - dissipated.total();
+        let put_in = put_into_waves.unwrap_or(patch.mean_power);
+        let difference = put_in - dissipated.total();
         Ok(Some(VibrationSummary {
             segments: patch.segments,
             segment_seconds: layout.length() as f64 * layout.time_step,
             revolutions: layout.revolutions,
             resolution: layout.resolution(),
             seconds_left_out: self.steps.saturating_sub(taken) as f64 * layout.time_step,
+            waves_across: self.resolved.as_ref().map(|_| layout.components()),
             fields: spectra.iter().map(|field| summary_of(field, &of_tyre, rule)).collect(),
             power: PowerSummary {
                 put_in: patch.mean_power,
+                put_into_waves,
                 dissipated_by_mean_pattern: dissipated.mean_pattern,
                 dissipated_by_vibration: dissipated.vibration,
-                relative_difference: difference / patch.mean_power,
-                dissipated_by_tyre: dissipated_by_tyre.total(),
+                relative_difference: difference / put_in,
+                dissipated_by_tyre,
             },
-            tangential_error: self.tangential.as_ref().map(|tangential| [tangential.error, tangential.omitted]),
+            tangential_error: self.tyre.tangential_error(),
         }))
+    }
+
+    /// Velocities and the power's balance.
+    fn heard(&self, patch: &PatchSpectra, request: &SpectraRequest<'_>, meter: &mut Meter) -> Option<Heard> {
+        if let Some(resolved) = &self.resolved {
+            // By the tyre's own transfer every segment would have to be looked at once more.
+            let (put_in, dissipated) = resolved.power()?;
+            let spectra = heard_spectra(patch, &self.fields, request.maps);
+            let (of_tyre, put_into_waves) = (Vec::new(), Some(put_in));
+            return Some(Heard { spectra, of_tyre, put_into_waves, dissipated, dissipated_by_tyre: None });
+        }
+        let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
+        let (_, response) = self.tyre.responses().into_iter().next()?;
+        let (by_rule, by_tyre) =
+            field_spectra(patch, &response, request).zip(field_spectra(patch, &response, &exact))?;
+        meter.count(Counter::VibrationEvaluations, 2 * self.evaluations(request.fields.len()));
+        let ((mut spectra, dissipated), (of_tyre, by_tyre)) = (by_rule, by_tyre);
+        spectra.retain(|field| self.fields.contains(&field.field));
+        let dissipated_by_tyre = Some(by_tyre.total());
+        Some(Heard { spectra, of_tyre, put_into_waves: None, dissipated, dissipated_by_tyre })
     }
 
     /// All spectra that are written, in order.
@@ -136,8 +163,7 @@ impl VibrationRecorder {
         let mut axes_written = false;
         for field in spectra {
             let Some([material, non_rotating]) = &field.maps else { continue };
-            let face = if field.field == VibrationField::Belt { Field::Bottom } else { self.model.driven };
-            let branches = dispersion_branches(&self.model, face, field.material.nyquist);
+            let branches = self.tyre.branches(field.field, field.material.nyquist);
             let frames = [
                 (vibration.frames.material(), MATERIAL, material, 0.0),
                 (vibration.frames.non_rotating(), NON_ROTATING, non_rotating, rotation),

@@ -106,7 +106,8 @@ keys! {
         /// Largest error of the interpolation between the frequencies that are solved for \[dB\].
         #[serde(serialize_with = "decibels")]
         frequency_tolerance: f64 = 0.2 => Decibels(Bounds::between(1e-3, 6.0, "dB")),
-        /// Lateral numbers of the tread's waves that are followed.
+        /// Lateral numbers of the tread's waves that are followed; of forces on cells, which are not even across, the
+        /// odd ones between them, too.
         lateral_waves: usize = 6 => Whole::least(1),
         /// Radius of the shoulders, outside the tread's width \[m\].
         shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m"),

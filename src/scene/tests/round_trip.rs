@@ -285,6 +285,7 @@ fn vibration() -> impl Strategy<Value = Vibration> {
     let (points, elements) = (prop::collection::vec(-1.0..1.0_f64, 0..4), prop::collection::vec(0_usize.., 0..4));
     (any::<[bool; 4]>(), frames, points, elements, positive()).prop_map(
         |([tread, belt, tangential, map], frames, points, elements, segment)| Vibration {
+            lateral_tolerance: None,
             tread,
             belt,
             tangential,

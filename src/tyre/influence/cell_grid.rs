@@ -89,7 +89,29 @@ impl CellGrid {
         self.wave(m, j) * sinc(0.5 * self.waves().ky(m) * self.pitch())
     }
 
-    /// sinc^2(ky dy/2), what shapes of two cells have in common, over their mean square.
+    /// a_m = (1/M) sum_j s_m(y_j), the mean over the strip: zero for waves that are odd about mid-width.
+    pub fn mean_shape(&self, m: usize) -> f64 {
+        let waves = self.waves();
+        let even = if waves.is_even(m) { waves.sign_about_middle(m) } else { 0.0 };
+        even * waves.lateral_share(m, self.along.contact_width)
+    }
+
+    /// The lateral numbers that the strip's mean hears, up to `last`: of forces that have nothing to do with each other
+    /// from cell to cell, and waves so short along that all m answer alike, no more than this part of the mean square
+    /// is left out. Of longer waves it is less.
+    pub fn heard_by_mean(&self, tolerance: f64, last: usize) -> Vec<usize> {
+        let waves = self.waves();
+        // The sum over all numbers is 1/b.
+        let mut rest = 1.0;
+        let heard = waves.lateral_numbers().take_while(|&m| {
+            let wanted = m <= last && rest > tolerance;
+            rest -= waves.lateral_weight(m, self.along.contact_width) * self.along.contact_width;
+            wanted
+        });
+        heard.collect()
+    }
+
+    /// sinc^2(ky dy/2), what shapes of two cells have in common.
     pub(super) fn lateral_weight(&self, m: usize) -> f64 {
         let share = sinc(0.5 * self.waves().ky(m) * self.pitch());
         share * share * self.waves().lateral_norm(m)
@@ -103,5 +125,36 @@ impl CellGrid {
     /// The lateral numbers that cells can excite, from the lowest on.
     pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + use<> {
         self.waves().first_lateral_number()..
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, PLATE, Scene};
+
+    #[test]
+    fn means_over_the_strip_are_those_of_its_cells_and_as_many_are_heard_as_the_tolerance_asks_for() {
+        for scene in [PLATE, DEFAULT] {
+            let tyre = Scene::from_str(scene, "scene").unwrap().scene.tyre;
+            for across in [1, 4, 7] {
+                let grid = CellGrid::new(&tyre, 64, across);
+                for m in grid.lateral_numbers().take(20) {
+                    let mean = (0..across).map(|j| grid.shape(m, j)).sum::<f64>() / across as f64;
+                    assert!((mean - grid.mean_shape(m)).abs() < 1e-14, "m = {m}, {across}: {mean}");
+                }
+            }
+            let grid = CellGrid::new(&tyre, 64, 4);
+            let heard = |tolerance| grid.heard_by_mean(tolerance, 1000).len();
+            println!("{:?}", [0.1, 0.05, 0.02, 0.01].map(heard));
+            let numbers = grid.heard_by_mean(0.02, 1000);
+            let width = tyre.contact_width;
+            let left = |count: usize| {
+                1.0 - numbers[..count].iter().map(|&m| grid.waves().lateral_weight(m, width) * width).sum::<f64>()
+            };
+            assert!(left(numbers.len()) <= 0.02 && left(numbers.len() - 1) > 0.02, "{numbers:?}");
+            assert!(numbers.iter().all(|&m| grid.waves().is_even(m)));
+            assert!(grid.heard_by_mean(0.0, 7).iter().all(|&m| m <= 7));
+        }
     }
 }

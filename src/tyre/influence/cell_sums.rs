@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use super::cell_grid::CellGrid;
 use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
+use super::lane_sum::FaceValues;
 use crate::numeric::{MOST_LANES, Ring, legendre};
 use crate::scene::{Sides, Tyre};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, closed_form, series, thickness_limit};
@@ -92,11 +93,43 @@ impl CellSums {
         Arch::new().dispatch(WaveSum { wave, at: &at, values });
     }
 
+    /// The same on both faces.
+    pub fn faces<'a>(
+        &self,
+        wave: &CellWave,
+        at: impl IntoIterator<Item = &'a CellSumsAt>,
+        values: &mut Vec<FaceValues>,
+    ) {
+        let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
+        Arch::new().dispatch(FaceSum { wave, at: &at, values });
+    }
+
+    /// What cells feel of each other through some waves alone, up to `columns` along: rows of waves with the value of
+    /// each \[m/N\], on a ring that is the tyre's length over a number.
+    pub fn instant_of_waves<'a>(
+        &self,
+        columns: usize,
+        known: impl IntoIterator<Item = (usize, &'a CellRow, &'a [f64])>,
+    ) -> CellInfluence {
+        let (mut numbers, mut rows) = (Vec::new(), Vec::new());
+        for (part, CellRow { m, first, waves, .. }, values) in known {
+            let mut ring = Ring::new(self.grid.elements() / part);
+            let weight = self.grid.lateral_weight(*m) / self.grid.waves().lateral_norm(*m);
+            let value = |n: usize| {
+                let place = n.checked_sub(*first).filter(|place| *place < waves.len());
+                place.map_or(0.0, |place| weight * values[place])
+            };
+            rows.push(ring.elements_of(value)[..columns].to_vec());
+            numbers.push(*m);
+        }
+        together(&self.grid, columns, &numbers, &rows)
+    }
+
     /// What cells feel of each other at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
         let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
-        let (elements, across) = (grid.elements(), grid.across);
+        let elements = grid.elements();
         let waves = grid.waves();
         let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
         let last_around = match self.truncation.aliases {
@@ -126,28 +159,34 @@ impl CellSums {
                 },
             )
             .collect();
-        let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
-        let cosines =
-            |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
-        let sum = |along: usize, cosines: &[f64]| {
-            rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>()
-        };
-        let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
-        let images: Vec<Vec<f64>> = (0..2 * across - 1)
-            .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
-            .collect();
-        let mut influence =
-            CellInfluence { columns, across, toeplitz: Vec::new(), hankel: Vec::with_capacity(columns * images.len()) };
-        for along in 0..columns {
-            influence.toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
-            influence.hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
-        }
+        let mut influence = together(grid, columns, &numbers, &rows);
         if let Some(tail) = closed.filter(|_| self.truncation.lateral_terms.is_none()) {
             let last = numbers.last().map_or(0.0, |&m| waves.ky(m)) + 0.5 * waves.ky(1);
             tail.add_lateral_rest(&mut influence, &around, last);
         }
         influence
     }
+}
+
+/// What waves do together, by m as rows of what a force does at each distance along.
+fn together(grid: &CellGrid, columns: usize, numbers: &[usize], rows: &[Vec<f64>]) -> CellInfluence {
+    let (waves, across) = (grid.waves(), grid.across);
+    let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
+    let cosines =
+        |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
+    let sum =
+        |along: usize, cosines: &[f64]| rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>();
+    let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
+    let images: Vec<Vec<f64>> = (0..2 * across - 1)
+        .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
+        .collect();
+    let mut influence =
+        CellInfluence { columns, across, toeplitz: Vec::new(), hankel: Vec::with_capacity(columns * images.len()) };
+    for along in 0..columns {
+        influence.toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
+        influence.hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
+    }
+    influence
 }
 
 /// The tread as a half-space at one real s.
@@ -274,6 +313,36 @@ impl WithSimd for WaveSum<'_> {
                 let surface = kernel.normal(n, m).surface.to_array();
                 for (sum, value) in sums.iter_mut().zip(surface) {
                     *sum += weight * value;
+                }
+            }
+            self.values.extend_from_slice(&sums[..group.len()]);
+        }
+    }
+}
+
+/// The same on both faces.
+struct FaceSum<'a> {
+    wave: &'a CellWave,
+    at: &'a [&'a KernelAt],
+    values: &'a mut Vec<FaceValues>,
+}
+
+impl WithSimd for FaceSum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for group in self.at.chunks(S::F64_LANES) {
+            let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
+            let kernel = LaneKernel::new(simd, members);
+            let mut sums =
+                [FaceValues { evaluations: self.wave.terms.len() as u64, ..FaceValues::default() }; MOST_LANES];
+            for &(n, m, weight) in &self.wave.terms {
+                let both = kernel.normal(n, m);
+                let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
+                for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
+                    sum.driven += weight * surface;
+                    sum.bottom += weight * bottom;
                 }
             }
             self.values.extend_from_slice(&sums[..group.len()]);

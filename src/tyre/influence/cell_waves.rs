@@ -28,6 +28,9 @@ pub struct CellWave {
 pub struct CellRow {
     /// m.
     pub m: usize,
+    /// Whether weights hold what cells take of each number's wave, since numbers are taken together; else cells take it
+    /// in their shapes.
+    pub folded: bool,
     /// Number of the first wave on the ring.
     pub first: usize,
     /// The waves.
@@ -47,6 +50,20 @@ pub struct WaveBand {
     /// Whether lateral numbers that are the same on cells are taken together; only on a tyre whose sides are whole
     /// cells away from the strip ([`CellGrid::width_in_cells`]).
     pub folded: bool,
+}
+
+impl CellRow {
+    /// The waves of one lateral number by themselves, n = 0..=N/2 with all aliases |p| up to `most`: how the tyre
+    /// answers forces that are resolved across.
+    pub fn whole(grid: &CellGrid, m: usize, most: usize) -> Self {
+        let (elements, norm) = (grid.elements() as i64, grid.waves().lateral_norm(m));
+        let wave = |n: i64| {
+            let first = if 2 * n == elements { -n } else { n };
+            let around = (-(most as i64)..=most as i64).map(|p| first + p * elements);
+            CellWave { terms: around.map(|n| (n, m, norm * grid.longitudinal_weight(n))).collect() }
+        };
+        Self { m, folded: false, first: 0, waves: (0..=elements / 2).map(wave).collect() }
+    }
 }
 
 impl WaveBand {
@@ -72,6 +89,7 @@ impl WaveBand {
         let last_m = lateral_terms.unwrap_or((largest / waves.ky(1)) as usize);
         let most = aliases.unwrap_or(1) as i64;
         let ends = if aliases.is_some() && lateral_terms.is_some() { f64::INFINITY } else { largest };
+        let lateral = |m: usize| if self.folded { grid.lateral_weight(m) } else { waves.lateral_norm(m) };
         let row = |(m, numbers): (usize, Vec<usize>)| {
             let wave = |bin: usize| {
                 // The ring's n run from -N/2: its N/2 is -N/2.
@@ -80,8 +98,7 @@ impl WaveBand {
                 let pairs = around.flat_map(|n| numbers.iter().map(move |&m| (n, m)));
                 let terms = pairs.filter_map(|(n, m)| {
                     let k = waves.kx(n).hypot(waves.ky(m));
-                    let weight =
-                        self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * grid.lateral_weight(m);
+                    let weight = self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * lateral(m);
                     (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
                 CellWave { terms: terms.collect() }
@@ -89,7 +106,7 @@ impl WaveBand {
             let mut all: Vec<CellWave> = (0..=ring / 2).map(wave).collect();
             let first = all.iter().position(|wave| !wave.terms.is_empty())?;
             all.truncate(all.iter().rposition(|wave| !wave.terms.is_empty())? + 1);
-            Some(CellRow { m, first, waves: all.split_off(first) })
+            Some(CellRow { m, folded: self.folded, first, waves: all.split_off(first) })
         };
         let numbers = grid.lateral_numbers().take_while(|&m| m <= last_m);
         let mut same: BTreeMap<usize, Vec<usize>> = BTreeMap::new();

@@ -21,7 +21,7 @@ const LINEAR_BELOW: f64 = 100.0;
 /// Distance of the frequencies on the scale that they are equal on.
 const STEP: f64 = 0.02;
 
-/// C_zz of the waves with n = 0..=`most_around` and the first lateral numbers that a centred strip excites.
+/// C_zz of the waves with n = 0..=`most_around` and some lateral numbers: those that a centred strip excites, or all.
 #[derive(Clone, Debug)]
 pub struct SurfaceWaves {
     /// Their wavenumbers.
@@ -36,15 +36,20 @@ pub struct SurfaceWaves {
 }
 
 impl SurfaceWaves {
-    /// Of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative `tolerance`.
+    /// Of a tyre and the first lateral numbers that a centred strip excites; else as [`Self::of`].
     pub fn new(tyre: &Tyre, most_around: usize, lateral_waves: usize, highest: f64, tolerance: f64) -> Self {
+        let lateral = Waves::new(tyre).lateral_numbers().take(lateral_waves).collect();
+        Self::of(tyre, most_around, lateral, highest, tolerance)
+    }
+
+    /// Of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative `tolerance`.
+    pub fn of(tyre: &Tyre, most_around: usize, lateral: Vec<usize>, highest: f64, tolerance: f64) -> Self {
         // Two points more than the highest frequency needs: the cubics' outer ones.
         let points = (coordinate(highest) / STEP).ceil() as usize + 3;
         let frequency = |point: usize| LINEAR_BELOW * (point as f64 * STEP).sinh();
         let angular = |point: usize| std::f64::consts::TAU * frequency(point);
         let kernel = Kernel::new(tyre, angular(points), tolerance);
         let waves = Waves::new(tyre);
-        let lateral: Vec<usize> = waves.lateral_numbers().take(lateral_waves).collect();
         let at: Vec<KernelAt> = (0..points).map(|point| kernel.at(Complex64::new(0.0, angular(point)))).collect();
         let around = most_around + 1;
         let mut stiffnesses = vec![Complex64::ZERO; around * lateral.len() * points];

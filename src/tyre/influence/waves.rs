@@ -60,4 +60,21 @@ impl Waves {
     pub fn lateral_norm(&self, m: usize) -> f64 {
         if m == 0 { 1.0 / self.width } else { 2.0 / self.width }
     }
+
+    /// Whether a wave is even about mid-width.
+    pub fn is_even(&self, m: usize) -> bool {
+        (m - self.first_lateral_number()).is_multiple_of(2)
+    }
+
+    /// With y from mid-width, what the wave that is 1 or slopes upwards at the right side is to cos(ky y) where it is
+    /// even, to sin(ky y) where it is odd: 1 or -1.
+    pub fn sign_about_middle(&self, m: usize) -> f64 {
+        let turned = match self.sides {
+            // cos(ky y + m pi/2).
+            Sides::Guided => m.div_ceil(2),
+            // sin(ky y + m pi/2).
+            Sides::Supported => m / 2,
+        };
+        if turned.is_multiple_of(2) { 1.0 } else { -1.0 }
+    }
 }

@@ -11,6 +11,7 @@
 //! - `table`: poles of a list of functions; [`model`]: with the residues of every wavenumber, as structure of arrays;
 //! - [`cache`]: models in the cache on disk;
 //! - [`cells`]: the same for waves one by one, the past of contact cells;
+//! - [`lateral`]: the same for the waves of one lateral number, both faces;
 //! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
 //! - [`scaling`]: what a fit costs.
 //!
@@ -32,6 +33,7 @@ pub mod error;
 pub mod expected_fit;
 pub mod fit;
 mod ladder;
+pub mod lateral;
 pub mod model;
 mod passivity;
 mod sampled;
@@ -44,4 +46,4 @@ mod wavenumber;
 pub use error::FitError;
 pub use fit::{FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
 pub use model::{FitStatistics, Modes, RationalModel};
-pub use tangential::{TangentialModel, tangential_model};
+pub use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

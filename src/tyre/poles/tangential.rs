@@ -68,9 +68,25 @@ struct Fitted {
 /// # Errors
 /// [`RationalError`].
 pub fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
-    let sums = TangentialSum::new(tyre, model.elements, top);
+    fit_all(&TangentialSum::new(tyre, model.elements, top), model, top)
+}
+
+/// The same for the waves of one lateral number, without a strip's shapes.
+///
+/// # Errors
+/// [`RationalError`].
+pub fn lateral_tangential_model(
+    tyre: &Tyre,
+    model: &RationalModel,
+    top: f64,
+    m: usize,
+) -> Result<TangentialModel, RationalError> {
+    fit_all(&TangentialSum { only: Some(m), ..TangentialSum::new(tyre, model.elements, top) }, model, top)
+}
+
+fn fit_all(sums: &TangentialSum, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
     let fitted: Result<Vec<Fitted>, RationalError> =
-        (0..=model.largest_wavenumber()).into_par_iter().map(|n| fit(&sums, model, n, top)).collect();
+        (0..=model.largest_wavenumber()).into_par_iter().map(|n| fit(sums, model, n, top)).collect();
     let mut all = TangentialModel::default();
     let mut largest = f64::MIN_POSITIVE;
     for wavenumber in fitted? {
@@ -133,6 +149,8 @@ const KERNEL_TOLERANCE: f64 = 1e-6;
 struct TangentialSum {
     kernel: Kernel,
     projection: Projection,
+    /// The only lateral number, if it is one wave across and not a strip's sum.
+    only: Option<usize>,
 }
 
 /// A value with what it took.
@@ -149,7 +167,16 @@ struct TangentialValue {
 impl TangentialSum {
     /// The sums of a tyre of N elements.
     fn new(tyre: &Tyre, elements: usize, top: f64) -> Self {
-        Self { kernel: Kernel::new(tyre, top, KERNEL_TOLERANCE), projection: Projection::new(tyre, elements) }
+        let (kernel, projection) = (Kernel::new(tyre, top, KERNEL_TOLERANCE), Projection::new(tyre, elements));
+        Self { kernel, projection, only: None }
+    }
+
+    /// Lateral numbers with their weights \[1/m\].
+    fn numbers(&self) -> impl Iterator<Item = (usize, f64)> {
+        let Projection { waves, .. } = self.projection;
+        let strip = waves.lateral_numbers().take_while(|_| self.only.is_none());
+        let strip = strip.map(|m| (m, self.projection.lateral_weight(m)));
+        strip.chain(self.only.map(|m| (m, waves.lateral_norm(m))))
     }
 
     /// T_n(s), n from 0 to N/2.
@@ -162,9 +189,9 @@ impl TangentialSum {
         let (mut value, mut evaluations, mut weights) = (Complex64::ZERO, 0, 0.0);
         for alias in self.projection.aliases_below(n, cut_off) {
             let (kx, longitudinal) = (waves.kx(alias), self.projection.longitudinal_weight(alias));
-            let below = |m: &usize| kx * kx + waves.ky(*m) * waves.ky(*m) < cut_off * cut_off;
-            for m in waves.lateral_numbers().take_while(below) {
-                let weight = longitudinal * self.projection.lateral_weight(m);
+            let below = |&(m, _): &(usize, f64)| kx * kx + waves.ky(m) * waves.ky(m) < cut_off * cut_off;
+            for (m, lateral) in self.numbers().take_while(below) {
+                let weight = longitudinal * lateral;
                 value += weight * at.tangential(alias, m);
                 weights += weight;
                 evaluations += 1;
@@ -173,7 +200,8 @@ impl TangentialSum {
         // The half-space at rest; with the ratio r = mu/(lambda + 2 mu), 1 - 2 nu = r/(1 - r).
         let ratio = tread.modulus_ratio / (1.0 - tread.modulus_ratio);
         let compliance = 0.5 * ratio * tread.inverse_shear.norm() / cut_off;
-        let omitted = compliance * (self.projection.total_weight() - weights).max(0.0);
+        let total = self.only.map_or(self.projection.total_weight(), |m| waves.lateral_norm(m) / waves.circumference);
+        let omitted = compliance * (total - weights).max(0.0);
         TangentialValue { value, omitted, evaluations }
     }
 }

@@ -1,5 +1,6 @@
 //! The frequency domain against the time domain, step by step and element by element.
 
+mod resolved;
 mod time_domain;
 
 use std::f64::consts::PI;
@@ -39,6 +40,7 @@ fn layout(elements: usize, substeps: usize, revolutions: usize, phase: usize) ->
         substeps,
         revolutions,
         columns: COLUMNS,
+        across: Across::Even,
         rule: TimeRule::Bdf2,
         time_step: TIME_STEP,
         phase,

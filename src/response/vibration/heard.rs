@@ -1,0 +1,216 @@
+//! What forces that are resolved across the strip move: kept instead of their products.
+//!
+//! The forces of a column are F_m = sum_j s_m(y_j) F_j, m by m. Waves of different m are different motions of the tyre,
+//! so that everything that is observed is a sum over m: the mean velocity across the strip a coherent one,
+//!
+//! ```text
+//! v_n = sum_m a_m Y_nm F_nm,   a_m = (1/M) sum_j s_m(y_j)
+//! ```
+//!
+//! to which waves that are odd about mid-width add nothing; the power put in one of powers, to which all do,
+//!
+//! ```text
+//! P = sum_n sum_m Re Y_nm |F_nm|^2
+//! ```
+//!
+//! or the rule's own form of the stages' forces. (What follows the forces at once, beyond the waves that the run
+//! carries, puts nothing into waves: it is taken off the displacements before the power is found.) The sums over m are
+//! taken segment by segment, where |v_n|^2 is one number for each field and the mean products of all components would
+//! be as many as the square of their number. So the tyre's transfers are to be known before the first segment: in
+//! single precision, which changes a level by 1e-6 dB.
+//!
+//! The power's waves are those that the run itself carries, each on its own ring ([`CarriedWaves`]): a ring that is a
+//! part of the tyre's length has every part-th n.
+
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+
+use super::layout::SegmentLayout;
+use super::products;
+use super::stage_transfer::ScaledModes;
+use super::transfer::{TransferKind, Transfers, VibrationField};
+use super::velocity_table::VelocityTable;
+use crate::numeric::{double, single};
+use crate::tyre::influence::CellRow;
+use crate::tyre::poles::cells::CellModel;
+
+/// What is kept of a wavenumber at a bin.
+pub enum Heard {
+    /// |v_n|^2, field by field.
+    Velocities(Vec<HeardVelocity>),
+    /// The power put in.
+    Power(HeardPower),
+}
+
+/// a_m Y_nm of a field.
+pub struct HeardVelocity {
+    field: VibrationField,
+    /// By n = 0..=N/2, bin of the material frame and channel.
+    values: Vec<Complex32>,
+}
+
+/// The waves that a run carries on one ring, and their poles.
+#[derive(Clone, Debug)]
+pub struct CarriedWaves {
+    /// The ring is the tyre's length over this.
+    pub part: usize,
+    /// The waves by lateral number.
+    pub rows: Vec<CellRow>,
+    /// Their poles.
+    pub model: CellModel,
+}
+
+impl CarriedWaves {
+    /// Their values at a real s, wave by wave \[m/N\].
+    pub fn values(&self, s: Complex64) -> Vec<f64> {
+        (0..self.model.len()).map(|wave| self.model.modes(wave).evaluate(s).re).collect()
+    }
+}
+
+/// Forms of the power of all carried waves, by n = 0..=N/2.
+pub struct HeardPower(Vec<Forms>);
+
+/// Forms of the waves of one n.
+struct Forms {
+    /// Components that have one.
+    components: Vec<usize>,
+    /// By bin of the material frame, component of these and product of the stages' forces; of several rings their sum.
+    weights: Vec<f32>,
+}
+
+impl HeardVelocity {
+    /// Of a table.
+    pub fn of(table: &VelocityTable, layout: &SegmentLayout) -> Self {
+        let (bins, channels) = (layout.bins(), layout.channels());
+        let mut values = vec![Complex32::ZERO; (layout.elements / 2 + 1) * bins * channels];
+        for (n, values) in values.chunks_exact_mut(bins * channels).enumerate() {
+            let rows = table.rows_of(n);
+            for (bin, values) in values.chunks_exact_mut(channels).enumerate() {
+                values.iter_mut().enumerate().for_each(|(channel, value)| *value = single(rows[channel * bins + bin]));
+            }
+        }
+        Self { field: table.field(), values }
+    }
+
+    /// Its field.
+    pub fn field(&self) -> VibrationField {
+        self.field
+    }
+
+    /// Bytes of one.
+    pub fn bytes(layout: &SegmentLayout) -> f64 {
+        0.5 * VelocityTable::bytes(layout)
+    }
+
+    /// Adds |v_n|^2 of a bin.
+    fn add(&self, layout: &SegmentLayout, bin: usize, row: &[Complex64], sums: &mut [f64]) {
+        let (width, bins, channels) = (layout.wavenumbers(), layout.bins(), layout.channels());
+        for (index, sum) in sums.iter_mut().enumerate() {
+            let n = layout.wavenumber(index);
+            let material = layout.material_bin(bin, n);
+            let first = (n.unsigned_abs() as usize * bins + material.unsigned_abs() as usize) * channels;
+            // What is odd in n changes its sign with it, all components alike.
+            let velocity = self.values[first..first + channels].iter().enumerate().fold(
+                Complex64::ZERO,
+                |velocity, (channel, value)| {
+                    let value = double(*value);
+                    velocity + if material < 0 { value.conj() } else { value } * row[channel * width + index]
+                },
+            );
+            *sum += velocity.norm_sqr();
+        }
+    }
+}
+
+impl HeardPower {
+    /// Of all waves that a run carries, for forces whose components are these lateral numbers.
+    pub fn new(layout: &SegmentLayout, carried: &[CarriedWaves], numbers: &[usize]) -> Self {
+        let transfers = Transfers::new(layout, TransferKind::Rule);
+        let count = products::count(layout.stages());
+        // By n, components with the waves that are theirs.
+        let mut waves: Vec<Vec<(usize, ScaledModes<'_>)>> = (0..=layout.elements / 2).map(|_| Vec::new()).collect();
+        for CarriedWaves { part, rows, model } in carried {
+            let mut known = 0..model.len();
+            for CellRow { m, first, waves: of_row, .. } in rows {
+                let component = numbers.iter().position(|number| number == m);
+                for ((place, _), wave) in of_row.iter().enumerate().zip(known.by_ref()) {
+                    let modes = ScaledModes { modes: model.modes(wave), scale: 1.0, own: 0.0 };
+                    let n = part * (first + place);
+                    waves[n].extend(component.map(|component| (component, modes)));
+                }
+            }
+        }
+        let forms = |mut waves: Vec<(usize, ScaledModes<'_>)>| {
+            waves.sort_by_key(|(component, _)| *component);
+            let mut components: Vec<usize> = waves.iter().map(|(component, _)| *component).collect();
+            components.dedup();
+            let width = components.len() * count;
+            let mut weights = vec![0.0_f32; width * layout.bins()];
+            let alike = waves.chunk_by(|(one, _), (other, _)| one == other);
+            for (place, rings) in alike.enumerate() {
+                for (_, modes) in rings {
+                    let forms = transfers.forms_of_power(modes);
+                    for (weights, forms) in weights.chunks_exact_mut(width).zip(forms.chunks_exact(count)) {
+                        let weights = &mut weights[place * count..][..count];
+                        weights.iter_mut().zip(forms).for_each(|(weight, form)| *weight += *form as f32);
+                    }
+                }
+            }
+            Forms { components, weights }
+        };
+        Self(waves.into_par_iter().map(forms).collect())
+    }
+
+    /// Bytes of the forms of so many waves.
+    pub fn bytes(layout: &SegmentLayout, waves: f64) -> f64 {
+        4.0 * waves * (products::count(layout.stages()) * layout.bins()) as f64
+    }
+
+    /// Adds the power of a bin.
+    fn add(&self, layout: &SegmentLayout, bin: usize, row: &[Complex64], sums: &mut [f64]) {
+        let (stages, width, components) = (layout.stages(), layout.wavenumbers(), layout.components());
+        let count = products::count(stages);
+        for (index, sum) in sums.iter_mut().enumerate() {
+            let n = layout.wavenumber(index);
+            let material = layout.material_bin(bin, n);
+            let forms = &self.0[n.unsigned_abs() as usize];
+            let place = material.unsigned_abs() as usize * forms.components.len() * count;
+            let weights = forms.weights[place..].chunks_exact(count);
+            for (component, weights) in forms.components.iter().zip(weights) {
+                let force = |stage: usize| row[(stage * components + component) * width + index];
+                let (mut numbers, mut doubles) = ([0.0; 9], [0.0; 9]);
+                let power = |stage: usize| force(stage).norm_sqr();
+                products::add(&mut numbers[..count], 1, stages, power, |i, j| force(i) * force(j).conj());
+                doubles.iter_mut().zip(weights).for_each(|(double, weight)| *double = f64::from(*weight));
+                *sum += products::form(stages, &doubles[..count], material < 0, |number| numbers[number]);
+            }
+        }
+    }
+}
+
+impl Heard {
+    /// Numbers that are kept of a wavenumber at a bin.
+    pub fn kept(&self) -> usize {
+        match self {
+            Self::Velocities(fields) => fields.len(),
+            Self::Power(_) => 1,
+        }
+    }
+
+    /// Whether squares of velocities are kept.
+    pub(super) fn is_velocity(&self) -> bool {
+        matches!(self, Self::Velocities(_))
+    }
+
+    /// Adds what F_n at a bin, by channel and wavenumber, moves.
+    pub(super) fn add(&self, layout: &SegmentLayout, bin: usize, row: &[Complex64], sums: &mut [f64]) {
+        match self {
+            Self::Velocities(fields) => {
+                for (field, sums) in fields.iter().zip(sums.chunks_exact_mut(layout.wavenumbers())) {
+                    field.add(layout, bin, row, sums);
+                }
+            }
+            Self::Power(power) => power.add(layout, bin, row, sums),
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! How the tyre answers the forces of a run: as a whole, or by lateral number where they are those of cells.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::counters::{Counter, Meter, Stage};
+use crate::plan::Plan;
+use crate::response::vibration::{DispersionBranch, TyreResponse, VibrationField, dispersion_branches};
+use crate::run::error::RunError;
+use crate::run::past::{count_evaluations, planned_model, refused};
+use crate::run::prepare::Prepared;
+use crate::scene::{LoadedScene, SceneError};
+use crate::storage::Cache;
+use crate::tyre::influence::Field;
+use crate::tyre::poles::lateral::fit_lateral;
+use crate::tyre::poles::{RationalModel, TangentialModel, lateral_tangential_model, tangential_model};
+
+/// What would be right where a fit is refused.
+const INSTEAD: &str = "another tolerance, or no [outputs.vibration]";
+
+/// The tyre.
+pub(super) struct TyreAnswer {
+    /// By component of the forces.
+    components: Vec<Component>,
+    scale: f64,
+    spring: f64,
+}
+
+/// How it answers one component.
+struct Component {
+    /// What is observed of its velocity: the mean over the strip.
+    share: f64,
+    /// m of a component of forces on cells.
+    number: Option<usize>,
+    model: RationalModel,
+    tangential: Option<TangentialModel>,
+}
+
+impl TyreAnswer {
+    /// Of a prepared run, for these lateral numbers, or for forces that are even across.
+    ///
+    /// # Errors
+    /// A fit that was refused; [`RunError::Interrupted`].
+    pub(super) fn new(
+        loaded: &LoadedScene,
+        plan: &Plan,
+        prepared: &mut Prepared,
+        heard: Option<&[usize]>,
+        stop: &AtomicBool,
+        meter: &mut Meter,
+    ) -> Result<Self, RunError> {
+        let (scale, spring) = (prepared.scale, prepared.march.spring());
+        let component = |share, number, model| Component { share, number, model, tangential: None };
+        let components = match (heard, prepared.model.take()) {
+            (Some(numbers), _) => {
+                let models = lateral_models(loaded, plan, numbers, stop, meter, &mut prepared.warnings)?;
+                let grid = plan.cell_grid();
+                let known = numbers.iter().zip(models);
+                known.map(|(&m, model)| component(grid.mean_shape(m), Some(m), model)).collect()
+            }
+            (None, Some(model)) => vec![component(1.0, None, model)],
+            (None, None) => {
+                let model = planned_model(loaded, plan, INSTEAD, stop, meter, &mut prepared.warnings)?;
+                vec![component(1.0, None, model)]
+            }
+        };
+        Ok(Self { components, scale, spring })
+    }
+
+    /// Adds the tangential motion up to an angular frequency \[rad/s\].
+    ///
+    /// # Errors
+    /// A fit that was refused.
+    pub(super) fn add_tangential(
+        &mut self,
+        loaded: &LoadedScene,
+        plan: &Plan,
+        top: f64,
+        meter: &mut Meter,
+    ) -> Result<(), RunError> {
+        let tyre = &plan.decisions.tyre;
+        for Component { number, model, tangential, .. } in &mut self.components {
+            let fitted = meter.time(Stage::Influence, || match *number {
+                None => tangential_model(tyre, model, top),
+                Some(m) => lateral_tangential_model(tyre, model, top, m),
+            });
+            let fitted = fitted.map_err(|error| {
+                let right = "tangential = false";
+                SceneError::from(loaded.complain("outputs.vibration.tangential", error.to_string(), right))
+            })?;
+            meter.count(Counter::ComplianceEvaluations, fitted.evaluations);
+            *tangential = Some(fitted);
+        }
+        Ok(())
+    }
+
+    /// By component, what is observed of its velocities, and the response.
+    pub(super) fn responses(&self) -> Vec<(f64, TyreResponse<'_>)> {
+        let Self { scale, spring, .. } = *self;
+        let responses = self.components.iter().map(|Component { share, model, tangential, .. }| {
+            (*share, TyreResponse { model, scale, spring, tangential: tangential.as_ref() })
+        });
+        responses.collect()
+    }
+
+    /// Worst error and truncation of the tangential transfers, where there are any.
+    pub(super) fn tangential_error(&self) -> Option<[f64; 2]> {
+        let errors = self.components.iter().filter_map(|component| component.tangential.as_ref());
+        errors.map(|model| [model.error, model.omitted]).reduce(|[a, b], [c, d]| [a.max(c), b.max(d)])
+    }
+
+    /// The tyre's own waves below a frequency \[Hz\], as a field shows them.
+    pub(super) fn branches(&self, field: VibrationField, highest: f64) -> Vec<DispersionBranch> {
+        let of_component = |Component { model, .. }: &Component| {
+            let face = if field == VibrationField::Belt { Field::Bottom } else { model.driven };
+            dispersion_branches(model, face, highest)
+        };
+        self.components.iter().flat_map(of_component).collect()
+    }
+}
+
+/// The models of lateral numbers, from the user's cache or fitted all at once.
+fn lateral_models(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    numbers: &[usize],
+    stop: &AtomicBool,
+    meter: &mut Meter,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<RationalModel>, RunError> {
+    let (tyre, options) = (&plan.decisions.tyre, plan.lateral_fit());
+    let cache = Cache::open().ok();
+    let key = |m: usize| options.key(tyre, m).ok();
+    let kept = |m: usize| cache.as_ref()?.load::<RationalModel>(&key(m)?).ok()??.ok();
+    let mut models: Vec<Option<RationalModel>> = numbers.iter().map(|&m| kept(m)).collect();
+    let known = numbers.iter().zip(&models);
+    let missing: Vec<usize> = known.filter(|(_, model)| model.is_none()).map(|(&m, _)| m).collect();
+    if !missing.is_empty() {
+        let fitted = meter.time(Stage::Fit, || fit_lateral(tyre, &missing, &options, stop));
+        let fitted = fitted.map_err(|error| refused(loaded, error, INSTEAD))?;
+        let places = models.iter_mut().filter(|model| model.is_none());
+        for ((place, model), m) in places.zip(fitted).zip(missing) {
+            count_evaluations(plan, model.evaluations(), meter);
+            if let Some((cache, key)) = cache.as_ref().zip(key(m))
+                && let Err(error) = cache.store(&key, &model)
+            {
+                warnings.push(format!("cache not written: {error}"));
+            }
+            *place = Some(model);
+        }
+    }
+    Ok(models.into_iter().flatten().collect())
+}

@@ -1,0 +1,118 @@
+//! Forces of cells, resolved into the lateral waves that are heard of them, and the power that all of them put in.
+
+use serde::{Deserialize, Serialize};
+
+use crate::contact::cells::InstantCells;
+use crate::counters::{Counter, Meter};
+use crate::plan::{CellSegments, Plan};
+use crate::response::LateralForces;
+use crate::response::vibration::{
+    ContactPower, Dissipation, Heard, HeardPower, PowerState, SegmentLayout, VibrationAccumulator, VibrationState,
+    heard_dissipation,
+};
+use crate::run::prepare::Prepared;
+use crate::storage::StateError;
+
+/// What a recorder of cells has beside that of slices.
+pub(super) struct ResolvedForces {
+    /// What the velocities hear.
+    heard: LateralForces,
+    /// All that the run carries.
+    carried: LateralForces,
+    power: VibrationAccumulator,
+    /// What cells feel of each other at once beyond the waves.
+    beyond: InstantCells,
+    /// Displacements of the step's instants by the waves alone \[m\].
+    displacements: Vec<f64>,
+    /// The power put into the waves.
+    put_in: ContactPower,
+    columns: usize,
+}
+
+/// What evolves of [`ResolvedForces`].
+#[derive(Deserialize, Serialize)]
+pub(super) struct ResolvedState {
+    power: VibrationState,
+    put_in: PowerState,
+}
+
+impl ResolvedForces {
+    /// Of a prepared run, whose segments have these begins; `None` without waves.
+    pub(super) fn new(
+        plan: &Plan,
+        prepared: &mut Prepared,
+        segments: &CellSegments,
+        begin: &SegmentLayout,
+        meter: &mut Meter,
+    ) -> Option<Self> {
+        let (waves, beyond) = prepared.carried.take()?;
+        let grid = plan.cell_grid();
+        let numbers: Vec<usize> = grid.lateral_numbers().take(segments.carried).collect();
+        let SegmentLayout { columns, phase, first_position, .. } = *begin;
+        let layout = SegmentLayout { columns, phase, first_position, ..segments.power };
+        let power = HeardPower::new(&layout, &waves, &numbers);
+        let count: usize = waves.iter().map(|waves| waves.model.len()).sum();
+        let evaluations = count * layout.stages() * layout.stages() * layout.bins();
+        meter.count(Counter::VibrationEvaluations, evaluations as u64);
+        let beyond = InstantCells::new(beyond);
+        let cells = beyond.cells();
+        Some(Self {
+            heard: LateralForces::new(&grid, segments.heard.clone()),
+            carried: LateralForces::new(&grid, numbers),
+            power: VibrationAccumulator::resolved(layout, Heard::Power(power)),
+            displacements: vec![0.0; layout.stages() * cells],
+            put_in: ContactPower::new(layout.rule, layout.time_step, cells),
+            beyond,
+            columns,
+        })
+    }
+
+    /// The components that the velocities hear of a step's forces, cell by cell \[N\].
+    pub(super) fn heard(&mut self, forces: &[f64]) -> &[f64] {
+        self.heard.of(forces, self.columns)
+    }
+
+    /// The power that a step's forces \[N\] put into the waves, with the displacements \[m\], cell by cell from number
+    /// `first` on \[W\].
+    pub(super) fn put_in(&mut self, first: i64, forces: &[f64], displacements: &[f64]) -> f64 {
+        let cells = self.beyond.cells();
+        let by_waves = self.displacements.chunks_exact_mut(cells);
+        for (by_waves, (forces, all)) in by_waves.zip(forces.chunks_exact(cells).zip(displacements.chunks_exact(cells)))
+        {
+            self.beyond.displacement(forces, by_waves);
+            by_waves.iter_mut().zip(all).for_each(|(by_waves, all)| *by_waves = all - *by_waves);
+        }
+        self.put_in.push(first, forces, &self.displacements)
+    }
+
+    /// Takes in a step's forces, cell by cell \[N\], and the power that they put into the waves \[W\]; whether a
+    /// segment of the power is complete.
+    pub(super) fn push(&mut self, forces: &[f64], power: f64) -> bool {
+        self.power.push(self.carried.of(forces, self.columns), power)
+    }
+
+    /// Whether the next step completes a segment of the power.
+    pub(super) fn completes_next(&self) -> bool {
+        self.power.completes_next()
+    }
+
+    /// The segments of the power.
+    pub(super) fn layout(&self) -> &SegmentLayout {
+        self.power.layout()
+    }
+
+    /// Power put into the waves \[W\], and what of it is dissipated.
+    pub(super) fn power(&self) -> Option<(f64, Dissipation)> {
+        let patch = self.power.finish()?;
+        Some((patch.mean_power, heard_dissipation(&patch)))
+    }
+
+    pub(super) fn save(&self) -> ResolvedState {
+        ResolvedState { power: self.power.save(), put_in: self.put_in.save() }
+    }
+
+    pub(super) fn restore(&mut self, state: ResolvedState) -> Result<(), StateError> {
+        self.put_in.restore(state.put_in)?;
+        self.power.restore(state.power)
+    }
+}

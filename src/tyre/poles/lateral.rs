@@ -1,0 +1,122 @@
+//! Rational models of the tyre's waves of one lateral number, n = 0..=N/2: how both faces answer forces that are
+//! resolved across the strip.
+//!
+//! A model is like that of a strip's sum over m, without its shapes: what a wave takes of the forces and what is
+//! observed of it is left to whoever uses it. Unlike the waves that carry the past of cells, which are handed to
+//! shorter rings where they are short, these have every n, all aliases of the instant's lobes, and the belt.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::error::FitError;
+use super::fit::{FitOptions, start_of};
+use super::ladder::{Ladder, RUNGS};
+use super::model::RationalModel;
+use super::sampled::Target;
+use super::wavenumber::{Fitted, Start, fit_wavenumber};
+use crate::scene::Tyre;
+use crate::storage::cache::key;
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellSumsAt, CellTruncation, FaceValues, Field};
+
+/// Rungs of the axis between two at which the belt's scale is looked for.
+const SCALE_STRIDE: usize = 8;
+/// Aliases of a wave: the lobes up to which the instant's sum between cells goes wave by wave.
+const ALIASES: usize = 8;
+
+/// What the models have to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LateralFitOptions {
+    /// As for a strip; its sums are not those of a strip.
+    pub fit: FitOptions,
+    /// Largest alias |p|; `None`: as far as the sums between cells go.
+    pub aliases: Option<usize>,
+}
+
+impl LateralFitOptions {
+    /// The key of a lateral number's model in a cache.
+    ///
+    /// # Errors
+    /// A tyre whose numbers are not finite.
+    pub fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
+        key::<RationalModel>(&(tyre.levelled(), self, "lateral number", m))
+    }
+
+    fn most_aliases(&self) -> usize {
+        self.aliases.unwrap_or(ALIASES)
+    }
+}
+
+/// Evaluations of a wave's function that its aliases are.
+pub fn lateral_terms(aliases: Option<usize>) -> usize {
+    2 * aliases.unwrap_or(ALIASES) + 1
+}
+
+/// Fits the models of some lateral numbers, in their order; looks at `stop` before every wave.
+///
+/// # Errors
+/// [`FitError`]: the first wave in the order of the list that is refused; [`FitError::Stopped`].
+pub fn fit_lateral(
+    tyre: &Tyre,
+    numbers: &[usize],
+    options: &LateralFitOptions,
+    stop: &AtomicBool,
+) -> Result<Vec<RationalModel>, FitError> {
+    let FitOptions { elements, top, influence_tolerance, .. } = options.fit;
+    // Waves know nothing of the cells across.
+    let grid = CellGrid::new(tyre, elements, 1);
+    let sums = CellSums::new(tyre, grid, CellTruncation::default(), influence_tolerance, top);
+    let ladder = Ladder::new(top);
+    let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
+    let row = |m: usize| CellRow::whole(sums.grid(), m, options.most_aliases());
+    let fits: Vec<Result<RationalModel, FitError>> =
+        numbers.par_iter().map(|&m| fit_row(&sums, &ladder, &at, &row(m), &options.fit, stop)).collect();
+    fits.into_iter().collect()
+}
+
+fn fit_row(
+    sums: &CellSums,
+    ladder: &Ladder,
+    at: &[CellSumsAt],
+    row: &CellRow,
+    options: &FitOptions,
+    stop: &AtomicBool,
+) -> Result<RationalModel, FitError> {
+    let mut values = Vec::new();
+    if let Some(wave) = row.waves.first() {
+        sums.faces(wave, at[..=RUNGS].iter().step_by(SCALE_STRIDE), &mut values);
+    }
+    let bottom_scale = values.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
+    let mut done: Vec<Fitted> = Vec::with_capacity(row.waves.len());
+    for (n, wave) in row.waves.iter().enumerate() {
+        if stop.load(Ordering::Relaxed) {
+            return Err(FitError::Stopped);
+        }
+        let mut sample = |rungs: &[usize], faces: &mut Vec<FaceValues>| {
+            sums.faces(wave, rungs.iter().map(|&rung| &at[rung]), faces);
+        };
+        let start = done.last().map(start_of).unwrap_or_default();
+        let (removals, removal_below) = if start.poles.is_empty() { (8, 1.0) } else { (2, 0.6) };
+        let target = Target {
+            wavenumber: n,
+            least_scale: 0.0,
+            tolerance: options.tolerance,
+            most_poles: options.most_poles,
+            constant: false,
+            bottom_scale,
+            removals,
+            removal_below,
+        };
+        let fitted = fit_wavenumber(ladder, &target, &start, &mut sample).or_else(|error| {
+            if start.poles.is_empty() {
+                Err(error)
+            } else {
+                fit_wavenumber(ladder, &target, &Start::default(), &mut sample)
+            }
+        })?;
+        done.push(fitted);
+    }
+    let entries = done.into_iter().map(|fitted| fitted.entry);
+    Ok(RationalModel::assemble(options.elements, Field::Surface, options.top, options.tolerance, entries))
+}

@@ -24,7 +24,9 @@ use tyrewave::counters::{Meter, Watch};
 use tyrewave::numeric::Ring;
 use tyrewave::plan::{Plan, fit_options};
 use tyrewave::response::vibration::transfer::symbols;
-use tyrewave::response::vibration::{SegmentLayout, TransferKind, TyreResponse, VibrationAccumulator, VibrationField};
+use tyrewave::response::vibration::{
+    Across, SegmentLayout, TransferKind, TyreResponse, VibrationAccumulator, VibrationField,
+};
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::run::past::fetch;
@@ -171,7 +173,7 @@ fn march(criterion: &mut Criterion) {
 
 fn layout(elements: usize, revolutions: usize) -> SegmentLayout {
     SegmentLayout {
-        across: 1,
+        across: Across::Even,
         elements,
         substeps: 1,
         revolutions,

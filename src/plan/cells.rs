@@ -113,25 +113,27 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
     }
 
-    /// Waves that a window of so many columns is expected to need, and the multiply-adds of their transforms, there and
-    /// back, for an instant. They are not listed: there may be more than a machine can hold.
-    pub(super) fn expected_waves(&self, columns: f64) -> [f64; 2] {
+    /// Waves that a window of so many columns is expected to need, the multiply-adds of their transforms, there and
+    /// back, for an instant, and the forces that are remembered of all waves at one stage of their steps. They are not
+    /// listed: there may be more than a machine can hold.
+    pub(super) fn expected_waves(&self, columns: f64) -> [f64; 3] {
         let grid = self.cell_grid();
         let (waves, cells) = (grid.waves(), columns * grid.across as f64);
-        let mut expected = [0.0; 2];
+        let mut expected = [0.0; 3];
         for band in self.wave_bands(columns as usize) {
             let ring = grid.elements() / band.part;
             let around = (ring / 2 + 1) as f64;
             // What a band takes up of the rectangle of all numbers: a quarter of a disc, less the one that fades in.
             let rows = if band.folded { waves.width / grid.pitch() } else { self.last_lateral_number() as f64 };
             let disc =
-                |end: f64| 0.25 * PI * rows.min(end / waves.ky(1)) * around.min(end * band.part as f64 / waves.kx(1));
+                |end: f64| 0.25 * PI * rows.min(end / waves.ky(1)) * around.min(end / (band.part as f64 * waves.kx(1)));
             let inner = band.fades_in.map_or(0.0, |[start, _]| disc(start));
             let rows = band.fades_out.map_or(rows, |[_, end]| rows.min(end / waves.ky(1)));
             let count = band.fades_out.map_or(rows * around, |[_, end]| disc(end)) - inner;
             expected[0] += count;
             // A transform along for each lateral number, a product across by halves.
             expected[1] += rows * (transform_multiply_adds(ring) + cells);
+            expected[2] += count * self.forgotten_after(band, columns as usize).unwrap_or(0) as f64;
         }
         expected
     }
@@ -161,17 +163,17 @@ impl Amounts {
         let (rule, steps) = (scene.numerics.time_rule, plan.steps as f64);
         let stages = rule.stages() as f64;
         let instants = steps * stages;
-        let [waves, transforms] = plan.expected_waves(self.expected.columns);
+        let [waves, transforms, remembered] = plan.expected_waves(self.expected.columns);
         let cells = self.expected.columns * plan.cell_grid().across as f64;
         let search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
         let poles = plan.expected_poles_of_wave() * waves;
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
         self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
         self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);
-        self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::MarchOnAll);
+        self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::March);
         self.count(Counter::Steps, steps);
-        // Forces and displacements of a block, and the first weights of its instants.
-        let block = waves * STEPS as f64 * stages * (32.0 + 8.0 * stages);
+        // Forces and displacements of two blocks, the first weights of their instants, and what is not yet forgotten.
+        let block = waves * STEPS as f64 * stages * (64.0 + 16.0 * stages) + 8.0 * stages * remembered;
         self.hold("poles, states and fields of the cells", POLE_BYTES * poles + block + 8.0 * cells * 40.0);
         if scene.numerics.history == History::Direct {
             let sums = plan.lags as f64 * waves * stages * stages;
@@ -188,6 +190,6 @@ impl Amounts {
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles);
-        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::MarchOnAll);
+        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::Behind);
     }
 }

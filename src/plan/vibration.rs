@@ -167,7 +167,7 @@ impl Amounts {
         let held = point_bytes(&layout, wanted, vibration);
         self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
         if let Some(CellSegments { power, .. }) = &segments.cells {
-            let [waves, _] = plan.expected_waves(self.expected.columns);
+            let [waves, ..] = plan.expected_waves(self.expected.columns);
             let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
             self.add(Stage::Vibration, Unit::VibrationPole, 0.5 * self.poles * of_stages, Place::Before);
             self.count(Counter::VibrationEvaluations, waves * of_stages);

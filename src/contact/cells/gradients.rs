@@ -234,9 +234,10 @@ impl Gradients {
         }
     }
 
-    /// Goes on from an exact u on a part of the window: with the last direction, if it `is_same` as before.
-    pub fn go_on(&mut self, required: &[f64], displacement: &[f64], is_same: bool) {
-        if !is_same {
+    /// Goes on from an exact u on a part of the window: in the last direction, where the part is that of before, or
+    /// `anew`.
+    pub fn go_on(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
+        if anew {
             self.hold(required.len());
         }
         for ((miss, &u), &d) in self.miss.iter_mut().zip(displacement).zip(required) {
@@ -269,10 +270,19 @@ impl Gradients {
         while progress.iterations < most && self.pass(Pass::Residual)[0] > goal {
             progress.iterations += 1;
             self.precondition(count, across);
-            let [product, change] = self.pass(Pass::Precondition);
+            let [mut product, mut change] = self.pass(Pass::Precondition);
+            if product <= 0.0 {
+                // W cut down to A need not be positive definite; the residual itself always leads on.
+                self.preconditioned.copy_from_slice(&self.residual);
+                self.last = 0.0;
+                [product, change] = self.pass(Pass::Precondition);
+            }
             let beta = if self.last > 0.0 { (change / self.last).max(0.0) } else { 0.0 };
             self.last = product;
-            let [along, _] = self.pass(Pass::Direct(beta));
+            let [mut along, _] = self.pass(Pass::Direct(beta));
+            if along <= 0.0 {
+                [along, _] = self.pass(Pass::Direct(0.0));
+            }
             cells.single_displacement(&self.direction[..count], &mut self.response[..count]);
             progress.products += 1;
             let length = along / self.pass(Pass::Curvature)[0];

@@ -6,8 +6,8 @@
 //!    on the part of the window that the forces and all d > 0 are in;
 //! 2. u = G F in double precision, everywhere; the end, if the conditions are met, else again from there, on a longer
 //!    part if they are missed beyond it;
-//! 3. where that does not at least halve what is missing, proportioning in double precision takes over (module
-//!    `proportioning`), which always ends. Uses are counted.
+//! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
+//!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 
 use std::ops::Range;
 
@@ -52,8 +52,8 @@ const LANES: usize = 8;
 const DIGITS: f64 = 1e-5;
 /// Part of the tolerance that single precision goes for.
 const BELOW: f64 = 0.3;
-/// Most iterations at a time: some ten times what any road has needed.
-const MOST_ITERATIONS: u64 = 120;
+/// Most iterations at a time: some twenty times what any road has needed.
+const MOST_ITERATIONS: u64 = 250;
 /// Cells on either side that the preconditioner reaches.
 const RADIUS: usize = 3;
 /// What stands for -infinity, where differences are taken.
@@ -156,7 +156,7 @@ impl CellSearch {
         // The first look need not be exact.
         self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
         self.counts.single_products += 1;
-        let (mut missing, mut goal) = (f64::INFINITY, DIGITS);
+        let (mut missing, mut goal, mut is_fresh) = (f64::INFINITY, DIGITS, true);
         loop {
             let goal_now = (goal * largest) as f32;
             let done = self.gradients.run(&mut self.cells, &mut forces[part.clone()], goal_now, self.most);
@@ -172,13 +172,15 @@ impl CellSearch {
             let (d, u) = (&self.required, &self.displacement);
             part = self.part(part, |cell| forces[cell] > 0.0 || u[cell] < d[cell]);
             let is_same = part == before;
-            if is_same && left > 0.5 * missing || done.iterations == self.most || left.is_nan() {
+            let is_slow = left > 0.5 * missing;
+            if is_same && is_slow && is_fresh || done.iterations == self.most || left.is_nan() {
                 return self.prove(forces, largest);
             }
+            is_fresh = !is_same || is_slow;
             missing = left;
             goal = (BELOW * self.tolerance).max(DIGITS * left);
             let (d, u) = (&self.required[part.clone()], &self.displacement[part.clone()]);
-            self.gradients.go_on(d, u, is_same);
+            self.gradients.go_on(d, u, is_fresh);
         }
     }
 

@@ -69,6 +69,8 @@ pub struct CellSearch {
     proportioning: Proportioning,
     required: Vec<f64>,
     displacement: Vec<f64>,
+    /// Cells from the first on whose `displacement` is that of the forces that come in as the next guess.
+    known: usize,
 }
 
 impl CellSearch {
@@ -83,6 +85,7 @@ impl CellSearch {
             proportioning: Proportioning::new(cells.cells()),
             required: zeros(),
             displacement: zeros(),
+            known: 0,
             cells,
         }
     }
@@ -107,9 +110,17 @@ impl CellSearch {
         self.counts
     }
 
-    /// Goes on from the counters of an equal search.
-    pub fn restore(&mut self, counts: CellCounts) {
+    /// Goes on from the counters and the last solution of an equal search.
+    pub fn restore(&mut self, counts: CellCounts, forces: &[f64]) {
         self.counts = counts;
+        self.cells.displacement(forces, &mut self.displacement);
+    }
+
+    /// The window has moved on by so many cells, and the last solution, which has moved with it and has lost no force,
+    /// is the next guess: what it displaces need not be found again.
+    pub fn go_on(&mut self, cells: usize) {
+        self.displacement.copy_within(cells.., 0);
+        self.known = self.displacement.len() - cells;
     }
 
     /// u = G F in double precision, and how far the conditions are missed.
@@ -135,6 +146,7 @@ impl CellSearch {
     /// as the guess. A d that is no number gives residuals that are none, and no forces.
     pub fn solve(&mut self, required: &[f64], forces: &mut [f64]) -> CellResiduals {
         self.counts.solves += 1;
+        let known = std::mem::take(&mut self.known);
         let largest = largest_or_zero(required);
         if largest.is_infinite() || required.iter().any(|d| d.is_nan()) {
             forces.fill(0.0);
@@ -146,16 +158,23 @@ impl CellSearch {
             self.displacement.fill(0.0);
             return CellResiduals::default();
         }
+        let mut is_kept = true;
         for ((force, &d), own) in forces.iter_mut().zip(required).zip(&mut self.required) {
-            let good = (d > f64::NEG_INFINITY) & (*force > 0.0) & (*force < f64::INFINITY);
-            *force = if good { *force } else { 0.0 };
+            let good = (d > f64::NEG_INFINITY) & (*force >= 0.0) & (*force < f64::INFINITY);
+            let kept = if good { *force } else { 0.0 };
+            is_kept &= kept.to_bits() == force.to_bits();
+            *force = kept;
             *own = if d > NOWHERE { d } else { NOWHERE };
         }
         let required = &self.required;
         let mut part = self.part(0..0, |cell| forces[cell] > 0.0 || required[cell] > 0.0);
-        // The first look need not be exact.
-        self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
-        self.counts.single_products += 1;
+        if is_kept && part.end <= known {
+            self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
+        } else {
+            // The first look need not be exact.
+            self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
+            self.counts.single_products += 1;
+        }
         let (mut missing, mut goal, mut is_fresh) = (f64::INFINITY, DIGITS, true);
         loop {
             let goal_now = (goal * largest) as f32;

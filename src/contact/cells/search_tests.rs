@@ -173,7 +173,7 @@ fn equal_guesses_give_equal_bits_whatever_was_before() {
     other.solve(&required, &mut b);
     assert!(a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits()));
     let counts = one.counts();
-    other.restore(counts);
+    other.restore(counts, &b);
     assert_eq!(other.counts(), counts);
 }
 
@@ -204,7 +204,7 @@ fn time_of_rolling() {
                     search.solve(&required, &mut forces);
                     *best = best.min(begin.elapsed().as_secs_f64());
                 }
-                search.restore(counts);
+                search.restore(counts, &forces);
             }
             let counts = search.counts();
             println!(

@@ -1,9 +1,10 @@
 //! Between the cells of the window and the waves of a ring.
 //!
 //! Across by a product with the waves' shapes, those that are even about the tyre's middle and those that are odd apart
-//! from each other, which halves it; along by a transform for each lateral number. Cells are material: a cell keeps its
-//! place on the ring.
+//! from each other, which halves it; along by a transform for each lateral number, or, where a ring carries few of its
+//! waves, by a product with these. Cells are material: a cell keeps its place on the ring.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use faer::linalg::matmul::matmul;
@@ -11,6 +12,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
+use crate::numeric::transform_multiply_adds;
 use crate::tyre::influence::{CellGrid, CellRow};
 
 /// Lateral numbers whose shapes are all even, or all odd, about the middle.
@@ -22,6 +24,8 @@ struct Side {
     /// Fields across \[rows or half of the cells\] x columns.
     cells: Vec<f64>,
     waves: Vec<f64>,
+    /// Rows x real and imaginary parts of the ring's first waves, where they are found by a product.
+    spectra: Vec<f64>,
 }
 
 /// One lateral number.
@@ -36,6 +40,50 @@ struct Row {
     scratch: Vec<Complex64>,
 }
 
+/// The first waves of a ring on the columns of a window.
+struct Basis {
+    /// cos and -sin of 2 pi n c/R, bin by bin.
+    values: Vec<f64>,
+    bins: usize,
+    /// exp(-2 pi i k/R).
+    turns: Vec<Complex64>,
+}
+
+impl Basis {
+    /// Multiply-adds of a transform that take the time of one of a product (measured).
+    const WORTH: f64 = 2.5;
+
+    /// Of so many bins, if a product with them takes less time than a transform.
+    fn new(ring: usize, columns: usize, bins: usize) -> Option<Self> {
+        if (2 * bins * columns) as f64 > Self::WORTH * transform_multiply_adds(ring) {
+            return None;
+        }
+        let turn = |k: usize| Complex64::cis(-TAU * (k % ring) as f64 / ring as f64);
+        let mut values = Vec::with_capacity(2 * bins * columns);
+        for n in 0..bins {
+            values.extend((0..columns).map(|c| turn(n * c).re));
+            values.extend((0..columns).map(|c| turn(n * c).im));
+        }
+        Some(Self { values, bins, turns: (0..ring).map(turn).collect() })
+    }
+
+    fn matrix(&self) -> MatRef<'_, f64> {
+        let columns = self.values.len() / (2 * self.bins);
+        MatRef::from_row_major_slice(&self.values, 2 * self.bins, columns)
+    }
+
+    /// exp(-2 pi i n first/R) of a row's waves.
+    fn turns<'a>(&'a self, row: &Row, first: usize) -> impl Iterator<Item = Complex64> + use<'a> {
+        let ring = self.turns.len();
+        (row.first..row.first + row.count).map(move |n| self.turns[n * first % ring])
+    }
+
+    /// What a wave counts in a real field.
+    fn times(&self, n: usize) -> f64 {
+        if n == 0 || 2 * n == self.turns.len() { 1.0 } else { 2.0 }
+    }
+}
+
 /// The transforms of one ring.
 pub struct WaveTransform {
     ring: usize,
@@ -44,6 +92,7 @@ pub struct WaveTransform {
     waves: usize,
     even: Side,
     odd: Side,
+    basis: Option<Basis>,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
@@ -55,7 +104,8 @@ impl WaveTransform {
         let (forward, inverse) = (planner.plan_fft_forward(ring), planner.plan_fft_inverse(ring));
         let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
         let half = grid.across.div_ceil(2);
-        let side = || Side { rows: Vec::new(), shapes: Vec::new(), cells: Vec::new(), waves: Vec::new() };
+        let empty = Vec::new;
+        let side = || Side { rows: Vec::new(), shapes: empty(), cells: empty(), waves: empty(), spectra: empty() };
         let (mut even, mut odd) = (side(), side());
         let mut start = 0;
         for CellRow { m, folded, first, waves } in rows {
@@ -75,11 +125,14 @@ impl WaveTransform {
             });
             start += waves.len();
         }
+        let bins = rows.iter().map(|row| row.first + row.waves.len()).max().unwrap_or(0);
+        let basis = Basis::new(ring, columns, bins);
         for side in [&mut even, &mut odd] {
             side.cells = vec![0.0; half * columns];
             side.waves = vec![0.0; side.rows.len() * columns];
+            side.spectra = vec![0.0; basis.as_ref().map_or(0, |basis| side.rows.len() * 2 * basis.bins)];
         }
-        Self { ring, columns, across: grid.across, waves: start, even, odd, forward, inverse }
+        Self { ring, columns, across: grid.across, waves: start, even, odd, basis, forward, inverse }
     }
 
     /// Cells of the window.
@@ -94,7 +147,7 @@ impl WaveTransform {
 
     /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
     pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex64]) {
-        let Self { ring, columns, across, even, odd, forward, .. } = self;
+        let Self { ring, columns, across, even, odd, basis, forward, .. } = self;
         let half = across.div_ceil(2);
         for (column, cells) in forces.chunks_exact(*across).enumerate() {
             for j in 0..half {
@@ -111,6 +164,19 @@ impl WaveTransform {
             let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
             let cells = MatRef::from_column_major_slice(&side.cells, half, *columns);
             matmul(waves, Accum::Replace, shapes, cells, 1.0, Par::Seq);
+            if let Some(basis) = basis {
+                let waves = MatRef::from_row_major_slice(&side.waves, rows, *columns);
+                let spectra = MatMut::from_row_major_slice_mut(&mut side.spectra, rows, 2 * basis.bins);
+                matmul(spectra, Accum::Replace, waves, basis.matrix().transpose(), 1.0, Par::Seq);
+                for (row, values) in side.rows.iter().zip(side.spectra.chunks_exact(2 * basis.bins)) {
+                    let (values, _) = values[2 * row.first..].as_chunks::<2>();
+                    let out = spectrum[row.start..row.start + row.count].iter_mut();
+                    for ((out, &[re, im]), turn) in out.zip(values).zip(basis.turns(row, first)) {
+                        *out = Complex64::new(re, im) * turn;
+                    }
+                }
+                continue;
+            }
             let waves = &side.waves;
             side.rows.iter_mut().enumerate().for_each(|(index, row)| {
                 row.field.fill(0.0);
@@ -128,24 +194,39 @@ impl WaveTransform {
 
     /// Adds what waves displace to the cells of the window.
     pub fn add_inverse(&mut self, spectrum: &[Complex64], first_element: i64, out: &mut [f64]) {
-        let Self { ring, columns, across, even, odd, inverse, .. } = self;
+        let Self { ring, columns, across, even, odd, basis, inverse, .. } = self;
         let half = across.div_ceil(2);
         let first = first_element.rem_euclid(*ring as i64) as usize;
         for side in [&mut *even, &mut *odd] {
-            side.rows.iter_mut().for_each(|row| {
+            let rows = side.rows.len();
+            if let Some(basis) = basis {
+                side.spectra.fill(0.0);
+                for (row, values) in side.rows.iter().zip(side.spectra.chunks_exact_mut(2 * basis.bins)) {
+                    let (values, _) = values[2 * row.first..].as_chunks_mut::<2>();
+                    let waves = spectrum[row.start..row.start + row.count].iter().zip(basis.turns(row, first));
+                    for ((number, value), (wave, turn)) in (row.first..).zip(values).zip(waves) {
+                        let turned = basis.times(number) * wave * turn.conj();
+                        *value = [turned.re, turned.im];
+                    }
+                }
+                let waves = MatMut::from_row_major_slice_mut(&mut side.waves, rows, *columns);
+                let spectra = MatRef::from_row_major_slice(&side.spectra, rows, 2 * basis.bins);
+                matmul(waves, Accum::Replace, spectra, basis.matrix(), 1.0, Par::Seq);
+            }
+            for row in side.rows.iter_mut().filter(|_| basis.is_none()) {
                 row.spectrum.fill(Complex64::ZERO);
                 row.spectrum[row.first..][..row.count].copy_from_slice(&spectrum[row.start..][..row.count]);
                 // The ends of the spectrum of a real field are real.
                 let last = row.spectrum.len() - 1;
                 (row.spectrum[0].im, row.spectrum[last].im) = (0.0, 0.0);
                 let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.field, &mut row.scratch);
-            });
-            for (row, waves) in side.rows.iter().zip(side.waves.chunks_exact_mut(*columns)) {
+            }
+            let transformed = side.rows.iter().zip(side.waves.chunks_exact_mut(*columns));
+            for (row, waves) in transformed.filter(|_| basis.is_none()) {
                 for (column, value) in waves.iter_mut().enumerate() {
                     *value = row.field[(first + column) % *ring];
                 }
             }
-            let rows = side.rows.len();
             let cells = MatMut::from_column_major_slice_mut(&mut side.cells, half, *columns);
             let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
             let waves = MatRef::from_row_major_slice(&side.waves, rows, *columns);

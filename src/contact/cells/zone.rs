@@ -212,6 +212,9 @@ impl CellZone {
         // Cells are material: forces move with them through the window.
         let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
         let moved = moved.saturating_mul(self.across).min(cells);
+        if self.forces[..moved].iter().all(|force| *force <= 0.0) {
+            self.search.go_on(moved);
+        }
         self.forces.copy_within(moved.., 0);
         self.forces[cells - moved..].fill(0.0);
         self.first_element = first_element;
@@ -253,8 +256,9 @@ impl CellZone {
     /// [`StateError`].
     pub fn restore(&mut self, state: &CellZoneState) -> Result<(), StateError> {
         self.past.restore(&state.past)?;
-        self.search.restore(state.counts);
         self.first_element = state.first_element;
-        fill(&mut self.forces, &state.forces)
+        fill(&mut self.forces, &state.forces)?;
+        self.search.restore(state.counts, &self.forces);
+        Ok(())
     }
 }

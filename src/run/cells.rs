@@ -144,9 +144,10 @@ impl<'a> CellContact<'a> {
         let mut rings = Vec::new();
         for band in self.plan.wave_bands(columns) {
             let tyre = self.plan.tyre_of(band);
-            let sums = Self::sums_of(self.plan, &tyre);
+            let moved = band.folded.then(|| Self::sums_of(self.plan, &tyre));
+            let sums = moved.as_ref().unwrap_or(&self.sums);
             let rows = sums.waves(band);
-            let model = self.model(&sums, &tyre, &rows, meter, warnings)?;
+            let model = self.model(sums, &tyre, &rows, meter, warnings)?;
             meter.count(Counter::Poles, model.order() as u64);
             let transform = WaveTransform::new(sums.grid(), sums.grid().elements() / band.part, columns, &rows);
             let forgotten_after = self.plan.forgotten_after(band, columns);

@@ -5,7 +5,7 @@
 //! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
 //! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
 //!    the free field's T.
-//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)):
+//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), but nowhere negative where F = 0:
 //!    it forgets by itself when A changes.
 //! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.
 //!
@@ -132,17 +132,21 @@ impl WithSimd for Dispatched<'_> {
     fn with_simd<S: Simd>(self, _: S) -> [f32; 2] {
         let Gradients { count, miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
             self.gradients;
-        // The others are as long or longer.
-        let miss = &mut miss[..count.next_multiple_of(LANES)];
-        let (miss, forces) = (miss.as_chunks_mut::<LANES>().0, forces.as_chunks_mut::<LANES>().0);
-        let (r, z) = (residual.as_chunks_mut::<LANES>().0, preconditioned.as_chunks_mut::<LANES>().0);
-        let (previous, t) = (previous.as_chunks_mut::<LANES>().0, direction.as_chunks_mut::<LANES>().0);
-        let (response, cut) = (response.as_chunks::<LANES>().0, cut.as_chunks_mut::<LANES>().0);
+        // What is behind is of longer parts.
+        let room = 0..count.next_multiple_of(LANES);
+        let miss = miss[room.clone()].as_chunks_mut::<LANES>().0;
+        let forces = forces[room.clone()].as_chunks_mut::<LANES>().0;
+        let r = residual[room.clone()].as_chunks_mut::<LANES>().0;
+        let z = preconditioned[room.clone()].as_chunks_mut::<LANES>().0;
+        let previous = previous[room.clone()].as_chunks_mut::<LANES>().0;
+        let t = direction[room.clone()].as_chunks_mut::<LANES>().0;
+        let response = response[room.clone()].as_chunks::<LANES>().0;
+        let cut = cut[room].as_chunks_mut::<LANES>().0;
         let [mut first, mut second] = [[0.0_f32; LANES]; 2];
         let total = |sums: [f32; LANES]| sums.into_iter().sum::<f32>();
         match self.pass {
             Pass::Residual => {
-                for ((miss, r), forces) in miss.iter().zip(r).zip(forces) {
+                for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
                     for lane in 0..LANES {
                         let touches = (forces[lane] > 0.0) | (miss[lane] < 0.0);
                         r[lane] = if touches { -miss[lane] } else { 0.0 };
@@ -164,9 +168,11 @@ impl WithSimd for Dispatched<'_> {
                 [total(first), total(second)]
             }
             Pass::Direct(beta) => {
-                for ((r, z), t) in r.iter().zip(z).zip(t) {
+                for ((r, forces), (z, t)) in r.iter().zip(forces).zip(z.iter().zip(t)) {
                     for lane in 0..LANES {
-                        t[lane] = if r[lane].abs() > 0.0 { z[lane] + beta * t[lane] } else { 0.0 };
+                        let next = if r[lane].abs() > 0.0 { z[lane] + beta * t[lane] } else { 0.0 };
+                        // A cell that is to begin to push is not pulled: that would be cut off again and again.
+                        t[lane] = if (forces[lane] > 0.0) | (next > 0.0) { next } else { 0.0 };
                         first[lane] += r[lane] * t[lane];
                     }
                 }

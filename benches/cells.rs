@@ -1,6 +1,6 @@
 //! Contact over cells: products with G in double precision, a warm search on a rough road by projected gradients with
-//! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error. The past by
-//! poles in blocks, by the plain recursion and by direct sums of some lags, with the errors of both.
+//! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error. The past
+//! by poles in blocks, by the plain recursion and by direct sums of some lags, with the errors of both.
 //!
 //! `cargo bench --bench cells`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]

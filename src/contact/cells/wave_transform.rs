@@ -55,7 +55,7 @@ impl Basis {
 
     /// Of so many bins, if a product with them takes less time than a transform.
     fn new(ring: usize, columns: usize, bins: usize) -> Option<Self> {
-        if (2 * bins * columns) as f64 > Self::WORTH * transform_multiply_adds(ring) {
+        if bins == 0 || (2 * bins * columns) as f64 > Self::WORTH * transform_multiply_adds(ring) {
             return None;
         }
         let turn = |k: usize| Complex64::cis(-TAU * (k % ring) as f64 / ring as f64);

@@ -37,8 +37,9 @@ const LEAST_TOLERANCE: f64 = 3e-10;
 /// Poles of a wave, conjugates counted, at a tolerance of 1e-5, and how many less for each factor of ten above it
 /// (measured, N = 256 to 1024).
 const POLES: [f64; 2] = [32.0, 5.0];
-/// Bytes of a pole, conjugates counted: its model, its coefficients and its states.
-const POLE_BYTES: f64 = 90.0;
+/// Bytes of a pole, conjugates counted, and more of them for each stage of a step: its model, coefficients and states,
+/// and what making them takes (measured, N = 512 to 2048).
+const POLE_BYTES: [f64; 2] = [90.0, 130.0];
 /// Products in single precision that the search for an instant takes, with what goes with them (measured).
 const PRODUCTS: f64 = 16.0;
 
@@ -174,7 +175,8 @@ impl Amounts {
         self.count(Counter::Steps, steps);
         // Forces and displacements of two blocks, the first weights of their instants, and what is not yet forgotten.
         let block = waves * STEPS as f64 * stages * (64.0 + 16.0 * stages) + 8.0 * stages * remembered;
-        self.hold("poles, states and fields of the cells", POLE_BYTES * poles + block + 8.0 * cells * 40.0);
+        let of_poles = (POLE_BYTES[0] + POLE_BYTES[1] * stages) * poles;
+        self.hold("poles, states and fields of the cells", of_poles + block + 8.0 * cells * 40.0);
         if scene.numerics.history == History::Direct {
             let sums = plan.lags as f64 * waves * stages * stages;
             self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);

@@ -1,12 +1,19 @@
 //! Contact over cells in three dimensions: whole runs, their limits and the hard cases.
 
 use std::fs;
+use std::time::Instant;
 
+use tyrewave::contact::cells::{CellSearch, InstantCells};
+use tyrewave::half_space::love;
+use tyrewave::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
 use tyrewave::plan::Plan;
-use tyrewave::road::{Lattice, Limits, RoadSurface};
+use tyrewave::road::{self, Lattice, RoadSurface};
 use tyrewave::run::Run;
 use tyrewave::scene::LoadedScene;
+use tyrewave::test_models::cells::RoughRoad;
 use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_text};
+
+use tyrewave::tyre::influence::CellInfluence;
 
 use crate::common::{Results, mean_and_deviation, read_array, run, write_grid};
 
@@ -223,9 +230,49 @@ fn the_road_of_cells_is_that_of_its_lattice() {
     let plan = Plan::of(&loaded).unwrap();
     let lattice = plan.lattice().unwrap();
     assert_eq!((lattice.columns, lattice.along), (4, 1));
-    let mut road = RoadSurface::open(&loaded.scene.road, lattice, Limits::default()).unwrap();
+    let mut road = RoadSurface::open(&loaded.scene.road, lattice, road::Limits::default()).unwrap();
     let mut heights = vec![0.0; 40];
     road.heights(0, 10, &mut heights).unwrap();
     assert!(heights.iter().any(|height| height.abs() > 1e-4));
     assert!((Lattice::across(0.12, 0.03) as f64 - 4.0).abs() < 1e-12);
+}
+
+/// A rough patch of n x n cells on a half-space, by the search over cells and by `indent`: their largest difference of
+/// a force over the largest, and the time of both \[s\].
+fn patch_on_a_half_space(n: usize, elements: usize) -> (f64, [f64; 2]) {
+    const MODULUS: f64 = 1.25e7;
+    let (dx, dy) = (CIRCUMFERENCE / elements as f64, 0.111 / n as f64);
+    let required = RoughRoad::new(3).required(n, n, elements, 0);
+    let unit = |i: usize, j: usize| love::displacement(i as f64 * dx, j as f64 * dy, dx, dy) / (MODULUS * dx * dy);
+    let toeplitz = (0..n * n).map(|place| unit(place / n, place % n)).collect();
+    let influence = CellInfluence { columns: n, across: n, toeplitz, hankel: vec![0.0; n * (2 * n - 1)] };
+    let mut search = CellSearch::new(InstantCells::new(influence), 1e-8);
+    let mut forces = vec![0.0; n * n];
+    let begin = Instant::now();
+    let residuals = search.solve(&required, &mut forces);
+    let own = begin.elapsed().as_secs_f64();
+    assert!(residuals.penetration <= 1e-8 && residuals.complementarity <= 1e-8 && search.counts().fallbacks == 0);
+    // The plane at height 0: what is above it is pressed in.
+    let peak = required.iter().copied().fold(f64::MIN, f64::max);
+    let map = HeightMap { heights: required, extent: Extent { nx: n, ny: n }, dx, dy };
+    let begin = Instant::now();
+    let other = indent(&map, MODULUS, Control::Penetration(peak), Limits::default()).unwrap();
+    let times = [own, begin.elapsed().as_secs_f64()];
+    let largest = forces.iter().copied().fold(0.0, f64::max);
+    let differences = forces.iter().zip(&other.pressure).map(|(force, p)| (force - p * dx * dy).abs() / largest);
+    (differences.fold(0.0, f64::max), times)
+}
+
+#[test]
+fn cells_on_a_half_space_press_as_indent_says() {
+    let (difference, _) = patch_on_a_half_space(48, 1024);
+    assert!(difference < 1e-6, "{difference:e}");
+}
+
+#[test]
+#[ignore = "measures"]
+fn a_patch_of_512_by_512_cells_beside_indent() {
+    let (difference, [own, other]) = patch_on_a_half_space(512, 4096);
+    println!("cells {own:.2} s, indent {other:.2} s, difference {difference:.1e}");
+    assert!(difference < 1e-6, "{difference:e}");
 }

@@ -4,8 +4,9 @@
 //! u_ij = sum_n sum_m (1/L)(2/B) exp(i kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') C_zz(kx_n, ky_m, s) F_i'j'
 //! ```
 //!
-//! over all n and m (1/B for m = 0). Aliases n + p N fall on the same cells and are folded; across, where sides and
-//! strip are no multiple of a cell, each m stands for itself.
+//! over all n and m (1/B for m = 0). Aliases n + p N fall on the same cells and are folded. Across each m stands for
+//! itself, since sides and strip are no multiple of a cell; but for waves so short that they do not feel the sides,
+//! which may then be moved to where m and 2 B/dy - m are the same on cells ([`CellGrid::width_in_cells`]).
 //!
 //! With 2 s s' = sinc^2(ky dy/2) (cos ky(y - y') +- cos ky(y + y')) the sum depends on j - j' and on j + j' alone: the
 //! free field and the images in the sides, [`CellInfluence`].

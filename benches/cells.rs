@@ -85,7 +85,7 @@ fn past(criterion: &mut Criterion) {
     let model = fit_cells(&sums, &rows, &options, &Default::default()).expect("the waves can be fitted");
     let transform = || WaveTransform::new(sums.grid(), elements, columns, &rows);
     let poles = |steps: usize| {
-        let ring = RingParts { model: model.clone(), transform: transform(), forgotten_after: None };
+        let ring = RingParts { model: &model, transform: transform(), forgotten_after: None };
         WavePast::with_blocks([ring], rule, time_step, steps)
     };
     let mut direct = DirectPast::new(&sums, &rows, transform(), rule, time_step, lags);

@@ -58,20 +58,25 @@ impl<'a> CellContact<'a> {
         0.5 * BEYOND * length + 2.0 * self.plan.element
     }
 
-    /// The cells of a window of so many columns, at rest.
+    /// What cells of a window of so many columns feel of each other at once.
     ///
     /// # Errors
-    /// A fit that is refused, or stopped.
-    pub fn zone(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<CellZone, RunError> {
+    /// A rule without a first rate.
+    pub fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
-        let rule = scene.numerics.time_rule;
-        let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
-        let influence = meter.time(Stage::Influence, || self.sums.instant(rate, columns));
-        let past = match scene.numerics.history {
-            History::Direct => CellPast::Direct(Box::new(self.direct(columns, meter))),
-            History::Modal => CellPast::Modal(Box::new(self.rings(columns, meter, warnings)?)),
+        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        Ok(meter.time(Stage::Influence, || self.sums.instant(rate, columns)))
+    }
+
+    /// The cells of a window, at rest; the past is that of the waves that carry it, or of direct sums.
+    pub fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], meter: &mut Meter) -> CellZone {
+        let numerics = &self.plan.scene.numerics;
+        let past = match numerics.history {
+            History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),
+            History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
         };
-        Ok(CellZone::new(influence, self.crown.clone(), past, rule.stages(), self.plan.cell_tolerance()))
+        let tolerance = self.plan.cell_tolerance();
+        CellZone::new(instant, self.crown.clone(), past, numerics.time_rule.stages(), tolerance)
     }
 
     /// The sums over a tyre's waves.
@@ -82,34 +87,39 @@ impl<'a> CellContact<'a> {
         CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
     }
 
-    /// The waves that carry the past through a window of so many columns, for what else is to be known of them: after
-    /// [`Self::zone`] they are in the user's cache.
+    fn bands(&self, columns: usize) -> Vec<WaveBand> {
+        match self.plan.scene.numerics.history {
+            History::Direct => vec![WaveBand::WHOLE],
+            History::Modal => self.plan.wave_bands(columns),
+        }
+    }
+
+    /// The waves that carry the past through a window of so many columns, ring by ring.
     ///
     /// # Errors
-    /// As [`Self::zone`].
+    /// A fit that is refused, or stopped.
     pub fn carried(
         &self,
         columns: usize,
         meter: &mut Meter,
         warnings: &mut Vec<String>,
     ) -> Result<Vec<CarriedWaves>, RunError> {
-        let bands = match self.plan.scene.numerics.history {
-            History::Direct => vec![WaveBand::WHOLE],
-            History::Modal => self.plan.wave_bands(columns),
-        };
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
-            let rows = self.sums.waves(band);
-            let model = self.model(&self.sums, &self.plan.decisions.tyre, &rows, meter, warnings)?;
+            let tyre = self.plan.tyre_of(band);
+            let moved = band.folded.then(|| Self::sums_of(self.plan, &tyre));
+            let sums = moved.as_ref().unwrap_or(&self.sums);
+            let rows = sums.waves(band);
+            let model = self.model(sums, &tyre, &rows, meter, warnings)?;
             Ok(CarriedWaves { part: band.part, rows, model })
         };
-        bands.into_iter().map(carried).collect()
+        self.bands(columns).into_iter().map(carried).collect()
     }
 
-    /// What cells of a window of so many columns feel of each other at once beyond waves that carry the past.
+    /// What is left of what cells feel of each other at once, beyond the waves that carry the past.
     ///
     /// # Errors
     /// A rule without a first rate.
-    pub fn beyond(&self, columns: usize, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
+    pub fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
         let values: Vec<Vec<f64>> = carried.iter().map(|waves| waves.values(rate.into())).collect();
@@ -121,8 +131,7 @@ impl<'a> CellContact<'a> {
                 (waves.part, row, of_row)
             })
         });
-        let of_waves = self.sums.instant_of_waves(columns, known);
-        let mut all = self.sums.instant(rate, columns);
+        let of_waves = self.sums.instant_of_waves(all.columns, known);
         let parts = [(&mut all.toeplitz, &of_waves.toeplitz), (&mut all.hankel, &of_waves.hankel)];
         for (all, of_waves) in parts {
             all.iter_mut().zip(of_waves).for_each(|(all, of_waves)| *all -= of_waves);
@@ -139,21 +148,15 @@ impl<'a> CellContact<'a> {
         })
     }
 
-    fn rings(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<WavePast, RunError> {
-        let rule = self.plan.scene.numerics.time_rule;
-        let mut rings = Vec::new();
-        for band in self.plan.wave_bands(columns) {
-            let tyre = self.plan.tyre_of(band);
-            let moved = band.folded.then(|| Self::sums_of(self.plan, &tyre));
-            let sums = moved.as_ref().unwrap_or(&self.sums);
-            let rows = sums.waves(band);
-            let model = self.model(sums, &tyre, &rows, meter, warnings)?;
+    fn rings(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WavePast {
+        let numerics = &self.plan.scene.numerics;
+        let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { part, rows, model })| {
             meter.count(Counter::Poles, model.order() as u64);
-            let transform = WaveTransform::new(sums.grid(), sums.grid().elements() / band.part, columns, &rows);
-            let forgotten_after = self.plan.forgotten_after(band, columns);
-            rings.push(RingParts { model, transform, forgotten_after });
-        }
-        Ok(WavePast::new(rings, rule, self.plan.time_step))
+            let grid = CellGrid::new(&self.plan.tyre_of(band), numerics.elements, self.sums.grid().across);
+            let transform = WaveTransform::new(&grid, grid.elements() / part, columns, rows);
+            RingParts { model, transform, forgotten_after: self.plan.forgotten_after(band, columns) }
+        });
+        WavePast::new(rings, numerics.time_rule, self.plan.time_step)
     }
 
     /// The model of a band, from the user's cache or fitted.

@@ -116,10 +116,15 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let (mut moving, mut carried) = (None, None);
     let (march, form, kappa, model) = match &zone {
         ZoneSums::Cells(cells) => {
-            let zone = cells.zone(columns, meter, &mut warnings)?;
-            if plan.decisions.vibration.is_some() {
-                let waves = cells.carried(columns, meter, &mut warnings)?;
-                let beyond = meter.time(Stage::Influence, || cells.beyond(columns, &waves))?;
+            let instant = cells.instant(columns, meter)?;
+            let followed = plan.decisions.vibration.is_some();
+            let waves = match numerics.history {
+                History::Direct if !followed => Vec::new(),
+                _ => cells.carried(columns, meter, &mut warnings)?,
+            };
+            let zone = cells.zone(instant.clone(), &waves, meter);
+            if followed {
+                let beyond = meter.time(Stage::Influence, || cells.beyond(instant, &waves))?;
                 carried = Some((waves, beyond));
             }
             (March::with_cells(geometry, zone, numerics.time_rule, plan.time_step), SliceForm::Cells, None, None)

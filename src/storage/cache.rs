@@ -175,19 +175,32 @@ impl Cache {
         warnings: &mut Vec<String>,
         make: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
+        if let Some(value) = self.kept(key, warnings) {
+            return Ok(value);
+        }
+        let value = make()?;
+        self.keep(key, &value, warnings);
+        Ok(value)
+    }
+
+    /// A value from its entry if that is there and sound.
+    pub fn kept<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
         match self.load(key) {
-            Ok(Some(Ok(value))) => return Ok(value),
+            Ok(Some(Ok(value))) => return Some(value),
             Ok(Some(Err(reason))) => {
                 warnings.push(format!("cache entry {} is rebuilt: {reason}", self.path::<T>(key).display()));
             }
             Ok(None) => {}
             Err(error) => warnings.push(format!("cache not read: {error}")),
         }
-        let value = make()?;
-        if let Err(error) = self.store(key, &value) {
+        None
+    }
+
+    /// Stores a value.
+    pub fn keep<T: Cached>(&self, key: &[u8; 32], value: &T, warnings: &mut Vec<String>) {
+        if let Err(error) = self.store(key, value) {
             warnings.push(format!("cache not written: {error}"));
         }
-        Ok(value)
     }
 
     /// Drops entries until the rest fits the limit; the one just written stays.

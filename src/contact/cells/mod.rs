@@ -31,6 +31,7 @@ mod waves;
 pub mod zone;
 
 pub use instant::InstantCells;
+pub use product::CellProduct;
 pub use search::{CellCounts, CellResiduals, CellSearch};
 pub use zone::{CellPast, CellZone, CellZoneState};
 #[cfg(test)]

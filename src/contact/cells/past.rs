@@ -26,9 +26,9 @@ use crate::tyre::poles::cells::CellModel;
 pub const STEPS: usize = 4;
 
 /// One ring: the waves that it carries.
-pub struct RingParts {
+pub struct RingParts<'m> {
     /// Their poles.
-    pub model: CellModel,
+    pub model: &'m CellModel,
     /// From cells to waves and back.
     pub transform: WaveTransform,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
@@ -79,13 +79,13 @@ struct RingState {
 
 impl WavePast {
     /// At rest.
-    pub fn new(parts: impl IntoIterator<Item = RingParts>, rule: TimeRule, time_step: f64) -> Self {
+    pub fn new<'m>(parts: impl IntoIterator<Item = RingParts<'m>>, rule: TimeRule, time_step: f64) -> Self {
         Self::with_blocks(parts, rule, time_step, STEPS)
     }
 
     /// As [`Self::new`], in blocks of so many steps.
-    pub fn with_blocks(
-        parts: impl IntoIterator<Item = RingParts>,
+    pub fn with_blocks<'m>(
+        parts: impl IntoIterator<Item = RingParts<'m>>,
         rule: TimeRule,
         time_step: f64,
         steps: usize,
@@ -93,7 +93,7 @@ impl WavePast {
         let mut work = Work::default();
         let (mut rings, mut waves) = (Vec::new(), Vec::new());
         for RingParts { model, transform, forgotten_after } in parts {
-            let ring = RingWaves::new(&model, rule, time_step, steps, forgotten_after);
+            let ring = RingWaves::new(model, rule, time_step, steps, forgotten_after);
             work += ring.work();
             waves.push(ring);
             let zeros = || vec![Complex64::ZERO; model.len()];

@@ -101,7 +101,7 @@ fn both_pasts_are_the_convolution_with_the_definition() {
         let mut direct = DirectPast::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
         let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-        let ring = RingParts { model, transform: transform(), forgotten_after: None };
+        let ring = RingParts { model: &model, transform: transform(), forgotten_after: None };
         let mut poles = WavePast::new([ring], rule, TIME_STEP);
         let mut meter = Meter::default();
         let stages = rule.stages();
@@ -132,7 +132,7 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     let mut tyre = tyre(PLATE);
     (tyre.width, tyre.contact_width) = (0.136, 0.111);
     let options = CellFitOptions { top: 1.3e5, tolerance: 1e-4, most_poles: 160 };
-    let ring = |band: WaveBand, forgotten_after: Option<usize>| {
+    let fitted = |band: WaveBand| {
         let mut tyre = tyre.clone();
         if band.folded {
             tyre.width = CellGrid::new(&tyre, elements, across).width_in_cells();
@@ -142,19 +142,23 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
         let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 8.0 / time_step);
         let rows = sums.waves(band);
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-        let transform = WaveTransform::new(sums.grid(), elements / band.part, columns, &rows);
-        RingParts { model, transform, forgotten_after }
+        (band.part, sums.grid().clone(), rows, model)
     };
     let [longer, shorter] = [Some([231.0, 461.0]), Some([461.0, 923.0])];
     let band = |part, fades_in, fades_out, folded| WaveBand { part, fades_in, fades_out, folded };
     let bands = [band(1, None, longer, false), band(4, longer, shorter, false), band(4, shorter, None, true)];
+    let (whole, parts) = ([fitted(WaveBand::WHOLE)], bands.map(fitted));
     // The window goes round the short ring three times. What it left there creeps back for as long; elements in the
     // window are remembered for as long as they stay in it.
     let remembered = elements / 4 - columns - 20;
     for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
-        let parts = bands.map(|band| ring(band, forgotten_after.filter(|_| band.part > 1)));
-        let mut pasts = [vec![ring(WaveBand::WHOLE, None)], parts.into()]
-            .map(|rings| WavePast::new(rings, TimeRule::Sdirk2, time_step));
+        let mut pasts = [&whole[..], &parts].map(|rings| {
+            let rings = rings.iter().map(|(part, grid, rows, model)| {
+                let transform = WaveTransform::new(grid, elements / part, columns, rows);
+                RingParts { model, transform, forgotten_after: forgotten_after.filter(|_| *part > 1) }
+            });
+            WavePast::new(rings, TimeRule::Sdirk2, time_step)
+        });
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
         for instant in 0..800 {
             let first = (instant / 2) as i64;

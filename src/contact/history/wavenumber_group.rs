@@ -354,63 +354,11 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
             }
         }
         let maps = self.recursion.maps(simd, PoleRows::<PARTS>::poles(simd, coefficients, vector, vectors));
-        let [mut re, mut im] = systems;
-        if !left.is_empty() {
-            return self.take_in_and_forget(vector, states, left, maps, [re, im]);
-        }
-        for step in self.forces.chunks_exact(2 * vectors * R::STAGES) {
-            let mut forces = [[simd.splat_f64s(0.0); MOST_STAGES]; 2];
-            for stage in 0..R::STAGES {
-                forces[0][stage] = step[2 * vectors * stage + vector];
-                forces[1][stage] = step[2 * vectors * stage + vectors + vector];
-            }
-            R::take_in(simd, &maps, forces[0], &mut re);
-            R::take_in(simd, &maps, forces[1], &mut im);
-        }
-        for (which, system) in [&re, &im].into_iter().enumerate() {
-            for part in 0..PARTS {
-                states[(of_system * which + part) * vectors + vector] = system.end[part];
-                if R::LOOKS_BACK {
-                    states[(of_system * which + PARTS + part) * vectors + vector] = system.before[part];
-                }
-            }
-        }
-        Driven { maps, re, im }
-    }
-
-    /// As [`Self::take_in`] goes on, for a pole that forgets.
-    #[inline(always)]
-    fn take_in_and_forget<const PARTS: usize>(
-        &self,
-        vector: usize,
-        states: &mut [S::f64s],
-        left: &[S::f64s],
-        maps: StepMaps<S, PARTS>,
-        mut systems: [State<S, PARTS>; 2],
-    ) -> Driven<S, PARTS> {
-        let (simd, vectors) = (self.simd, Self::VECTORS);
-        let of_system = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / 2;
-        let kinds = of_system / PARTS;
-        let of_step = 2 * vectors * R::STAGES;
-        for (step, old) in self.forces.chunks_exact(of_step).zip(self.old_forces.chunks_exact(of_step)) {
-            for (which, system) in systems.iter_mut().enumerate() {
-                let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
-                for stage in 0..R::STAGES {
-                    forces[stage] = step[(2 * stage + which) * vectors + vector];
-                }
-                R::take_in(simd, &maps, forces, system);
-                for stage in 0..R::STAGES {
-                    let old = old[(2 * stage + which) * vectors + vector];
-                    for part in 0..PARTS {
-                        let of = |kind: usize| left[((stage * kinds + kind) * PARTS + part) * vectors + vector];
-                        system.end[part] = simd.negate_mul_add_e_f64s(of(0), old, system.end[part]);
-                        if R::LOOKS_BACK {
-                            system.before[part] = simd.negate_mul_add_e_f64s(of(1), old, system.before[part]);
-                        }
-                    }
-                }
-            }
-        }
+        let systems = if left.is_empty() {
+            self.drive::<PARTS, false>(vector, &maps, systems, left)
+        } else {
+            self.drive::<PARTS, true>(vector, &maps, systems, left)
+        };
         for (which, system) in systems.iter().enumerate() {
             for part in 0..PARTS {
                 states[(of_system * which + part) * vectors + vector] = system.end[part];
@@ -421,6 +369,43 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         }
         let [re, im] = systems;
         Driven { maps, re, im }
+    }
+
+    /// The systems after the block's forces, less what is `left` of the forces that are forgotten meanwhile.
+    #[inline(always)]
+    fn drive<const PARTS: usize, const FORGETS: bool>(
+        &self,
+        vector: usize,
+        maps: &StepMaps<S, PARTS>,
+        mut systems: [State<S, PARTS>; 2],
+        left: &[S::f64s],
+    ) -> [State<S, PARTS>; 2] {
+        let (simd, vectors) = (self.simd, Self::VECTORS);
+        let kinds = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / (2 * PARTS);
+        let of_step = 2 * vectors * R::STAGES;
+        let mut old_steps = self.old_forces.chunks_exact(of_step);
+        for step in self.forces.chunks_exact(of_step) {
+            let old_step = if FORGETS { old_steps.next() } else { None };
+            for (which, system) in systems.iter_mut().enumerate() {
+                let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
+                for stage in 0..R::STAGES {
+                    forces[stage] = step[(2 * stage + which) * vectors + vector];
+                }
+                R::take_in(simd, maps, forces, system);
+                let Some(old_step) = old_step else { continue };
+                for stage in 0..R::STAGES {
+                    let old = old_step[(2 * stage + which) * vectors + vector];
+                    for part in 0..PARTS {
+                        let of = |kind: usize| left[((stage * kinds + kind) * PARTS + part) * vectors + vector];
+                        system.end[part] = simd.negate_mul_add_e_f64s(of(0), old, system.end[part]);
+                        if R::LOOKS_BACK {
+                            system.before[part] = simd.negate_mul_add_e_f64s(of(1), old, system.before[part]);
+                        }
+                    }
+                }
+            }
+        }
+        systems
     }
 
     /// Two poles add what they displace in the block after the coming one.

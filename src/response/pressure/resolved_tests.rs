@@ -7,8 +7,9 @@ use num_complex::{Complex32, Complex64};
 
 use super::model::PressureModel;
 use super::surface::SurfaceGreen;
+use super::tests::{AROUND, across, green as even_green};
 use super::transfer::PressureTransfers;
-use crate::numeric::{double, legendre};
+use crate::numeric::double;
 use crate::radiation::draft;
 use crate::radiation::{Block, Body, Resolution, TransferGrid, TransferProblem};
 use crate::response::LateralForces;
@@ -17,7 +18,6 @@ use crate::scene::{AirMotion, Sides, TimeRule, Tyre};
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
 use crate::tyre::influence::{CellGrid, SurfaceWaves};
 
-const AROUND: usize = 64;
 const ELEMENTS: usize = 32;
 const COLUMNS: usize = 5;
 const ACROSS: usize = 4;
@@ -67,18 +67,10 @@ fn pressures(model: &PressureModel, tyre: &Tyre, green: SurfaceGreen, column: us
     transfers.pressures(0..1, &[block]).of_block(0, 0).map(double).collect()
 }
 
-fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
-    let scaled = |[node, weight]: [f64; 2]| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
-    let mut points: Vec<[f64; 2]> = legendre::gauss(count).into_iter().map(scaled).collect();
-    points.reverse();
-    points
-}
-
 /// Some smooth G that is not even across.
 fn green(x: f64, y: f64) -> Complex64 {
     let turn = TAU * x / CIRCUMFERENCE;
-    let even = Complex64::new(0.3 + turn.cos() - 0.4 * (2.0 * turn).sin(), turn.sin() + 20.0 * y * y);
-    even + Complex64::new(6.0 * y * turn.cos(), 8.0 * y - 300.0 * y * y * y)
+    even_green(x, y) + Complex64::new(6.0 * y * turn.cos(), 8.0 * y - 300.0 * y * y * y)
 }
 
 /// G, or that of the mirrored receiver.

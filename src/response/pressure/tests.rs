@@ -18,7 +18,7 @@ use crate::test_models::{CIRCUMFERENCE, plate_tyre};
 use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::poles::{FitOptions, fit};
 
-const AROUND: usize = 64;
+pub(super) const AROUND: usize = 64;
 
 fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
     SegmentLayout {
@@ -67,7 +67,7 @@ impl UnitPressures {
 }
 
 /// Points across half of the tread, rising, with their weights.
-fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
+pub(super) fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let scaled = |[node, weight]: [f64; 2]| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     let mut points: Vec<[f64; 2]> = legendre::gauss(count).into_iter().map(scaled).collect();
     points.reverse();
@@ -75,7 +75,7 @@ fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
 }
 
 /// Some smooth G, the same at all frequencies.
-fn green(x: f64, y: f64) -> Complex64 {
+pub(super) fn green(x: f64, y: f64) -> Complex64 {
     let turn = TAU * x / CIRCUMFERENCE;
     Complex64::new(0.3 + turn.cos() - 0.4 * (2.0 * turn).sin(), turn.sin() + 20.0 * y * y)
 }

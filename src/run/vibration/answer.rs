@@ -130,7 +130,7 @@ fn lateral_models(
     let (tyre, options) = (&plan.decisions.tyre, plan.lateral_fit());
     let cache = Cache::open().ok();
     let key = |m: usize| options.key(tyre, m).ok();
-    let kept = |m: usize| cache.as_ref()?.load::<RationalModel>(&key(m)?).ok()??.ok();
+    let mut kept = |m: usize| cache.as_ref()?.kept::<RationalModel>(&key(m)?, warnings);
     let mut models: Vec<Option<RationalModel>> = numbers.iter().map(|&m| kept(m)).collect();
     let known = numbers.iter().zip(&models);
     let missing: Vec<usize> = known.filter(|(_, model)| model.is_none()).map(|(&m, _)| m).collect();
@@ -140,10 +140,8 @@ fn lateral_models(
         let places = models.iter_mut().filter(|model| model.is_none());
         for ((place, model), m) in places.zip(fitted).zip(missing) {
             count_evaluations(plan, model.evaluations(), meter);
-            if let Some((cache, key)) = cache.as_ref().zip(key(m))
-                && let Err(error) = cache.store(&key, &model)
-            {
-                warnings.push(format!("cache not written: {error}"));
+            if let Some((cache, key)) = cache.as_ref().zip(key(m)) {
+                cache.keep(&key, &model, warnings);
             }
             *place = Some(model);
         }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::cells::InstantCells;
+use crate::contact::cells::CellProduct;
 use crate::counters::{Counter, Meter};
 use crate::plan::{CellSegments, Plan};
 use crate::response::LateralForces;
@@ -21,7 +21,7 @@ pub(super) struct ResolvedForces {
     carried: LateralForces,
     power: VibrationAccumulator,
     /// What cells feel of each other at once beyond the waves.
-    beyond: InstantCells,
+    beyond: CellProduct<f64>,
     /// Displacements of the step's instants by the waves alone \[m\].
     displacements: Vec<f64>,
     /// The power put into the waves.
@@ -54,8 +54,8 @@ impl ResolvedForces {
         let count: usize = waves.iter().map(|waves| waves.model.len()).sum();
         let evaluations = count * layout.stages() * layout.stages() * layout.bins();
         meter.count(Counter::VibrationEvaluations, evaluations as u64);
-        let beyond = InstantCells::new(beyond);
-        let cells = beyond.cells();
+        let cells = beyond.columns * beyond.across;
+        let beyond = CellProduct::new(beyond.columns, beyond.across, &beyond.toeplitz, &beyond.hankel);
         Some(Self {
             heard: LateralForces::new(&grid, segments.heard.clone()),
             carried: LateralForces::new(&grid, numbers),
@@ -75,7 +75,7 @@ impl ResolvedForces {
     /// The power that a step's forces \[N\] put into the waves, with the displacements \[m\], cell by cell from number
     /// `first` on \[W\].
     pub(super) fn put_in(&mut self, first: i64, forces: &[f64], displacements: &[f64]) -> f64 {
-        let cells = self.beyond.cells();
+        let cells = forces.len() / self.layout().stages();
         let by_waves = self.displacements.chunks_exact_mut(cells);
         for (by_waves, (forces, all)) in by_waves.zip(forces.chunks_exact(cells).zip(displacements.chunks_exact(cells)))
         {

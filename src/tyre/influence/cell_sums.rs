@@ -83,26 +83,15 @@ impl CellSums {
         band.rows(&self.grid, self.truncation)
     }
 
-    /// Values of a wave's function \[m/N\] at each s of a list, appended to `values`.
-    pub fn values<'a>(
+    /// Values of a wave's function \[m/N\], of the surface or of both faces, at each s of a list, appended to `values`.
+    pub fn values<'a, V: WaveValue>(
         &self,
         wave: &CellWave,
         at: impl IntoIterator<Item = &'a CellSumsAt>,
-        values: &mut Vec<Complex64>,
+        values: &mut Vec<V>,
     ) {
         let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
         Arch::new().dispatch(WaveSum { wave, at: &at, values });
-    }
-
-    /// The same on both faces.
-    pub fn faces<'a>(
-        &self,
-        wave: &CellWave,
-        at: impl IntoIterator<Item = &'a CellSumsAt>,
-        values: &mut Vec<FaceValues>,
-    ) {
-        let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
-        Arch::new().dispatch(FaceSum { wave, at: &at, values });
     }
 
     /// What cells feel of each other through some waves alone, up to `columns` along: rows of waves with the value of
@@ -294,41 +283,36 @@ impl Around<'_> {
     }
 }
 
-/// Values of a wave at many s. A type, not a closure: see `lane_sum`.
-struct WaveSum<'a> {
-    wave: &'a CellWave,
-    at: &'a [&'a KernelAt],
-    values: &'a mut Vec<Complex64>,
+/// What a wave's sum is taken of.
+pub trait WaveValue: Copy + Default {
+    /// Adds a term.
+    fn add(&mut self, weight: f64, surface: Complex64, bottom: Complex64);
 }
 
-impl WithSimd for WaveSum<'_> {
-    type Output = ();
-
+impl WaveValue for Complex64 {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for group in self.at.chunks(S::F64_LANES) {
-            let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
-            let kernel = LaneKernel::new(simd, members);
-            let mut sums = [Complex64::ZERO; MOST_LANES];
-            for &(n, m, weight) in &self.wave.terms {
-                let surface = kernel.normal(n, m).surface.to_array();
-                for (sum, value) in sums.iter_mut().zip(surface) {
-                    *sum += weight * value;
-                }
-            }
-            self.values.extend_from_slice(&sums[..group.len()]);
-        }
+    fn add(&mut self, weight: f64, surface: Complex64, _: Complex64) {
+        *self += weight * surface;
     }
 }
 
-/// The same on both faces.
-struct FaceSum<'a> {
-    wave: &'a CellWave,
-    at: &'a [&'a KernelAt],
-    values: &'a mut Vec<FaceValues>,
+impl WaveValue for FaceValues {
+    #[inline(always)]
+    fn add(&mut self, weight: f64, surface: Complex64, bottom: Complex64) {
+        self.driven += weight * surface;
+        self.bottom += weight * bottom;
+        self.evaluations += 1;
+    }
 }
 
-impl WithSimd for FaceSum<'_> {
+/// Values of a wave at many s. A type, not a closure: see `lane_sum`.
+struct WaveSum<'a, V> {
+    wave: &'a CellWave,
+    at: &'a [&'a KernelAt],
+    values: &'a mut Vec<V>,
+}
+
+impl<V: WaveValue> WithSimd for WaveSum<'_, V> {
     type Output = ();
 
     #[inline(always)]
@@ -336,14 +320,12 @@ impl WithSimd for FaceSum<'_> {
         for group in self.at.chunks(S::F64_LANES) {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
-            let mut sums =
-                [FaceValues { evaluations: self.wave.terms.len() as u64, ..FaceValues::default() }; MOST_LANES];
+            let mut sums = [V::default(); MOST_LANES];
             for &(n, m, weight) in &self.wave.terms {
                 let both = kernel.normal(n, m);
                 let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
                 for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
-                    sum.driven += weight * surface;
-                    sum.bottom += weight * bottom;
+                    sum.add(weight, surface, bottom);
                 }
             }
             self.values.extend_from_slice(&sums[..group.len()]);

@@ -4,19 +4,18 @@
 //! Each lateral number is a row of fits, each started from its neighbour with one n less; rows go to threads as they
 //! are free, and nothing depends on who takes which.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::error::FitError;
-use super::fit::start_of;
 use super::ladder::Ladder;
 use super::model::Modes;
-use super::sampled::Target;
+use super::row::{RowTarget, fit_row};
 use super::table::PoleTable;
-use super::wavenumber::{Fitted, Start, fit_wavenumber};
+use super::wavenumber::Fitted;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave, FaceValues};
 
@@ -93,8 +92,18 @@ pub fn fit_cells(
 ) -> Result<CellModel, FitError> {
     let ladder = Ladder::new(options.top);
     let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
-    let fitted: Vec<Result<Vec<Fitted>, FitError>> =
-        rows.par_iter().map(|row| fit_row(sums, &ladder, &at, &row.waves, options, stop)).collect();
+    let sample = |wave: &CellWave, rungs: &[usize], faces: &mut Vec<FaceValues>| {
+        let mut values: Vec<Complex64> = Vec::with_capacity(rungs.len());
+        sums.values(wave, rungs.iter().map(|&rung| &at[rung]), &mut values);
+        let evaluations = wave.terms.len() as u64;
+        faces.extend(values.into_iter().map(|driven| FaceValues { driven, bottom: Complex64::ZERO, evaluations }));
+    };
+    // The belt is not asked for: any scale will do.
+    let target = RowTarget { tolerance: options.tolerance, most_poles: options.most_poles, bottom_scale: 1.0 };
+    let number = |wave: &CellWave| wave.terms.first().map_or(0, |(n, ..)| n.unsigned_abs() as usize);
+    let fit =
+        |row: &CellRow| fit_row(&ladder, row.waves.iter().map(|wave| (number(wave), wave)), &target, sample, stop);
+    let fitted: Vec<Result<Vec<Fitted>, FitError>> = rows.par_iter().map(fit).collect();
     let mut model = CellModel::default();
     for row in fitted {
         for Fitted { entry, .. } in row? {
@@ -104,50 +113,4 @@ pub fn fit_cells(
         }
     }
     Ok(model)
-}
-
-fn fit_row(
-    sums: &CellSums,
-    ladder: &Ladder,
-    at: &[CellSumsAt],
-    row: &[CellWave],
-    options: &CellFitOptions,
-    stop: &AtomicBool,
-) -> Result<Vec<Fitted>, FitError> {
-    let mut done: Vec<Fitted> = Vec::with_capacity(row.len());
-    let mut values = Vec::new();
-    for wave in row {
-        if stop.load(Ordering::Relaxed) {
-            return Err(FitError::Stopped);
-        }
-        let mut sample = |rungs: &[usize], faces: &mut Vec<FaceValues>| {
-            values.clear();
-            sums.values(wave, rungs.iter().map(|&rung| &at[rung]), &mut values);
-            let evaluations = wave.terms.len() as u64;
-            faces.extend(values.iter().map(|&driven| FaceValues { driven, bottom: Complex64::ZERO, evaluations }));
-        };
-        let start = done.last().map(start_of).unwrap_or_default();
-        // From scratch a fit is worth tidying; close to its start, its start was tidy.
-        let (removals, removal_below) = if start.poles.is_empty() { (8, 1.0) } else { (2, 0.6) };
-        let target = Target {
-            wavenumber: wave.terms.first().map_or(0, |(n, _, _)| n.unsigned_abs() as usize),
-            least_scale: 0.0,
-            tolerance: options.tolerance,
-            most_poles: options.most_poles,
-            constant: false,
-            // The belt is not asked for: any scale will do.
-            bottom_scale: 1.0,
-            removals,
-            removal_below,
-        };
-        let fitted = fit_wavenumber(ladder, &target, &start, &mut sample).or_else(|error| {
-            if start.poles.is_empty() {
-                Err(error)
-            } else {
-                fit_wavenumber(ladder, &target, &Start::default(), &mut sample)
-            }
-        })?;
-        done.push(fitted);
-    }
-    Ok(done)
 }

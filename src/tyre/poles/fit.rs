@@ -278,14 +278,6 @@ impl Work<'_> {
 
     fn fitted(&self, rank: usize, start: Start) -> Result<Fitted, FitError> {
         let Visit { wavenumber, stride } = self.tree.visit(rank);
-        let one = |start: &Start, target: &Target| {
-            let mut sample = |rungs: &[usize], values: &mut Vec<FaceValues>| {
-                let begin = Instant::now();
-                self.rungs.sample(self.options.driven, wavenumber, rungs, values);
-                FitClock::add(&self.clock.sums, begin);
-            };
-            fit_wavenumber(&self.ladder, target, start, &mut sample)
-        };
         // Far from its start a fit is worth tidying; close to it, its start was tidy.
         let (removals, removal_below) = match stride {
             0 => (8, 1.0),
@@ -302,12 +294,12 @@ impl Work<'_> {
             removals,
             removal_below,
         };
-        // A start that leads nowhere is not held against the function.
-        one(&start, &target).or_else(
-            |error| {
-                if start.poles.is_empty() { Err(error) } else { one(&Start::default(), &target) }
-            },
-        )
+        let mut sample = |rungs: &[usize], values: &mut Vec<FaceValues>| {
+            let begin = Instant::now();
+            self.rungs.sample(self.options.driven, wavenumber, rungs, values);
+            FitClock::add(&self.clock.sums, begin);
+        };
+        fit_wavenumber(&self.ladder, &target, &start, &mut sample)
     }
 }
 

@@ -5,20 +5,19 @@
 //! observed of it is left to whoever uses it. Unlike the waves that carry the past of cells, which are handed to
 //! shorter rings where they are short, these have every n, all aliases of the instant's lobes, and the belt.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::error::FitError;
-use super::fit::{FitOptions, start_of};
+use super::fit::FitOptions;
 use super::ladder::{Ladder, RUNGS};
 use super::model::RationalModel;
-use super::sampled::Target;
-use super::wavenumber::{Fitted, Start, fit_wavenumber};
+use super::row::{RowTarget, fit_row};
 use crate::scene::Tyre;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellSumsAt, CellTruncation, FaceValues, Field};
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellSumsAt, CellTruncation, CellWave, FaceValues, Field};
 
 /// Rungs of the axis between two at which the belt's scale is looked for.
 const SCALE_STRIDE: usize = 8;
@@ -69,54 +68,21 @@ pub fn fit_lateral(
     let sums = CellSums::new(tyre, grid, CellTruncation::default(), influence_tolerance, top);
     let ladder = Ladder::new(top);
     let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
-    let row = |m: usize| CellRow::whole(sums.grid(), m, options.most_aliases());
-    let fits: Vec<Result<RationalModel, FitError>> =
-        numbers.par_iter().map(|&m| fit_row(&sums, &ladder, &at, &row(m), &options.fit, stop)).collect();
-    fits.into_iter().collect()
-}
-
-fn fit_row(
-    sums: &CellSums,
-    ladder: &Ladder,
-    at: &[CellSumsAt],
-    row: &CellRow,
-    options: &FitOptions,
-    stop: &AtomicBool,
-) -> Result<RationalModel, FitError> {
-    let mut values = Vec::new();
-    if let Some(wave) = row.waves.first() {
-        sums.faces(wave, at[..=RUNGS].iter().step_by(SCALE_STRIDE), &mut values);
-    }
-    let bottom_scale = values.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
-    let mut done: Vec<Fitted> = Vec::with_capacity(row.waves.len());
-    for (n, wave) in row.waves.iter().enumerate() {
-        if stop.load(Ordering::Relaxed) {
-            return Err(FitError::Stopped);
+    let fit = |&m: &usize| {
+        let row = CellRow::whole(sums.grid(), m, options.most_aliases());
+        let mut faces: Vec<FaceValues> = Vec::new();
+        if let Some(wave) = row.waves.first() {
+            sums.values(wave, at[..=RUNGS].iter().step_by(SCALE_STRIDE), &mut faces);
         }
-        let mut sample = |rungs: &[usize], faces: &mut Vec<FaceValues>| {
-            sums.faces(wave, rungs.iter().map(|&rung| &at[rung]), faces);
+        let bottom_scale = faces.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
+        let target = RowTarget { tolerance: options.fit.tolerance, most_poles: options.fit.most_poles, bottom_scale };
+        let sample = |wave: &CellWave, rungs: &[usize], faces: &mut Vec<FaceValues>| {
+            sums.values(wave, rungs.iter().map(|&rung| &at[rung]), faces);
         };
-        let start = done.last().map(start_of).unwrap_or_default();
-        let (removals, removal_below) = if start.poles.is_empty() { (8, 1.0) } else { (2, 0.6) };
-        let target = Target {
-            wavenumber: n,
-            least_scale: 0.0,
-            tolerance: options.tolerance,
-            most_poles: options.most_poles,
-            constant: false,
-            bottom_scale,
-            removals,
-            removal_below,
-        };
-        let fitted = fit_wavenumber(ladder, &target, &start, &mut sample).or_else(|error| {
-            if start.poles.is_empty() {
-                Err(error)
-            } else {
-                fit_wavenumber(ladder, &target, &Start::default(), &mut sample)
-            }
-        })?;
-        done.push(fitted);
-    }
-    let entries = done.into_iter().map(|fitted| fitted.entry);
-    Ok(RationalModel::assemble(options.elements, Field::Surface, options.top, options.tolerance, entries))
+        let fitted = fit_row(&ladder, row.waves.iter().enumerate(), &target, sample, stop)?;
+        let entries = fitted.into_iter().map(|fitted| fitted.entry);
+        Ok(RationalModel::assemble(elements, Field::Surface, top, options.fit.tolerance, entries))
+    };
+    let fits: Vec<Result<RationalModel, FitError>> = numbers.par_iter().map(fit).collect();
+    fits.into_iter().collect()
 }

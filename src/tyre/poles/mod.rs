@@ -9,6 +9,7 @@
 //! - `wavenumber`: the adaptive fit of one wavenumber; [`error`]: why it was refused;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
 //! - `table`: poles of a list of functions; [`model`]: with the residues of every wavenumber, as structure of arrays;
+//! - `row`: a row of fits, each started from its neighbour;
 //! - [`cache`]: models in the cache on disk;
 //! - [`cells`]: the same for waves one by one, the past of contact cells;
 //! - [`lateral`]: the same for the waves of one lateral number, both faces;
@@ -36,6 +37,7 @@ mod ladder;
 pub mod lateral;
 pub mod model;
 mod passivity;
+mod row;
 mod sampled;
 pub mod scaling;
 mod table;

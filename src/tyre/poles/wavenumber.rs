@@ -70,7 +70,8 @@ struct Attempt<'a> {
     from_scratch: bool,
 }
 
-/// Fits one wavenumber. `sample` evaluates the exact functions on a list of rungs, in their order.
+/// Fits one wavenumber. `sample` evaluates the exact functions on a list of rungs, in their order. A start that leads
+/// nowhere is not held against the function: it is fitted again from scratch.
 ///
 /// # Errors
 /// [`FitError::Refused`].
@@ -80,6 +81,12 @@ pub fn fit_wavenumber(
     start: &Start,
     sample: &mut Sample<'_>,
 ) -> Result<Fitted, FitError> {
+    fit_from(ladder, target, start, sample).or_else(|error| {
+        if start.poles.is_empty() { Err(error) } else { fit_from(ladder, target, &Start::default(), sample) }
+    })
+}
+
+fn fit_from(ladder: &Ladder, target: &Target, start: &Start, sample: &mut Sample<'_>) -> Result<Fitted, FitError> {
     let grid = if start.grid.is_empty() {
         (0..=FIRST_INTERVALS).map(|i| i * (RUNGS / FIRST_INTERVALS)).collect()
     } else {

@@ -24,7 +24,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped. Parts
+//! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped; [`report`] makes a
+//! page of it. Parts
 //! stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
 //! functions and their models, [`road::RoadSurface`] heights, [`road::slices`] what a slice of it makes of a tread,
 //! [`half_space::rough::indent`] the contact of a rough body, [`radiation`] the sound field of a vibrating body on a
@@ -32,7 +33,7 @@
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
 //! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] -> [`run`]
-//! -> [`study`] -> [`performance`].
+//! -> [`study`] -> [`report`] -> [`performance`].
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
@@ -50,6 +51,7 @@ pub mod numeric;
 pub mod performance;
 pub mod plan;
 pub mod radiation;
+pub mod report;
 pub mod response;
 pub mod results;
 pub mod road;

@@ -22,6 +22,7 @@ mod profile;
 mod profiling;
 mod progress;
 mod radiation;
+mod report;
 mod resume;
 mod road;
 mod rules;
@@ -91,6 +92,10 @@ pub enum Command {
     Resume(resume::ResumeArguments),
     /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
     Sweep(sweep::SweepArguments),
+    /// Make one HTML page of results: pictures, tables, sound.
+    Report(report::ReportArguments),
+    /// Hold results against each other: settings, figures, third octaves.
+    Compare(report::CompareArguments),
     /// Show what kind of tyre a scene has: modes, stiffness and patch under loads, mobility.
     Tyre(tyre::TyreArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
@@ -134,6 +139,8 @@ impl Command {
             Self::Study(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
+            Self::Report(arguments) => arguments.execute(context),
+            Self::Compare(arguments) => arguments.execute(),
             Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::FitTyre(arguments) => arguments.execute(context),

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
+use tyrewave::report::decision_table;
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
 use tyrewave::run::prepare::open_road;
 use tyrewave::scene::{LoadedScene, Scene};
@@ -105,11 +106,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
         1e6 * plan.time_step,
         amounts.expected.points
     ));
-    let effects = plan.decisions.rows.iter().map(|decision| {
-        let state = if decision.on { "on" } else { "off" };
-        row([&decision.effect, &state, &decision.form, &decision.reason])
-    });
-    text.table(words(["effect", "", "how", "why"], effects));
+    text.table(decision_table(plan));
     if !plan.choices.is_empty() {
         let choices = plan.choices.iter().map(|choice| row([&choice.key, &choice.value, &choice.reason]));
         text.text("\n");

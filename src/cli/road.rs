@@ -3,13 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use ndarray::ArrayView2;
 use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::Plan;
-use tyrewave::results::plots::road_map;
-use tyrewave::results::table::{Report, aligned, words};
-use tyrewave::road::{RoadDescription, describe};
+use tyrewave::report::road::{description, map, texture_spectrum};
+use tyrewave::road::describe;
 use tyrewave::run::prepare::{in_scene, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
 use tyrewave::study::sweep::{Axes, variants};
@@ -20,7 +18,7 @@ use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \
-frequency that the road can excite at the scene's speed. Drawn: its heights, in colours.
+frequency that the road can excite at the scene's speed. Drawn: its heights, in colours, and its texture spectrum.
 
 Examples:
   tyrewave road scenes/default.toml
@@ -39,20 +37,22 @@ pub struct RoadArguments {
 }
 
 impl RoadArguments {
-    /// Describes the road on the run's lattice; writes `road.json` and `road.svg`.
+    /// Describes the road on the run's lattice; writes `road.json`, `road.svg` and `texture_spectrum.svg`.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { scene, out } = self;
         let mut side = Side::new(road_scene(&scene)?, Place { scene, out }.target("road"))?;
         let scene = &side.loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
-        let sample = &road.sample;
-        if let Ok(heights) = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights) {
-            let map = road_map(&side.loaded.title(), heights, sample.start, [sample.dx, sample.dy]);
-            side.picture("road.svg", map)?;
+        let title = side.loaded.title();
+        if !road.sample.heights.is_empty() {
+            side.picture("road.svg", map(&title, &road))?;
+        }
+        if let Some(spectrum) = texture_spectrum(&title, &road)? {
+            side.file("texture_spectrum.svg", spectrum);
         }
         side.json("road.json", &json!(road));
-        side.finish(context, &report(&road))
+        side.finish(context, &description(&road))
     }
 }
 
@@ -67,52 +67,4 @@ fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
     let mut loaded = made.swap_remove(0).loaded;
     loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(loaded)
-}
-
-fn report(road: &RoadDescription) -> Report {
-    let mut rows: Vec<[String; 2]> = Vec::new();
-    let mut row = |name: &str, value: String| rows.push([name.to_owned(), value]);
-    let millimetres = |length: f64| format!("{:.3} mm", 1e3 * length);
-    row("extent", road.extent.map_or("endless".into(), |(from, to)| format!("{from:.3} to {to:.3} m")));
-    row(
-        "run's lattice",
-        format!(
-            "elements of {}, {} x {} cells of {} along, {} across",
-            millimetres(road.lattice.dx),
-            road.lattice.along,
-            road.lattice.columns,
-            millimetres(road.lattice.cell()),
-            millimetres(road.lattice.dy)
-        ),
-    );
-    if let Some(spacing) = road.report.spacing {
-        let across = road.report.lateral_spacing.map_or("level across".into(), |dy| format!("dy {}", millimetres(dy)));
-        row("road's own lattice", format!("dx {}, {across}", millimetres(spacing)));
-    }
-    if road.report.points > 0 {
-        let share = 100.0 * road.report.missing as f64 / road.report.points as f64;
-        row("points in the file", format!("{}, {} missing ({share:.1} %)", road.report.points, road.report.missing));
-    }
-    row("rms height", millimetres(road.rms));
-    row("highest to lowest", millimetres(road.span));
-    row("mean profile depth", road.mean_profile_depth.map_or("not defined".into(), millimetres));
-    let hertz = |frequency: Option<f64>| frequency.map_or("none".into(), |f| format!("{f:.0} Hz"));
-    row(
-        "highest frequency excited",
-        format!(
-            "{} in this run, {} by the road itself",
-            hertz(road.highest_frequency),
-            hertz(road.highest_frequency_of_road)
-        ),
-    );
-    let mut report = Report::default();
-    report.table(words([""; 0], rows));
-    if !road.levels.is_empty() {
-        let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), format!("{:.1}", at.level)]);
-        report.text("\n");
-        report.table(aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], level));
-    }
-    report.text("\n");
-    road.report.notes.iter().for_each(|note| report.text(format!("note: {note}\n")));
-    report
 }

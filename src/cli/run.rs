@@ -13,6 +13,7 @@ use tyrewave::scene::Scene;
 use super::context::{Context, print_report};
 use super::error::CliError;
 use super::profiling::ProfileOptions;
+use super::report::{beside, write_page};
 
 const EXAMPLES: &str = "\
 Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, \
@@ -36,6 +37,9 @@ pub struct RunArguments {
     /// Results folder; default: results/NAME, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,
+    /// Make a page of the results, beside their folder: see tyrewave help report.
+    #[arg(long)]
+    report: bool,
     #[command(flatten)]
     profile: ProfileOptions,
 }
@@ -50,6 +54,9 @@ impl RunArguments {
         let mut progress = context.progress();
         let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
+        if self.report {
+            write_page(std::slice::from_ref(&report.folder), &beside(&report.folder), context)?;
+        }
         end(&report, context, profile.complete(&report)?)
     }
 

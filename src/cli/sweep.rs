@@ -126,7 +126,10 @@ impl SweepArguments {
             let spectra = spectra(&variants, &outcomes);
             if !spectra.is_empty() {
                 let quantity = "Contact force level [dB re 1 N]";
-                write("levels.svg", &ThirdOctavePlot { title: &base.title(), quantity, spectra }.to_svg()?)?;
+                write(
+                    "levels.svg",
+                    &ThirdOctavePlot { title: &base.title(), quantity, spectra, error: None }.to_svg()?,
+                )?;
             }
         }
         let ended = ended(&variants, &outcomes, context.colour);

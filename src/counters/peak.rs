@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use pulp::{Arch, Simd, WithSimd};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Independent chains of multiply-adds: more than latency times units of any processor.
 const CHAINS: usize = 12;
@@ -16,7 +16,7 @@ const COPIED: usize = 2 << 20;
 const TRIALS: usize = 8;
 
 /// Best rates of one core.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct MachinePeak {
     /// Independent fused multiply-adds with the vectors that the program runs with \[flop/s\].
     pub flop_per_second: f64,

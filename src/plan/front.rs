@@ -1,12 +1,14 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
-//! A stated error is the largest difference of a third octave of the contact force, 100 Hz to fmax, from the limit for
+//! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the limit for
 //! small time steps, elements and cells, with the axle at the same height. The rows were set from made dense asphalt at
 //! 80 km/h and hold on other roads at other speeds (README's table; an ignored test, tests/suite/presets.rs).
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
-use crate::scene::{Preset, Road, Scene, TimeRule};
+use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};
 
+/// Lowest third octave that a stated error is about \[Hz\].
+pub const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
@@ -85,6 +87,11 @@ impl FrontRow {
     /// That of a preset.
     pub const fn of(preset: Preset) -> &'static Self {
         &Self::ALL[preset as usize]
+    }
+
+    /// The row that a scene's `preset` or `accuracy` chooses.
+    pub fn asked_for(numerics: &Numerics) -> Option<&'static Self> {
+        numerics.preset.map(Self::of).or_else(|| numerics.accuracy.and_then(Self::within))
     }
 
     /// The cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.

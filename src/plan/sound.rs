@@ -285,8 +285,8 @@ impl Plan {
             Heard { name, file, place: receiver.place, points: first..positions.len() }
         });
         let heard: Vec<Heard> = heard.collect();
-        let row = numerics.preset.map(FrontRow::of).or_else(|| numerics.accuracy.and_then(FrontRow::within));
-        Some(Sound { radiation, heard, positions, stated: row.map(|row| row.error), layout, lateral })
+        let stated = FrontRow::asked_for(numerics).map(|row| row.error);
+        Some(Sound { radiation, heard, positions, stated, layout, lateral })
     }
 }
 

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::counters::process::peak_memory;
 use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost, idle_share};
 
 /// Stage times, counters and rates. Numbers that were not measured are `null`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Cost {
     /// Wall time of the whole run \[s\].
     pub wall_seconds: f64,
@@ -43,7 +43,7 @@ pub struct Cost {
 }
 
 /// What a plan expected of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Planned {
     /// Wall time \[s\].
     pub wall_seconds: f64,
@@ -54,7 +54,7 @@ pub struct Planned {
 }
 
 /// Rates over a whole run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Rates {
     /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over
     /// evaluations, sums and all around them included; wall time where no processor time was measured.
@@ -64,7 +64,7 @@ pub struct Rates {
 }
 
 /// All steps of a run together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct StepsRecord {
     /// Wall time \[s\].
     pub seconds: f64,
@@ -75,7 +75,7 @@ pub struct StepsRecord {
 }
 
 /// What a stage cost. Numbers that were not measured are `None`.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub struct StageRecord {
     /// How often it was entered.
     pub calls: u64,

@@ -1,6 +1,6 @@
 //! `sound.csv`, `sound_narrow.csv`, `pass_by.csv` and the sound's part of the summary.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::table::{csv, row};
 use crate::radiation::Body;
@@ -48,7 +48,7 @@ pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
 }
 
 /// What `summary.json` says of the sound.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundSummary {
     /// Reference of the levels \[Pa\].
     pub reference: f64,
@@ -63,7 +63,7 @@ pub struct SoundSummary {
 }
 
 /// How far off levels may be for how finely everything is solved; not what the model itself leaves out.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundError {
     /// Third octaves of the forces, as `preset` or `accuracy` states \[dB\]; absent where neither is given: then the
     /// others are of the way from the forces to the receivers alone.
@@ -78,7 +78,7 @@ pub struct SoundError {
 }
 
 /// The body that radiates, and how its transfers were found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct BodySummary {
     /// Boundary elements, or a draft without any.
     pub quality: RadiationQuality,
@@ -119,7 +119,7 @@ impl BodySummary {
 }
 
 /// Levels at a receiver, or their energetic mean over its points.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct ReceiverSummary {
     /// Its name.
     pub name: String,
@@ -181,7 +181,7 @@ impl ReceiverSummary {
 }
 
 /// A tyre passing a microphone.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PassBySummary {
     /// Passages that the run was long enough for.
     pub passages: usize,
@@ -192,7 +192,7 @@ pub struct PassBySummary {
 }
 
 /// A file to listen to.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct AudioSummary {
     /// Its name.
     pub file: String,

@@ -1,5 +1,6 @@
 //! `summary.json`: what was run, how it went and what it cost, for people and for scripts.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
@@ -20,14 +21,14 @@ pub const FORMAT: &str = "tyrewave results";
 pub const FORMAT_VERSION: u32 = 1;
 
 /// Everything that `summary.json` says. Numbers that do not exist (no load asked for, nothing counted yet) are `null`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Summary {
     /// Always [`FORMAT`].
-    pub format: &'static str,
+    pub format: Cow<'static, str>,
     /// Always [`FORMAT_VERSION`].
     pub format_version: u32,
     /// Version of tyrewave.
-    pub version: &'static str,
+    pub version: Cow<'static, str>,
     /// Whether the run reached its end; `false`: interrupted, the arrays are shorter.
     pub complete: bool,
     /// The scene's title.
@@ -55,7 +56,7 @@ pub struct Summary {
 }
 
 /// Figures after the warm-up.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Outcome {
     /// Time steps run, warm-up included: the rows of the arrays.
     pub steps: u64,
@@ -83,7 +84,7 @@ pub struct Outcome {
 }
 
 /// A patch of cells, means after the warm-up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct CellsSummary {
     /// Cells across.
     pub across: usize,
@@ -120,7 +121,7 @@ impl RollingResistance {
 }
 
 /// Height of an axle that moves, after the warm-up.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct AxleMotion {
     /// Mean indentation of the rigid tyre into z = 0 \[m\].
     pub mean: f64,
@@ -150,7 +151,7 @@ impl fmt::Display for LoadResult {
 }
 
 /// Largest residuals of the three conditions of the contact problem over all steps, and the work of the search.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct ContactQuality {
     /// F >= 0: largest tension, relative to the peak force.
     pub tension: f64,
@@ -173,9 +174,9 @@ impl Summary {
     /// A summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
     pub fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
         Self {
-            format: FORMAT,
+            format: FORMAT.into(),
             format_version: FORMAT_VERSION,
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             complete: false,
             title: title.to_owned(),
             scene_sha256: settings_hash(&settings),

@@ -59,6 +59,21 @@ impl Table {
         Self { header: header.texts(), rows: rows.into_iter().map(Cells::texts).collect(), alignment }
     }
 
+    /// The cells over the columns; empty where there are none.
+    pub fn header(&self) -> &[String] {
+        &self.header
+    }
+
+    /// The rows, each with a cell for every column.
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
+    /// Whether a column holds numbers, which stand to the right.
+    pub fn is_number(&self, column: usize) -> bool {
+        (self.alignment)(column) == CellAlignment::Right
+    }
+
     /// Within so many columns of a terminal: long cells are wrapped between words; columns for whose words there is no
     /// room follow in tables of their own below, beside the first column again.
     pub fn within(&self, width: usize) -> String {
@@ -122,9 +137,12 @@ impl fmt::Display for Table {
 #[derive(Clone, Debug, Default)]
 pub struct Report(Vec<Part>);
 
+/// What a report consists of.
 #[derive(Clone, Debug)]
-enum Part {
+pub enum Part {
+    /// Lines.
     Text(String),
+    /// A table.
     Table(Table),
 }
 
@@ -142,6 +160,11 @@ impl Report {
     /// Adds all of another report.
     pub fn append(&mut self, other: Self) {
         self.0.extend(other.0);
+    }
+
+    /// Its parts, in their order.
+    pub fn parts(&self) -> &[Part] {
+        &self.0
     }
 
     /// With tables within so many columns of a terminal, see [`Table::within`].

@@ -3,7 +3,9 @@
 //! One row for each field, frame, place and band (or frequency). A position or the number of an element stands where
 //! the spectrum is that of a point; without either it is the mean over the circumference.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::table::{Cells, csv, row};
 use crate::response::{BandLevel, PowerSpectrum};
@@ -86,7 +88,7 @@ pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
 }
 
 /// What `summary.json` says of the vibration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct VibrationSummary {
     /// Segments averaged, half of each shared with the next.
     pub segments: u64,
@@ -111,10 +113,10 @@ pub struct VibrationSummary {
 }
 
 /// Velocities of a field, root mean squares over time and circumference.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct FieldSummary {
     /// `tread`, `belt`, `tangential`.
-    pub field: &'static str,
+    pub field: Cow<'static, str>,
     /// Of the vibration, the mean pattern left out \[m/s\].
     pub rms_velocity: f64,
     /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
@@ -127,7 +129,7 @@ pub struct FieldSummary {
 }
 
 /// Power that the contact forces put in, against what the tyre dissipates \[W\].
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use ndarray::ArrayView2;
 
 use crate::plan::Plan;
+use crate::plan::front::{FrontRow, STATED_FROM};
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
@@ -45,6 +46,7 @@ impl LookBack<'_> {
                     title: &title,
                     quantity: "Contact force level [dB re 1 N]",
                     spectra: vec![("", &levels)],
+                    error: FrontRow::asked_for(&self.plan.scene.numerics).map(|row| (STATED_FROM, row.error)),
                 };
                 folder.write_text("force_spectrum.svg", &plot.to_svg()?)?;
             }

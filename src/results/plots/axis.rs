@@ -122,6 +122,19 @@ impl Axis {
     }
 }
 
+/// A value with four digits.
+pub fn four_digits(value: f64) -> String {
+    let size = value.abs();
+    if (1e-3..1e6).contains(&size) {
+        let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+        with_minus(format!("{value:.decimals$}"))
+    } else if size > 0.0 {
+        with_minus(format!("{value:.3e}"))
+    } else {
+        "0".to_owned()
+    }
+}
+
 /// Smallest and largest finite value; 0 and 1 if there is none.
 pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
@@ -194,6 +207,12 @@ mod tests {
             ["20", "50", "100", "200", "500", "1000", "2000", "5000"]
         );
         assert_eq!(labels(&Axis::logarithmic("", 1e-9..1e-2)).first(), Some(&"1e−9"));
+    }
+
+    #[test]
+    fn values_have_four_digits() {
+        let shown = [0.0, 12.345_67, -0.012_345, 123_456.7, 1.5e-7, 2.0e9].map(four_digits);
+        assert_eq!(shown, ["0", "12.35", "−0.01235", "123457", "1.500e−7", "2.000e9"]);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! smooth. Colour maps go beneath, as one path per colour (see `heat_map`): the backend would write a rectangle per
 //! cell.
 
+use std::fmt::Write as _;
 use std::ops::Range;
 
 use plotters::coord::Shift;
@@ -158,6 +159,8 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) struct Sheet<'a> {
     area: Area<'a>,
     failure: Option<String>,
+    /// Places that say their values to a pointer, as SVG; they lie over everything.
+    values: String,
 }
 
 /// Draws a sheet of `size` shown pixels; `beneath` is SVG that comes first.
@@ -169,23 +172,24 @@ pub(super) fn draw(
 ) -> Result<String, PlotError> {
     let mut body = String::new();
     let drawn_size = ((size.0 * FINE).unsigned_abs(), (size.1 * FINE).unsigned_abs());
-    let failure = {
+    let (failure, values) = {
         let area = SVGBackend::with_string(&mut body, drawn_size).into_drawing_area();
-        let mut sheet = Sheet { area, failure: None };
+        let mut sheet = Sheet { area, failure: None, values: String::new() };
         content(&mut sheet);
         if let Err(error) = sheet.area.present() {
             sheet.failure.get_or_insert(error.to_string());
         }
-        sheet.failure
+        (sheet.failure, sheet.values)
     };
     if let Some(message) = failure {
         return Err(PlotError::Draw { picture, message });
     }
     // The backend's own head gives drawn units as the size; ours shows them smaller and puts the background first.
     let inside = body.split_once('\n').map_or("", |(_, inside)| inside);
+    let inside = inside.trim_end().trim_end_matches("</svg>");
     Ok(format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {} {}\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n{beneath}{inside}",
+         <rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n{beneath}{inside}{values}</svg>\n",
         size.0, size.1, drawn_size.0, drawn_size.1
     ))
 }
@@ -211,6 +215,20 @@ impl Sheet<'_> {
     pub(super) fn fill(&mut self, x: Range<i32>, y: Range<i32>, colour: RGBColor) {
         let result = self.area.draw(&Rectangle::new([(x.start, y.start), (x.end, y.end)], colour.filled()));
         self.keep(result);
+    }
+
+    /// What a pointer is told over a place.
+    pub(super) fn value(&mut self, x: Range<i32>, y: &Range<i32>, text: &str) {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            self.values,
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"none\" pointer-events=\"all\">{}</rect>",
+            x.start,
+            y.start,
+            x.end - x.start,
+            y.end - y.start,
+            told(text)
+        );
     }
 
     /// A small note beside a point.
@@ -362,6 +380,12 @@ impl Sheet<'_> {
             self.line(ends(place).to_vec(), colour, 1.0);
         }
     }
+}
+
+/// A text that viewers show where the pointer is on the element around it.
+pub(super) fn told(text: &str) -> String {
+    let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    format!("<title>{escaped}</title>")
 }
 
 fn stroke(width: f64) -> u32 {

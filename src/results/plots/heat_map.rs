@@ -9,8 +9,8 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayView2};
 use plotters::style::RGBColor;
 
-use super::axis::{Axis, extent};
-use super::canvas::{Frame, Grid, PlotError, Sheet, draw};
+use super::axis::{Axis, extent, four_digits};
+use super::canvas::{Frame, Grid, PlotError, Sheet, draw, told};
 use super::colour::viridis;
 use super::lines::cut;
 
@@ -72,7 +72,7 @@ impl HeatMap<'_> {
         let right = 85 + width;
         let frame = Frame::of(85..right, 50..50 + height);
         let bar_frame = Frame::of(right + 22..right + 42, 50..50 + height);
-        let beneath = cells_as_paths(&cells, &frame, |value| bar.place(value));
+        let beneath = cells_as_paths(&cells, &frame, &bar);
         draw(picture, (right + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
             for curve in curves {
@@ -103,10 +103,10 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
 }
 
 /// All cells as SVG: units of one cell, one path per colour, one stroke of width 1 per run.
-fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, place: impl Fn(f64) -> f64) -> String {
+fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis) -> String {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {
-        let place = place(value);
+        let place = bar.place(value);
         if place.is_nan() { LEVELS } else { (place * LEVELS as f64).clamp(0.0, (LEVELS - 1) as f64) as usize }
     };
     let mut paths = vec![String::new(); LEVELS + 1];
@@ -131,7 +131,10 @@ fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, place: impl Fn(f64) -> f64
     for (colour, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
         let RGBColor(r, g, b) =
             if colour == LEVELS { NO_VALUE } else { viridis((colour as f64 + 0.5) / LEVELS as f64) };
-        let _ = writeln!(svg, "<path stroke=\"#{r:02X}{g:02X}{b:02X}\" d=\"{path}\"/>");
+        let middle = bar.range().start + (colour as f64 + 0.5) / LEVELS as f64 * (bar.range().end - bar.range().start);
+        let value = if colour == LEVELS { "no value".to_owned() } else { four_digits(middle) };
+        let value = told(&format!("{}: {value}", bar.title()));
+        let _ = writeln!(svg, "<path stroke=\"#{r:02X}{g:02X}{b:02X}\" d=\"{path}\">{value}</path>");
     }
     svg.push_str("</g>\n");
     svg
@@ -157,7 +160,7 @@ mod tests {
     #[test]
     fn runs_are_merged_and_the_first_row_is_at_the_bottom() {
         let cells = array![[0.0, 0.0, 0.0, 1.0], [1.0, f64::NAN, 1.0, 1.0]];
-        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), |value| value);
+        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), &Axis::linear("z", 0.0..1.0));
         assert_eq!(svg.matches("<path").count(), 3, "two colours and grey");
         assert!(svg.contains("d=\"M0 1h3\""), "{svg}");
         assert!(svg.contains("d=\"M3 1h1M0 0h1M2 0h2\""), "{svg}");

@@ -1,12 +1,17 @@
 //! Several curves over common axes, with a legend.
 
-use super::axis::Axis;
+use std::ops::Range;
+
+use super::axis::{Axis, four_digits};
 use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
 use super::colour;
 
 /// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the
 /// same.
 const COLUMNS: usize = 2000;
+
+/// Strips across the picture in which a pointer is told the curves' values.
+const STRIPS: usize = 120;
 
 /// One curve.
 #[derive(Clone, Debug)]
@@ -47,11 +52,48 @@ impl LinePlot<'_> {
                     sheet.line(stretch, colour::line(index), 1.75);
                 }
             }
+            for (across, text) in self.values() {
+                sheet.value(frame.across(across.start)..frame.across(across.end), &frame.y, &text);
+            }
             sheet.frame(&frame);
             for (row, (index, name)) in listed.into_iter().enumerate() {
                 sheet.legend_entry(&frame, row, name, colour::line(index), None);
             }
         })
+    }
+
+    /// What the curves are worth in each of some strips across the picture: of every curve the point next to the
+    /// strip's middle.
+    fn values(&self) -> Vec<(Range<f64>, String)> {
+        let mut strips = vec![vec![None::<(f64, (f64, f64))>; self.series.len()]; STRIPS];
+        for (index, series) in self.series.iter().enumerate() {
+            for &(x, y) in &series.points {
+                let place = self.x.place(x);
+                if !y.is_finite() || !(0.0..1.0).contains(&place) {
+                    continue;
+                }
+                let strip = (place * STRIPS as f64) as usize;
+                let off = (place * STRIPS as f64 - strip as f64 - 0.5).abs();
+                let best = &mut strips[strip][index];
+                if best.is_none_or(|(least, _)| off < least) {
+                    *best = Some((off, (x, y)));
+                }
+            }
+        }
+        let text = |best: &[Option<(f64, (f64, f64))>]| -> Option<String> {
+            let (_, (x, _)) = best.iter().flatten().next()?;
+            let mut text = format!("{}: {}", self.x.title(), four_digits(*x));
+            for (series, (_, (_, y))) in
+                self.series.iter().zip(best).filter_map(|(series, best)| Some((series, (*best)?)))
+            {
+                let name = if series.name.is_empty() { self.y.title() } else { series.name };
+                text.push_str(&format!("\n{name}: {}", four_digits(y)));
+            }
+            Some(text)
+        };
+        let part = |strip: usize| strip as f64 / STRIPS as f64;
+        let told = |(strip, best): (usize, &Vec<_>)| Some((part(strip)..part(strip + 1), text(best)?));
+        strips.iter().enumerate().filter_map(told).collect()
     }
 
     /// The curve in drawn units, in as many pieces as it has interruptions.

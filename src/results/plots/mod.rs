@@ -17,7 +17,7 @@ pub mod third_octaves;
 pub mod wavenumber_map;
 pub mod work_precision;
 
-pub use axis::Axis;
+pub use axis::{Axis, four_digits};
 pub use canvas::PlotError;
 pub use comparison::{ComparisonPanel, ComparisonPlot};
 pub use force_map::ForceMap;

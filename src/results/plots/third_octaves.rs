@@ -1,7 +1,7 @@
 //! Third-octave spectra as steps over a logarithmic axis with the nominal frequencies (Larsson's figure 6).
 
-use super::axis::Axis;
-use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
+use super::axis::{Axis, four_digits};
+use super::canvas::{Frame, Grid, INK, PlotError, draw, legend_width};
 use super::colour;
 use crate::response::BandLevel;
 use crate::response::third_octave::ThirdOctaveBand;
@@ -18,6 +18,8 @@ pub struct ThirdOctavePlot<'a> {
     pub quantity: &'a str,
     /// Name for the legend (may be empty) and levels, bands rising without a gap.
     pub spectra: Vec<(&'a str, &'a [BandLevel])>,
+    /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
+    pub error: Option<(f64, f64)>,
 }
 
 impl ThirdOctavePlot<'_> {
@@ -47,6 +49,12 @@ impl ThirdOctavePlot<'_> {
                             (frame.across(x.place(middle - 0.42)), frame.across(x.place(middle + 0.42)));
                         let colour = if level.valid { colour::line(0) } else { colour::UNVOUCHED };
                         sheet.fill(left..right, top(level)..frame.y.end, colour);
+                        if let Some(error) = self.error_of(level) {
+                            let [low, high] =
+                                [-error, error].map(|off| frame.up(y.place(level.level + off).clamp(0.0, 1.0)));
+                            let at = frame.across(x.place(middle));
+                            sheet.line(vec![(at, low), (at, high)], INK, 1.5);
+                        }
                     }
                 } else {
                     let steps = levels.iter().flat_map(|level| {
@@ -63,8 +71,31 @@ impl ThirdOctavePlot<'_> {
                     sheet.legend_entry(&frame, index, name, colour::line(index), None);
                 }
             }
+            for band in first..=last {
+                let across = [-0.5, 0.5].map(|side| frame.across(x.place(f64::from(band) + side)));
+                sheet.value(across[0]..across[1], &frame.y, &self.value(band));
+            }
             sheet.frame(&frame);
         })
+    }
+
+    /// How far off a level may be \[dB\], where that is known.
+    fn error_of(&self, level: &BandLevel) -> Option<f64> {
+        self.error.filter(|(from, _)| level.valid && level.band.mid_frequency() >= *from).map(|(_, error)| error)
+    }
+
+    /// What the spectra are worth in a band.
+    fn value(&self, band: i32) -> String {
+        let mut text = format!("{} Hz", ThirdOctaveBand(band).label());
+        for (name, levels) in &self.spectra {
+            if let Some(level) = levels.iter().find(|level| level.band.0 == band) {
+                let name = if name.is_empty() { self.quantity } else { name };
+                let error = self.error_of(level).map_or(String::new(), |error| format!(" ± {error:.1}"));
+                let doubt = if level.valid { "" } else { ", not vouched for" };
+                text.push_str(&format!("\n{name}: {}{error} dB{doubt}", four_digits(level.level)));
+            }
+        }
+        text
     }
 
     fn level_axis(&self) -> Axis {
@@ -106,15 +137,15 @@ mod tests {
         assert_eq!(labels, ["31.5", "63", "125", "250", "500", "1k", "2k", "4k"]);
         let mut silent = spectrum.clone();
         silent[3].level = f64::NEG_INFINITY;
-        let plot = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![("", &silent)] };
+        let plot = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![("", &silent)], error: None };
         let range = plot.level_axis().range();
         assert!(range.start > 30.0 && range.end < 50.0, "{range:?}");
         assert!(plot.to_svg().unwrap().contains("31.5"));
-        let empty = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![] };
+        let empty = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![], error: None };
         assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
         let nothing = levels(0, &[f64::NEG_INFINITY; 3]);
         assert!(
-            ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &nothing), ("b", &nothing)] }
+            ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &nothing), ("b", &nothing)], error: None }
                 .to_svg()
                 .is_ok()
         );

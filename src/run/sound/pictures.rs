@@ -4,7 +4,7 @@ use crate::plan::Heard;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
-use crate::results::sound::ReceiverSpectrum;
+use crate::results::sound::{ReceiverSpectrum, SoundError};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::run::error::RunError;
 use crate::scene::LoadedScene;
@@ -14,6 +14,7 @@ use crate::sound::SoundLevels;
 pub(super) fn draw_levels(
     loaded: &LoadedScene,
     spectra: &[ReceiverSpectrum],
+    error: &SoundError,
     folder: &ResultsFolder,
 ) -> Result<(), RunError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
@@ -30,6 +31,7 @@ pub(super) fn draw_levels(
         title: &title,
         quantity: "Sound pressure level [dB(A) re 20 uPa]",
         spectra: drawn.iter().map(|(name, levels)| (*name, levels.as_slice())).collect(),
+        error: Some((0.0, error.band)),
     };
     folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
     Ok(())

@@ -43,7 +43,7 @@ impl SoundRecorder {
             receivers.push(summary);
         }
         if loaded.scene.outputs.plots {
-            draw_levels(loaded, &spectra, folder)?;
+            draw_levels(loaded, &spectra, &error, folder)?;
         }
         Ok(SoundSummary {
             reference: REFERENCE_PRESSURE,

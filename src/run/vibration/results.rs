@@ -205,7 +205,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
             .fold(0.0_f64, |largest, difference| if difference.abs() > largest.abs() { difference } else { largest })
     });
     FieldSummary {
-        field: field.field.name(),
+        field: field.field.name().into(),
         rms_velocity: total(&field.non_rotating).sqrt(),
         rms_mean_pattern: field.mean_pattern.sqrt(),
         rule_difference: same.map(|other| decibel(total(&field.non_rotating) / total(&other.non_rotating))),
@@ -248,6 +248,7 @@ fn draw_spectra<'a>(
         title: &title,
         quantity: "Velocity level [dB re 1 m/s]",
         spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
+        error: None,
     };
     folder.write_text(file, &plot.to_svg()?)?;
     Ok(())

@@ -1,0 +1,108 @@
+//! `tyrewave report` and `tyrewave compare`: finished results, to open and to hold against each other.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use tyrewave::report::{Comparison, Stored, page};
+use tyrewave::results::ResultsError;
+use tyrewave::storage::PendingFile;
+
+use super::context::{Context, print, print_report};
+use super::error::CliError;
+
+const REPORT_EXAMPLES: &str = "\
+One HTML file that needs a browser and nothing else: the scene in words, the plan with its reasons, the road and its \
+texture, forces, spectra with their errors, vibration, sound to play, what it cost, and the whole scene. Values stand \
+beside the pointer. Several results are compared with the first one.
+
+Examples:
+  tyrewave report results/default                     results/default.html
+  tyrewave report results/80 results/110 --out speeds.html
+  tyrewave run scenes/default.toml --report           runs, then reports";
+
+/// Arguments of `tyrewave report`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = REPORT_EXAMPLES)]
+pub struct ReportArguments {
+    /// Results folders of `tyrewave run`.
+    #[arg(required = true, value_name = "RESULTS")]
+    results: Vec<PathBuf>,
+    /// The page; default: the first folder's name with .html, beside it.
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl ReportArguments {
+    /// Writes the page and says where it is.
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let out = self.out.unwrap_or_else(|| beside(&self.results[0]));
+        write_page(&self.results, &out, context)
+    }
+}
+
+const COMPARE_EXAMPLES: &str = "\
+Settings that differ; figures with their differences from the first results; third octaves of forces, velocities and \
+sound. Levels that not every run vouches for stand in brackets.
+
+Examples:
+  tyrewave compare results/before results/after
+  tyrewave compare results/80 results/110 results/130 --csv > speeds.csv";
+
+/// Arguments of `tyrewave compare`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = COMPARE_EXAMPLES)]
+pub struct CompareArguments {
+    /// Results folders of `tyrewave run`, two or more; the others are held against the first.
+    #[arg(required = true, num_args = 2.., value_name = "RESULTS")]
+    results: Vec<PathBuf>,
+    /// Print JSON instead of tables.
+    #[arg(long)]
+    json: bool,
+    /// Print CSV instead of tables: a row for each figure and third octave.
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
+}
+
+impl CompareArguments {
+    /// Prints the comparison.
+    pub fn execute(self) -> Result<(), CliError> {
+        let comparison = Comparison::of(&stored(&self.results)?);
+        if self.json {
+            print(&format!("{:#}\n", serde_json::json!(comparison)))
+        } else if self.csv {
+            print(&comparison.csv())
+        } else {
+            print_report(&comparison.report())
+        }
+    }
+}
+
+fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
+    let open = |folder: &PathBuf| Stored::open(folder).map_err(|error| CliError::Usage(error.to_string()));
+    folders.iter().map(open).collect()
+}
+
+/// Where the page of a results folder goes.
+pub fn beside(folder: &Path) -> PathBuf {
+    let mut name = folder.file_name().unwrap_or(folder.as_os_str()).to_owned();
+    name.push(".html");
+    folder.with_file_name(name)
+}
+
+/// Writes the page of some results, whole or not at all, and says where it is.
+pub fn write_page(folders: &[PathBuf], out: &Path, context: &Context) -> Result<(), CliError> {
+    let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
+    PendingFile::create(out).and_then(|file| file.complete(text)).map_err(ResultsError::writing(out))?;
+    if context.options.quiet { Ok(()) } else { print(&format!("report in {}\n", out.display())) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_stands_beside_its_folder() {
+        assert_eq!(beside(Path::new("results/80.5")), Path::new("results/80.5.html"));
+        assert_eq!(beside(Path::new("run")), Path::new("run.html"));
+    }
+}

@@ -1,0 +1,17 @@
+//! Results to open and to compare: a page that needs nothing but a browser, and tables of differences.
+//!
+//! [`Stored`] reads a results folder again, [`Comparison`] holds several against each other, [`page()`] makes one HTML
+//! file of one or more of them: pictures, tables and sound inside, no network.
+
+pub mod compare;
+mod html;
+pub mod page;
+mod picture;
+pub mod road;
+mod sections;
+pub mod stored;
+
+pub use compare::Comparison;
+pub use page::{ReportError, page};
+pub use sections::decision_table;
+pub use stored::{Stored, StoredError};

@@ -1,0 +1,224 @@
+//! A results folder, read again.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use thiserror::Error;
+
+use crate::plan::Plan;
+use crate::plan::front::{FrontRow, STATED_FROM};
+use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::results::sound::SOUND_FILE;
+use crate::results::spectra::SPECTRA_FILE;
+use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
+use crate::results::vibration::VIBRATION_FILE;
+use crate::scene::{LoadedScene, Scene, SceneError};
+
+/// Files larger than this are none of ours: summaries, tables and pictures are far below.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Why a folder cannot be reported on.
+#[derive(Debug, Error)]
+pub enum StoredError {
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file that is not what its name says.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Settings that this version of the program does not take.
+    #[error("the settings in {}: {source}", path.display())]
+    Settings {
+        /// The summary.
+        path: PathBuf,
+        /// What is wrong with them.
+        source: Box<SceneError>,
+    },
+}
+
+/// Third-octave levels of one signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    /// What the levels are, reference included: `Contact force level [dB re 1 N]`.
+    pub quantity: &'static str,
+    /// Which signal; empty where there is one of the quantity.
+    pub name: String,
+    /// The levels, bands rising.
+    pub levels: Vec<BandLevel>,
+    /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
+    pub error: Option<(f64, f64)>,
+}
+
+/// What a finished or interrupted run has left.
+#[derive(Clone, Debug)]
+pub struct Stored {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Its summary.
+    pub summary: Summary,
+    /// The scene as it was run.
+    pub loaded: LoadedScene,
+    /// What was done, and why.
+    pub plan: Plan,
+    /// All third octaves: forces, velocities, sound.
+    pub spectra: Vec<Spectrum>,
+}
+
+impl Stored {
+    /// Reads a results folder of `tyrewave run`: summary and tables; arrays and pictures are read when they are asked
+    /// for.
+    ///
+    /// # Errors
+    /// [`StoredError`].
+    pub fn open(folder: &Path) -> Result<Self, StoredError> {
+        let path = folder.join(SUMMARY_FILE);
+        let content = |reason: String| StoredError::Content { path: path.clone(), reason };
+        let text = read_text(&path)?;
+        let value: Value = serde_json::from_str(&text).map_err(|error| content(format!("no JSON: {error}")))?;
+        if value["format"] != FORMAT || value["format_version"] != FORMAT_VERSION {
+            return Err(content(format!("no summary of {FORMAT}, version {FORMAT_VERSION}")));
+        }
+        let summary: Summary =
+            serde_json::from_value(value).map_err(|error| content(format!("no summary of a run: {error}")))?;
+        if summary.outcome.steps == 0 {
+            return Err(content("its command was not `tyrewave run`, or nothing was rolled".to_owned()));
+        }
+        let settings = |source| StoredError::Settings { path: path.clone(), source: Box::new(source) };
+        let scene = toml::to_string(&summary.settings).map_err(|source| content(format!("its settings: {source}")))?;
+        let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy();
+        let mut loaded = Scene::from_str(&scene, &name).map_err(settings)?;
+        loaded.scene.title.clone_from(&summary.title);
+        let plan = Plan::of(&loaded).map_err(settings)?;
+        let mut stored = Self { folder: folder.to_owned(), summary, loaded, plan, spectra: Vec::new() };
+        stored.spectra = stored.read_spectra()?;
+        Ok(stored)
+    }
+
+    /// The run's name: its folder's.
+    pub fn name(&self) -> String {
+        self.folder.file_name().unwrap_or(self.folder.as_os_str()).to_string_lossy().into_owned()
+    }
+
+    /// A text file of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError::Read`], [`StoredError::Content`] of one that is too large or no text.
+    pub fn text(&self, name: &str) -> Result<Option<String>, StoredError> {
+        let path = self.folder.join(name);
+        if path.is_file() { read_text(&path).map(Some) } else { Ok(None) }
+    }
+
+    /// The bytes of a file of the folder.
+    ///
+    /// # Errors
+    /// As [`Self::text`].
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, StoredError> {
+        read_bytes(&self.folder.join(name))
+    }
+
+    /// A column of numbers from an array of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError::Content`] of a file that holds no such column.
+    pub fn column(&self, name: &str) -> Result<Option<Vec<f64>>, StoredError> {
+        let path = self.folder.join(name);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let bytes = read_bytes(&path)?;
+        let column = npyz::NpyFile::new(bytes.as_slice()).and_then(|file| file.into_vec::<f64>());
+        column.map(Some).map_err(|error| StoredError::Content { path, reason: error.to_string() })
+    }
+
+    fn read_spectra(&self) -> Result<Vec<Spectrum>, StoredError> {
+        let stated = FrontRow::asked_for(&self.plan.scene.numerics).map(|row| (STATED_FROM, row.error));
+        let sound = self.summary.sound.as_ref().map(|sound| (0.0, sound.error.band));
+        let tables = [
+            (SPECTRA_FILE, "Contact force level [dB re 1 N]", "level_db_re_1n", stated),
+            (VIBRATION_FILE, "Velocity level [dB re 1 m/s]", "level_db_re_1m_s", None),
+            (SOUND_FILE, "Sound pressure level [dB(A) re 20 uPa]", "level_db_a", sound),
+        ];
+        let mut all = Vec::new();
+        for (file, quantity, column, error) in tables {
+            let Some(text) = self.text(file)? else { continue };
+            let spectra = levels(&text, column).ok_or_else(|| StoredError::Content {
+                path: self.folder.join(file),
+                reason: format!("no table of third octaves with a column {column}"),
+            })?;
+            all.extend(spectra.into_iter().map(|(name, levels)| Spectrum { quantity, name, levels, error }));
+        }
+        Ok(all)
+    }
+}
+
+/// Spectra of a table: rows of a spectrum follow each other and agree in the columns before the frequencies.
+fn levels(text: &str, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let header = reader.headers().ok()?.clone();
+    let place = |wanted: &str| header.iter().position(|name| name == wanted);
+    let [nominal, middle, level, valid] = ["nominal_hz", "mid_frequency_hz", column, "valid"].map(place);
+    let (nominal, middle, level, valid) = (nominal?, middle?, level?, valid?);
+    let mut spectra: Vec<(String, Vec<BandLevel>)> = Vec::new();
+    for record in reader.records() {
+        let record = record.ok()?;
+        let number = |place: usize| record.get(place)?.parse::<f64>().ok();
+        let names = (0..nominal).filter_map(|place| record.get(place).filter(|name| !name.is_empty()));
+        let name = names.collect::<Vec<_>>().join(", ");
+        let band = ThirdOctaveBand::containing(number(middle)?)?;
+        let level = number(level)?;
+        let found = BandLevel { band, mean_square: 10.0_f64.powf(0.1 * level), level, valid: number(valid)? > 0.0 };
+        match spectra.last_mut() {
+            Some((last, levels)) if *last == name => levels.push(found),
+            _ => spectra.push((name, vec![found])),
+        }
+    }
+    Some(spectra)
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, StoredError> {
+    let failed = |source| StoredError::Read { path: path.to_owned(), source };
+    let file = File::open(path).map_err(failed)?;
+    let is_file = fs::metadata(path).map_err(failed)?.is_file();
+    let mut bytes = Vec::new();
+    let read = if is_file { file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)? as u64 } else { 0 };
+    if !is_file || read > MOST_BYTES {
+        let reason = if is_file { "it is too large" } else { "it is no file" }.to_owned();
+        return Err(StoredError::Content { path: path.to_owned(), reason });
+    }
+    Ok(bytes)
+}
+
+fn read_text(path: &Path) -> Result<String, StoredError> {
+    let no_text = |_| StoredError::Content { path: path.to_owned(), reason: "it is no text".to_owned() };
+    String::from_utf8(read_bytes(path)?).map_err(no_text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spectra_are_told_apart_by_the_columns_before_the_frequencies() {
+        let text = "receiver,nominal_hz,mid_frequency_hz,level_db_a,valid\na,100,100,50,1\na,125,125.9,51.5,0\n\
+                    b,100,100,-inf,1\n";
+        let spectra = levels(text, "level_db_a").unwrap();
+        let names: Vec<(&str, usize)> = spectra.iter().map(|(name, levels)| (name.as_str(), levels.len())).collect();
+        assert_eq!(names, [("a", 2), ("b", 1)]);
+        assert!(spectra[0].1[0].valid && !spectra[0].1[1].valid);
+        assert!((spectra[0].1[1].level - 51.5).abs() < 1e-12 && spectra[1].1[0].level.is_infinite());
+        assert!(levels(text, "level_db").is_none() && levels("a,b\n1,2\n", "level_db_a").is_none());
+        assert!(levels(&text.replace("51.5", "loud"), "level_db_a").is_none());
+    }
+}

@@ -1,8 +1,9 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
-//! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the limit for
-//! small time steps, elements and cells, with the axle at the same height. The rows were set from made dense asphalt at
-//! 80 km/h and hold on other roads at other speeds (README's table; an ignored test, tests/suite/presets.rs).
+//! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
+//! limit for small time steps, elements and cells, with the axle at the same height. The rows were set from made dense
+//! asphalt at 80 km/h and hold on other roads at other speeds (README's table; an ignored test,
+//! tests/suite/presets.rs).
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
 use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};

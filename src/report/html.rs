@@ -10,7 +10,9 @@ pub(super) fn report(report: &Report) -> Markup {
     html! {
         @for part in report.parts() {
             @match part {
-                Part::Text(text) => @for line in text.lines().filter(|line| !line.trim().is_empty()) { p { (line.trim()) } },
+                Part::Text(text) => @for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+                    p { (line) }
+                },
                 Part::Table(of) => (table(of)),
             }
         }

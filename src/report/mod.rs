@@ -4,6 +4,7 @@
 //! file of one or more of them: pictures, tables and sound inside, no network.
 
 pub mod compare;
+mod error;
 mod html;
 pub mod page;
 mod picture;
@@ -12,6 +13,7 @@ mod sections;
 pub mod stored;
 
 pub use compare::Comparison;
-pub use page::{ReportError, page};
+pub use error::ReportError;
+pub use page::page;
 pub use sections::decision_table;
 pub use stored::{Stored, StoredError};

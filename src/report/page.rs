@@ -1,25 +1,14 @@
 //! One HTML file of one or more results: styles, pictures and sound are in it.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use thiserror::Error;
 
 use super::compare::{Comparison, SpectrumComparison};
+use super::error::ReportError;
 use super::html::{figure, table};
 use super::sections;
-use super::stored::{Stored, StoredError};
+use super::stored::Stored;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
-
-/// Why there is no page.
-#[derive(Debug, Error)]
-pub enum ReportError {
-    /// A results folder that cannot be read.
-    #[error(transparent)]
-    Stored(#[from] StoredError),
-    /// A picture that cannot be drawn.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
-}
 
 /// The page of some results; several are compared with the first one.
 ///

@@ -5,8 +5,8 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 use super::compare::figures_of;
+use super::error::ReportError;
 use super::html::{figure, report, table};
-use super::page::ReportError;
 use super::road::{description, map, texture_spectrum};
 use super::stored::{Spectrum, Stored};
 use crate::plan::Plan;
@@ -105,8 +105,8 @@ pub(super) fn plan(stored: &Stored) -> Markup {
     html! {
         (table(&decision_table(of)))
         p {
-            "Elements and time steps are good for levels up to " (format!("{:.0}", of.valid_to)) " Hz; a road that ends \
-             before lowers that. Bands beyond are grey."
+            "Elements and time steps are good for levels up to " (format!("{:.0}", of.valid_to))
+            " Hz; a road that ends before lowers that. Bands beyond are grey."
         }
         @for note in &of.decisions.notes { p { (note) } }
     }
@@ -256,11 +256,14 @@ pub(super) fn repeat(stored: &Stored) -> Result<Markup, ReportError> {
     let scene = toml::to_string_pretty(&summary.settings).unwrap_or_default();
     Ok(html! {
         p {
-            "tyrewave " (summary.version) ", " (summary.cost.threads) " threads; the number of threads changes nothing. The \
-             settings have the SHA-256 " code { (summary.scene_sha256) } "."
+            "tyrewave " (summary.version) ", " (summary.cost.threads) " threads; their number changes no result. The "
+            "settings have the SHA-256 " code { (summary.scene_sha256) } "."
         }
-        p { "The scene with every default filled in; saved as " code { "scene.toml" } ", " code { "tyrewave run scene.toml" }
-            " gives the same bytes. A measured road is named relative to where the scene was." }
+        p {
+            "The scene with every default filled in; saved as " code { "scene.toml" } ", "
+            code { "tyrewave run scene.toml" } " gives the same bytes. A measured road is named relative to where the "
+            "scene was."
+        }
         pre { code { (scene) } }
     })
 }

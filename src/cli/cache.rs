@@ -2,11 +2,12 @@
 
 use clap::{Args, Subcommand};
 use tyrewave::plan::kept_transfers::KeptReceiver;
+use tyrewave::results::table::{Report, row, words};
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::tyre::poles::RationalModel;
 use tyrewave::tyre::poles::cells::CellModel;
 
-use super::context::print;
+use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
@@ -41,7 +42,7 @@ impl CacheArguments {
     ///
     /// # Errors
     /// [`CliError::Cache`].
-    pub fn execute(self) -> Result<(), CliError> {
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let cache = Cache::open()?;
         let folder = cache.folder().display();
         match self.action {
@@ -50,16 +51,18 @@ impl CacheArguments {
                 print(&format!("{removed} entries removed from {folder}\n"))
             }
             CacheAction::List => {
-                let mut text = String::new();
                 let entries = cache.list(&[RationalModel::KIND, CellModel::KIND, KeptReceiver::KIND])?;
-                for entry in &entries {
+                let rows = entries.iter().map(|entry| {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());
                     let name = entry.path.file_name().unwrap_or_default().to_string_lossy();
-                    text.push_str(&format!("{:10.1} kB  {name}  {state}\n", entry.bytes as f64 / 1e3));
-                }
+                    row([&name, &format!("{:.1}", entry.bytes as f64 / 1e3), &state])
+                });
+                let mut report = Report::default();
+                report.table(words(["entry", "kB", "state"], rows));
                 let total: u64 = entries.iter().map(|entry| entry.bytes).sum();
-                print(&format!("{text}{} entries, {:.1} MB in {folder}\n", entries.len(), total as f64 / 1e6))
+                report.text(format!("{} entries, {:.1} MB in {folder}\n", entries.len(), total as f64 / 1e6));
+                context.print_report(&report)
             }
         }
     }

@@ -36,13 +36,16 @@ impl Context {
     pub fn bar(&self, title: &str, count: u64) -> ProgressBar {
         pieces(self.options.quiet, title, count)
     }
-}
 
-/// Prints a report, its tables within the terminal's width where there is a terminal.
-pub fn print_report(report: &Report) -> Result<(), CliError> {
-    match terminal_size_of(std::io::stdout()) {
-        Some((Width(columns), _)) => print(&report.within(usize::from(columns))),
-        None => print(&report.to_string()),
+    /// Prints a report, its tables within the terminal's width where there is a terminal; as JSON where that is wanted.
+    pub fn print_report(&self, report: &Report) -> Result<(), CliError> {
+        if self.options.json {
+            return print(&format!("{:#}\n", report.to_json()));
+        }
+        match terminal_size_of(std::io::stdout()) {
+            Some((Width(columns), _)) => print(&report.within(usize::from(columns))),
+            None => print(&report.to_string()),
+        }
     }
 }
 

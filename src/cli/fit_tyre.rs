@@ -68,15 +68,12 @@ pub struct FitTyreArguments {
     /// Standard deviation of the measured phases, in degrees.
     #[arg(long, value_name = "DEGREES", default_value = "3", value_parser = positive)]
     phase_error: f64,
-    /// Print JSON instead of tables.
-    #[arg(long)]
-    json: bool,
 }
 
 impl FitTyreArguments {
     /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { mobility: path, place, fix, free, level_error, phase_error, json: as_json } = self;
+        let Self { mobility: path, place, fix, free, level_error, phase_error } = self;
         let mut side = place.open("fit-tyre")?;
         let free = free_parameters(&side.loaded, &fix, &free)?;
         let start = &side.loaded.scene.tyre;
@@ -105,7 +102,7 @@ impl FitTyreArguments {
         );
         side.file("tyre.toml", heading + &written(&fitted.tyre)?);
         side.file("fit.txt", tables.to_string());
-        let answer = side.json("fit.json", &record(&fitted, &points));
+        side.json("fit.json", &record(&fitted, &points));
         side.file("mobility.csv", to_csv(&fitted, &points));
         let names: Vec<String> =
             patches(&points).iter().map(|side| format!("{} mm", (side * 1e6).round() / 1e3)).collect();
@@ -121,7 +118,7 @@ impl FitTyreArguments {
             "level_error_db": level_error,
             "phase_error_deg": phase_error,
         });
-        side.answer(context, &tables, as_json.then_some(answer))
+        side.finish(context, &tables)
     }
 }
 

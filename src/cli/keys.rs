@@ -6,7 +6,7 @@ use tyrewave::results::table::{Report, words};
 use tyrewave::scene::Scene;
 use tyrewave::scene::schema::{Section, sections};
 
-use super::context::{print, print_report};
+use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
@@ -38,11 +38,11 @@ impl KeysArguments {
     ///
     /// # Errors
     /// [`CliError::Usage`] for a table that scenes do not have.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.schema {
             print(&format!("{:#}\n", Scene::json_schema()))
         } else {
-            print_report(&report(self.section.as_deref())?)
+            context.print_report(&report(self.section.as_deref())?)
         }
     }
 }

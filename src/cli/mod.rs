@@ -4,6 +4,7 @@
 //! executed on them, and turns its error into a message on standard error and an exit code.
 
 mod cache;
+mod check;
 mod compliance;
 mod context;
 mod effects;
@@ -13,6 +14,7 @@ mod heights;
 mod indent;
 mod influence;
 mod influence_cost;
+mod init;
 mod interrupt;
 mod keys;
 mod mobility;
@@ -28,6 +30,8 @@ mod road;
 mod rules;
 mod run;
 mod scaling;
+mod scene_file;
+mod shell;
 mod side;
 mod slice;
 mod slices;
@@ -82,6 +86,10 @@ pub enum Command {
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.
     Plan(plan::PlanArguments),
+    /// Begin: write a commented scene with its tyre, and a schema for editors.
+    Init(init::InitArguments),
+    /// Say whether scenes can be run: all that can be known without running them.
+    Check(check::CheckArguments),
     /// List every key that a scene may have, with default, bounds and meaning; or their JSON Schema.
     Keys(keys::KeysArguments),
     /// Show what each effect is worth: levels, force, patch, time and memory with and without it.
@@ -124,6 +132,10 @@ pub enum Command {
     Slice(slice::SliceArguments),
     /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
     Indent(indent::IndentArguments),
+    /// Print completions for a shell.
+    Completions(shell::CompletionsArguments),
+    /// Write man pages.
+    Man(shell::ManArguments),
 }
 
 /// Carries a command out.
@@ -134,13 +146,15 @@ impl Command {
         match self {
             Self::Run(arguments) => arguments.execute(context),
             Self::Plan(arguments) => arguments.execute(context),
-            Self::Keys(arguments) => arguments.execute(),
+            Self::Init(arguments) => arguments.execute(context),
+            Self::Check(arguments) => arguments.execute(context),
+            Self::Keys(arguments) => arguments.execute(context),
             Self::Effects(arguments) => arguments.execute(context),
             Self::Study(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Report(arguments) => arguments.execute(context),
-            Self::Compare(arguments) => arguments.execute(),
+            Self::Compare(arguments) => arguments.execute(context),
             Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::FitTyre(arguments) => arguments.execute(context),
@@ -151,10 +165,12 @@ impl Command {
             Self::Compliance(arguments) => arguments.execute(),
             Self::Influence(arguments) => arguments.execute(context),
             Self::Rules(arguments) => arguments.execute(context),
-            Self::Cache(arguments) => arguments.execute(),
+            Self::Cache(arguments) => arguments.execute(context),
             Self::Slices(arguments) => arguments.execute(context),
             Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
+            Self::Completions(arguments) => arguments.execute(),
+            Self::Man(arguments) => arguments.execute(),
         }
     }
 }
@@ -209,7 +225,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 21);
+        assert_eq!(names.len(), 27);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -1,19 +1,18 @@
 //! `tyrewave plan`: what a run would do, why, and what it would take.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
 use tyrewave::report::decision_table;
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
-use tyrewave::run::prepare::open_road;
-use tyrewave::scene::{LoadedScene, Scene};
+use tyrewave::scene::LoadedScene;
 use tyrewave::study::calibration::{calibrate, calibrated};
 
-use super::context::{Context, print, print_report};
+use super::check::checked;
+use super::context::{Context, print};
 use super::error::CliError;
+use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for \
@@ -33,11 +32,8 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct PlanArguments {
-    /// The scene, a TOML file.
-    pub scene: PathBuf,
-    /// Print JSON instead of tables.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub scene: SceneFile,
     /// Measure this machine again.
     #[arg(long)]
     pub calibrate: bool,
@@ -50,19 +46,16 @@ impl PlanArguments {
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let process = resident_memory().unwrap_or_default() as f64;
-        let loaded = Scene::load(&self.scene)?;
-        loaded.check_time_domain()?;
-        let plan = Plan::of(&loaded)?.with_kept_model();
-        plan.check(&loaded)?;
+        let loaded = self.scene.load()?;
+        let plan = checked(&loaded)?;
         let amounts = plan.amounts();
-        open_road(&loaded, &plan, 0.5 * amounts.expected.points * plan.element)?;
         let stop = context.interrupt.flag();
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);
-        if self.json {
+        if context.options.json {
             return print(&record(&loaded, &plan, &amounts, &forecast)?);
         }
-        print_report(&text(&loaded, &plan, &amounts, &forecast))
+        context.print_report(&text(&loaded, &plan, &amounts, &forecast))
     }
 }
 

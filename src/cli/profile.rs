@@ -34,7 +34,7 @@ Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
   tyrewave profile compare                             this program against the committed record: results and counters
   tyrewave profile compare old/tyrewave new/tyrewave   two programs: results, counters and the time of every stage
-  tyrewave profile compare old/tyrewave --markdown performance.md --json performance.json
+  tyrewave profile compare old/tyrewave --markdown performance.md --json-file performance.json
   tyrewave profile scaling                             exponents of every cost, table and picture
   tyrewave profile measure rough                       one workload, as JSON";
 
@@ -105,7 +105,7 @@ pub struct CompareArguments {
     pub markdown: Option<PathBuf>,
     /// Write the verdict as JSON, too.
     #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    pub json_file: Option<PathBuf>,
 }
 
 impl ProfileArguments {
@@ -218,7 +218,7 @@ impl CompareArguments {
         if let Some(path) = &self.markdown {
             write(path, verdict.markdown())?;
         }
-        if let Some(path) = &self.json {
+        if let Some(path) = &self.json_file {
             write(path, serde_json::to_string_pretty(&verdict).unwrap_or_default() + "\n")?;
         }
         print(&verdict.text())?;

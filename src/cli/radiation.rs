@@ -79,15 +79,12 @@ pub struct RadiationArguments {
     /// Number of frequencies.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=1000))]
     points: u32,
-    /// Print the JSON of all numbers instead of tables.
-    #[arg(long)]
-    json: bool,
 }
 
 impl RadiationArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { place, highest, points, json } = self;
+        let Self { place, highest, points } = self;
         let mut side = place.open("radiation")?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let plan = Plan::new(&scene);
@@ -143,7 +140,7 @@ impl RadiationArguments {
                 "reciprocal_condition": at.reciprocal_condition,
             })).collect::<Vec<_>>(),
         });
-        let answer = side.json("radiation.json", &answer);
+        side.json("radiation.json", &answer);
         side.settings = json!({ "scene": side.settings, "highest": highest, "points": points });
         let mut report = Report::default();
         report.text(format!("{title}\nPatch {:.1} mm long\n\n", 1e3 * radiator.patch_length()));
@@ -151,7 +148,7 @@ impl RadiationArguments {
         report.text("\nEnough of the tread: waves round the tyre, degrees to either side of the contact\n\n");
         report.append(views.enough());
         report.text("\n");
-        side.answer(context, &report, json.then_some(answer))
+        side.finish(context, &report)
     }
 }
 

@@ -7,7 +7,7 @@ use tyrewave::report::{Comparison, Stored, page};
 use tyrewave::results::ResultsError;
 use tyrewave::storage::PendingFile;
 
-use super::context::{Context, print, print_report};
+use super::context::{Context, print};
 use super::error::CliError;
 
 const REPORT_EXAMPLES: &str = "\
@@ -55,9 +55,6 @@ pub struct CompareArguments {
     /// Results folders of `tyrewave run`, two or more; the others are held against the first.
     #[arg(required = true, num_args = 2.., value_name = "RESULTS")]
     results: Vec<PathBuf>,
-    /// Print JSON instead of tables.
-    #[arg(long)]
-    json: bool,
     /// Print CSV instead of tables: a row for each figure and third octave.
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -65,14 +62,14 @@ pub struct CompareArguments {
 
 impl CompareArguments {
     /// Prints the comparison.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let comparison = Comparison::of(&stored(&self.results)?);
-        if self.json {
+        if context.options.json {
             print(&format!("{:#}\n", serde_json::json!(comparison)))
         } else if self.csv {
             print(&comparison.csv())
         } else {
-            print_report(&comparison.report())
+            context.print_report(&comparison.report())
         }
     }
 }

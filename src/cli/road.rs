@@ -1,7 +1,5 @@
 //! `tyrewave road`: what a scene's road is like.
 
-use std::path::{Path, PathBuf};
-
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::Stage;
@@ -14,9 +12,13 @@ use tyrewave::study::sweep::{Axes, variants};
 
 use super::context::Context;
 use super::error::CliError;
+use super::scene_file::SceneFile;
 use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\
+In place of a scene, a road file (.dat, .csv, .crg) may be named: the default scene sees it. Of a scene its road, contact \
+width and speed count.
+
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \
 frequency that the road can excite at the scene's speed. Drawn: its heights, in colours, and its texture spectrum.
 
@@ -28,19 +30,14 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RoadArguments {
-    /// The scene; its road, contact width and speed count. Or a road file (.dat, .csv, .crg), seen by the default
-    /// scene.
-    scene: PathBuf,
-    /// Folder for the picture; default: results/NAME-road, NAME being the scene's.
-    #[arg(long, short, value_name = "FOLDER")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    place: Place,
 }
 
 impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json`, `road.svg` and `texture_spectrum.svg`.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { scene, out } = self;
-        let mut side = Side::new(road_scene(&scene)?, Place { scene, out }.target("road"))?;
+        let mut side = Side::new(road_scene(&self.place.scene)?, self.place.target("road"))?;
         let scene = &side.loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
@@ -57,12 +54,13 @@ impl RoadArguments {
 }
 
 /// A scene, or the default scene on the road that a file holds.
-fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
+fn road_scene(of: &SceneFile) -> Result<LoadedScene, CliError> {
+    let path = &of.scene;
     if path.extension().is_none_or(|ending| ending.eq_ignore_ascii_case("toml")) {
-        return Ok(Scene::load(path)?);
+        return of.load();
     }
     let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
-    let mut made = variants(&Scene::from_str(DEFAULT, "default")?, &axes)?;
+    let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &of.settings)?, &axes)?;
     // One road at one speed, headed with its own name: only the speed and the tyre's width are the default scene's.
     let mut loaded = made.swap_remove(0).loaded;
     loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

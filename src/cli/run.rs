@@ -1,6 +1,5 @@
 //! `tyrewave run`: from a scene to contact forces and their spectrum.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -8,12 +7,12 @@ use tyrewave::plan::bytes;
 use tyrewave::results::summary::RollingResistance;
 use tyrewave::results::table::Report;
 use tyrewave::run::{self, RunOptions, RunReport};
-use tyrewave::scene::Scene;
 
-use super::context::{Context, print_report};
+use super::context::{Context, print};
 use super::error::CliError;
 use super::profiling::ProfileOptions;
 use super::report::{beside, write_page};
+use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, \
@@ -25,6 +24,8 @@ alone. A run that was interrupted or killed goes on with `tyrewave resume RESULT
 Examples:
   tyrewave run scenes/default.toml                    results in results/default
   tyrewave run scenes/default.toml --out trial        results in trial
+  tyrewave run scenes/default.toml --set rolling.speed_kmh=110 --set numerics.preset=draft
+                                                      as if the scene said so
   tyrewave run scenes/default.toml --profile          and a table of what took how long
   tyrewave run scenes/default.toml --trace trace.json --folded stacks.txt
                                                       and when: for Perfetto, and for flame graphs";
@@ -32,8 +33,8 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RunArguments {
-    /// The scene, a TOML file.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneFile,
     /// Results folder; default: results/NAME, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -47,7 +48,7 @@ pub struct RunArguments {
 impl RunArguments {
     /// Runs the scene and says where the results are.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = self.scene.load()?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
         let profile = self.profile.begin()?;
@@ -62,9 +63,7 @@ impl RunArguments {
 
     /// Where the results go.
     fn results_folder(&self) -> PathBuf {
-        self.out
-            .clone()
-            .unwrap_or_else(|| Path::new("results").join(self.scene.file_stem().unwrap_or(OsStr::new("scene"))))
+        self.out.clone().unwrap_or_else(|| Path::new("results").join(self.scene.name()))
     }
 }
 
@@ -78,7 +77,11 @@ pub fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Resu
         told.text("\n");
         told.append(costs);
     }
-    print_report(&told)?;
+    if context.options.json {
+        print(&report.summary.to_json(&report.folder)?)?;
+    } else {
+        context.print_report(&told)?;
+    }
     let Some(load) = report.summary.outcome.load.filter(|load| !load.met) else { return Ok(()) };
     Err(CliError::Failed(format!(
         "{load}; the results are in {}; a longer warm_up corrects the height more exactly, a longer duration averages \

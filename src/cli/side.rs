@@ -1,6 +1,5 @@
 //! Commands that read a scene and leave a folder of files beside their answer.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -10,16 +9,17 @@ use tyrewave::plan::settled;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultsFolder};
-use tyrewave::scene::{LoadedScene, Scene};
+use tyrewave::scene::LoadedScene;
 
-use super::context::{Context, print, print_report};
+use super::context::{Context, print};
 use super::error::CliError;
+use super::scene_file::SceneFile;
 
 /// A scene, and where the results of a command that is not `run` go.
 #[derive(Clone, Debug, Args)]
 pub struct Place {
-    /// The scene, a TOML file.
-    pub scene: PathBuf,
+    #[command(flatten)]
+    pub scene: SceneFile,
     /// Results folder; default: results/NAME-COMMAND, NAME being the scene's.
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -35,19 +35,21 @@ pub struct Side {
     target: PathBuf,
     begin: Instant,
     files: Vec<(&'static str, String)>,
+    /// All numbers as JSON, where a command has more of them than its report shows.
+    answer: Option<String>,
 }
 
 impl Place {
     /// Reads the scene. A place that cannot be written to is refused now, not after the work.
     pub fn open(self, command: &str) -> Result<Side, CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = self.scene.load()?;
         Side::new(loaded, self.target(command))
     }
 
     /// The results folder of a command.
     pub fn target(self, command: &str) -> PathBuf {
         self.out.unwrap_or_else(|| {
-            let mut name = self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned();
+            let mut name = self.scene.name();
             name.push(format!("-{command}"));
             Path::new("results").join(name)
         })
@@ -59,7 +61,7 @@ impl Side {
         let loaded = settled(loaded)?;
         drop(ResultsFolder::create(&target)?);
         let (settings, meter) = (loaded.settings()?, Meter::default());
-        Ok(Self { loaded, meter, settings, target, begin: Instant::now(), files: Vec::new() })
+        Ok(Self { loaded, meter, settings, target, begin: Instant::now(), files: Vec::new(), answer: None })
     }
 
     /// Keeps a file for the folder.
@@ -73,27 +75,24 @@ impl Side {
         Ok(())
     }
 
-    /// Keeps a JSON file for the folder; returns its text.
-    pub fn json(&mut self, name: &'static str, answer: &serde_json::Value) -> String {
+    /// Keeps a JSON file for the folder, which is the answer where JSON is wanted.
+    pub fn json(&mut self, name: &'static str, answer: &serde_json::Value) {
         let text = format!("{answer:#}\n");
         self.file(name, text.clone());
-        text
+        self.answer = Some(text);
     }
 
     /// Writes the folder and answers: with the report and the folder's place, or with the JSON alone that was asked
     /// for.
-    pub fn answer(self, context: &Context, report: &Report, json: Option<String>) -> Result<(), CliError> {
+    pub fn finish(mut self, context: &Context, report: &Report) -> Result<(), CliError> {
+        let answer = self.answer.take().filter(|_| context.options.json);
         let place = self.write(context)?;
-        if let Some(json) = json {
+        if let Some(json) = answer {
             return print(&json);
         }
-        print_report(report)?;
-        if context.options.quiet { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
-    }
-
-    /// Writes the folder and answers with the report.
-    pub fn finish(self, context: &Context, report: &Report) -> Result<(), CliError> {
-        self.answer(context, report, None)
+        context.print_report(report)?;
+        let silent = context.options.quiet || context.options.json;
+        if silent { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
     }
 
     /// Writes the folder and says where it is.

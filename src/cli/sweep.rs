@@ -9,11 +9,10 @@ use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
-use tyrewave::scene::Scene;
 use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
 use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
-use super::context::{Context, print, print_report};
+use super::context::{Context, print};
 use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
@@ -90,7 +89,7 @@ fn values(text: &str) -> Result<Values, String> {
 impl SweepArguments {
     /// Runs the sweep and prints its table.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let base = Scene::load(&self.place.scene)?;
+        let base = self.place.scene.load()?;
         let loads = self.load.map_or(Vec::new(), |loads| loads.0);
         let variants = variants(&base, &Axes { speeds: self.speed.0, loads, roads: self.road })?;
         let folder = self.place.target("sweep");
@@ -136,8 +135,8 @@ impl SweepArguments {
         if matches!(ended, Err(CliError::SweepStopped)) {
             return ended;
         }
-        print_report(&report)?;
-        if !context.options.quiet {
+        context.print_report(&report)?;
+        if !context.options.quiet && !context.options.json {
             let found = outcomes.iter().filter(|outcome| outcome.done().is_some_and(|done| done.found)).count();
             let (all, place) = (variants.len(), folder.display());
             print(&format!("\n{all} variants, {found} of them found finished\nresults in {place}\n"))?;

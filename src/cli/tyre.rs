@@ -78,9 +78,6 @@ pub struct TyreArguments {
     /// Number of frequencies of the mobility; 300 resolve modes of 2 % damping.
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     points: u32,
-    /// Print the JSON of all numbers instead of tables.
-    #[arg(long)]
-    json: bool,
 }
 
 /// A load as it was given, and in N.
@@ -105,7 +102,7 @@ fn load(text: &str) -> Result<Load, String> {
 impl TyreArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points, json } = self;
+        let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points } = self;
         let mut side = place.open("tyre")?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let tyre = &scene.tyre;
@@ -174,7 +171,7 @@ impl TyreArguments {
             "loads": under.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
             "mobility": mobility_json(&mobility),
         });
-        let answer = side.json("tyre.json", &answer);
+        side.json("tyre.json", &answer);
         side.settings = json!({
             "scene": side.settings,
             "waves": waves,
@@ -191,7 +188,7 @@ impl TyreArguments {
         report.append(views::loads_report(&under, tyre.circumference / scene.numerics.elements as f64));
         report.append(views::mobility_report(&in_table, &names));
         report.text("\n");
-        side.answer(context, &report, json.then_some(answer))
+        side.finish(context, &report)
     }
 }
 

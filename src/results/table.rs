@@ -3,6 +3,7 @@
 use std::fmt;
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
+use serde_json::{Value, json};
 
 /// Blanks beside a cell's content, and between two columns.
 const PADDING: usize = 2;
@@ -167,6 +168,23 @@ impl Report {
         &self.0
     }
 
+    /// As JSON: texts, and tables as columns and rows; cells that are numbers are numbers.
+    pub fn to_json(&self) -> Value {
+        let cell = |cell: &String| match serde_json::from_str(cell) {
+            Ok(number @ Value::Number(_)) => number,
+            _ => Value::from(cell.trim()),
+        };
+        let part = |part: &Part| match part {
+            Part::Text(text) => json!({ "text": text.trim() }),
+            Part::Table(table) => {
+                let rows: Vec<Vec<Value>> = table.rows.iter().map(|row| row.iter().map(cell).collect()).collect();
+                json!({ "columns": table.header, "rows": rows })
+            }
+        };
+        let empty = |part: &&Part| matches!(part, Part::Text(text) if text.trim().is_empty());
+        self.0.iter().filter(|part| !empty(part)).map(part).collect()
+    }
+
     /// With tables within so many columns of a terminal, see [`Table::within`].
     pub fn within(&self, width: usize) -> String {
         let part = |part: &Part| match part {
@@ -256,6 +274,19 @@ mod tests {
         report.text("title\n");
         report.table(table.clone());
         assert_eq!(report.to_string(), format!("title\n{table}"));
+    }
+
+    #[test]
+    fn reports_are_json_with_numbers_as_numbers() {
+        let mut report = Report::default();
+        report.text("title\n\n");
+        report.text("\n");
+        report.table(aligned(["what", "so much"], [["a", "1.50"], ["b", "-"]]));
+        let expected = json!([
+            { "text": "title" },
+            { "columns": ["what", "so much"], "rows": [["a", 1.5], ["b", "-"]] },
+        ]);
+        assert_eq!(report.to_json(), expected);
     }
 
     #[test]

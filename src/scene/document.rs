@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::diagnostic::Source;
@@ -40,6 +41,20 @@ impl Document {
         let whole = Place { source: Arc::clone(source), key: 0..0, value: 0..0 };
         self.places.insert(prefix.to_owned(), whole);
         self.index(source, table, prefix);
+    }
+
+    /// Adds a value that stands in place of the scene's own, or beside it.
+    pub(super) fn set(&mut self, source: &Arc<Source>, path: &str, value: &Spanned<DeValue<'_>>) {
+        let within =
+            |key: &String| key.starts_with(path) && matches!(key.as_bytes().get(path.len()), Some(b'.' | b'['));
+        self.places.retain(|key, _| !within(key));
+        self.index_value(source, value.get_ref(), path);
+        let place = || Place { source: Arc::clone(source), key: value.span(), value: value.span() };
+        self.places.insert(path.to_owned(), place());
+        // Tables on the way that the scene does not have are there now.
+        for (end, _) in path.match_indices(['.', '[']) {
+            self.places.entry(path[..end].to_owned()).or_insert_with(place);
+        }
     }
 
     fn index(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {

@@ -16,6 +16,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
+use super::setting::Setting;
 use super::table::Table;
 use super::{Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
@@ -53,11 +54,19 @@ impl Scene {
     /// # Errors
     /// The file cannot be read, or [`SceneError::Invalid`] with all mistakes that could be found in it.
     pub fn load(path: impl AsRef<Path>) -> Result<LoadedScene, SceneError> {
+        Self::load_with(path, &[])
+    }
+
+    /// As [`Self::load`], with settings in place of the scene's own; paths among them are relative to the scene, too.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_with(path: impl AsRef<Path>, settings: &[Setting]) -> Result<LoadedScene, SceneError> {
         let path = path.as_ref();
         let text = read_text(path)?;
         let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
         let folder = absolute.parent().unwrap_or(&absolute).to_owned();
-        LoadedScene::new(text, path.to_owned(), folder)
+        LoadedScene::new(text, path.to_owned(), folder, settings)
     }
 
     /// Checks a scene in a text; `name` stands in messages where a file's name would. Paths in it are used as they are.
@@ -65,7 +74,15 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Invalid`] with all mistakes that could be found.
     pub fn from_str(text: &str, name: &str) -> Result<LoadedScene, SceneError> {
-        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new())
+        Self::from_str_with(text, name, &[])
+    }
+
+    /// As [`Self::from_str`], with settings in place of the scene's own.
+    ///
+    /// # Errors
+    /// As [`Self::from_str`].
+    pub fn from_str_with(text: &str, name: &str, settings: &[Setting]) -> Result<LoadedScene, SceneError> {
+        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), settings)
     }
 
     /// The JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`, what has
@@ -100,7 +117,7 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::to_toml`] and [`Scene::from_str`]; lines are those of the scene as TOML.
     pub fn from_scene(scene: &Scene, name: &str) -> Result<Self, SceneError> {
-        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new())
+        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new(), &[])
     }
 
     /// A scene that was loaded before: its settings as written and as used, both as TOML, and where they came from.
@@ -108,8 +125,8 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::from_str`].
     pub fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
-        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new())?;
-        let written = Self::new(written.to_owned(), path, PathBuf::new())?;
+        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), &[])?;
+        let written = Self::new(written.to_owned(), path, PathBuf::new(), &[])?;
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
@@ -201,10 +218,13 @@ impl LoadedScene {
         if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
     }
 
-    fn new(text: String, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
+    fn new(text: String, path: PathBuf, folder: PathBuf, settings: &[Setting]) -> Result<Self, SceneError> {
         let source = Arc::new(Source { name: path.display().to_string(), text });
         let mut root = parse(&source)?;
         let mut document = Document::new(&source, root.get_ref());
+        // A tyre's file is known before the settings of what is in it.
+        let (tyre, within): (Vec<_>, Vec<_>) = settings.iter().partition(|setting| setting.is_tyre());
+        tyre.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
 
         let (tyre_source, tyre_error) = match root.get_ref().get("tyre").map(Spanned::get_ref) {
             Some(DeValue::String(tyre_path)) => match tyre_file(&folder, tyre_path) {
@@ -220,6 +240,7 @@ impl LoadedScene {
                 *entry.get_mut() = DeValue::Table(tyre.into_inner());
             }
         }
+        within.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
         let complaints = Complaints::new(&document);
         if let Some(error) = tyre_error {
             complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));

@@ -13,6 +13,7 @@ mod load;
 pub mod model;
 mod problem;
 pub mod schema;
+mod setting;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -24,6 +25,7 @@ pub use load::{LoadedScene, settings_hash};
 pub use model::*;
 pub use problem::Problem;
 pub(crate) use problem::short;
+pub use setting::Setting;
 
 /// The default scene, `scenes/default.toml`.
 pub const DEFAULT: &str = include_str!("../../scenes/default.toml");

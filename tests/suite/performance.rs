@@ -107,7 +107,7 @@ fn compared(first: &Path, second: &Path, more: &[&str], place: &Path) -> (i32, V
     let json = place.join("verdict.json");
     let mut command = Command::new(program());
     command.args(["profile", "compare", "--quiet", "--accepted", "profiles/accepted.toml"]).args(more);
-    let output = command.arg(first).arg(second).arg("--json").arg(&json).current_dir(folder()).output().unwrap();
+    let output = command.arg(first).arg(second).arg("--json-file").arg(&json).current_dir(folder()).output().unwrap();
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let verdict =
         serde_json::from_str(&fs::read_to_string(&json).unwrap_or_default()).unwrap_or_else(|_| panic!("{text}"));

@@ -1,0 +1,61 @@
+//! `tyrewave check`: whether scenes can be run.
+
+use clap::Args;
+use tyrewave::plan::Plan;
+use tyrewave::results::table::{Report, row, words};
+use tyrewave::run::prepare::open_road;
+use tyrewave::scene::{LoadedScene, Scene, Setting};
+
+use super::context::Context;
+use super::error::CliError;
+
+const EXAMPLES: &str = "\
+Everything that can be known without running: keys and values, the tyre's file, what fits together, memory and time \
+against their limits, the road's file and its length. Nothing is written. The exit code is 2 if a scene has a mistake.
+
+Examples:
+  tyrewave check scenes/default.toml
+  tyrewave check scenes/*.toml --set numerics.preset=draft";
+
+/// Arguments of `tyrewave check`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct CheckArguments {
+    /// The scenes, TOML files.
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<std::path::PathBuf>,
+    /// A setting in place of the scenes' own, see tyrewave help run; may be given again.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
+}
+
+impl CheckArguments {
+    /// Checks one scene after the other; the first with a mistake ends it.
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        let mut rows = Vec::new();
+        let mut notes = Report::default();
+        for path in &self.scenes {
+            let loaded = Scene::load_with(path, &self.settings)?;
+            let plan = checked(&loaded)?;
+            let effects = plan.decisions.rows.iter().filter(|decision| decision.on).map(|decision| decision.effect);
+            let effects = effects.collect::<Vec<_>>().join(", ");
+            rows.push(row([&path.display(), &"can be run", &plan.scene.numerics.elements, &plan.steps, &effects]));
+            for note in plan.notes() {
+                notes.text(format!("{}: {note}\n", path.display()));
+            }
+        }
+        let mut report = Report::default();
+        report.table(words(["scene", "", "elements", "steps", "effects"], rows));
+        report.append(notes);
+        if context.options.quiet { Ok(()) } else { context.print_report(&report) }
+    }
+}
+
+/// The plan of a scene that can be run; its road is opened.
+pub fn checked(loaded: &LoadedScene) -> Result<Plan, CliError> {
+    loaded.check_time_domain()?;
+    let plan = Plan::of(loaded)?.with_kept_model();
+    plan.check(loaded)?;
+    open_road(loaded, &plan, 0.5 * plan.amounts().expected.points * plan.element)?;
+    Ok(plan)
+}

@@ -1,0 +1,32 @@
+//! The scene that a command is about.
+
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+
+use clap::Args;
+use tyrewave::scene::{LoadedScene, Scene, Setting};
+
+use super::error::CliError;
+
+/// A scene, and settings in place of its own.
+#[derive(Clone, Debug, Args)]
+pub struct SceneFile {
+    /// The scene, a TOML file.
+    pub scene: PathBuf,
+    /// A setting in place of the scene's, such as rolling.speed_kmh=110, numerics.preset=draft or
+    /// receiver[0].height=1.5; may be given again. Paths are relative to the scene, as in it.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    pub settings: Vec<Setting>,
+}
+
+impl SceneFile {
+    /// Reads and checks the scene.
+    pub fn load(&self) -> Result<LoadedScene, CliError> {
+        Ok(Scene::load_with(&self.scene, &self.settings)?)
+    }
+
+    /// The scene's name: its file's without the ending.
+    pub fn name(&self) -> OsString {
+        self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned()
+    }
+}

@@ -1,0 +1,58 @@
+//! `tyrewave completions` and `tyrewave man`: what a shell wants to know of the commands.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+use tyrewave::results::ResultsError;
+
+use super::CommandLine;
+use super::context::print;
+use super::error::CliError;
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  tyrewave completions bash > ~/.local/share/bash-completion/completions/tyrewave
+  tyrewave completions zsh > ~/.zfunc/_tyrewave
+  tyrewave completions fish > ~/.config/fish/completions/tyrewave.fish";
+
+/// Arguments of `tyrewave completions`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = COMPLETIONS_EXAMPLES)]
+pub struct CompletionsArguments {
+    /// The shell.
+    shell: Shell,
+}
+
+impl CompletionsArguments {
+    /// Prints them.
+    pub fn execute(self) -> Result<(), CliError> {
+        let mut text = Vec::new();
+        clap_complete::generate(self.shell, &mut CommandLine::command(), "tyrewave", &mut text);
+        print(&String::from_utf8_lossy(&text))
+    }
+}
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  tyrewave man ~/.local/share/man/man1
+  man tyrewave-run";
+
+/// Arguments of `tyrewave man`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = MAN_EXAMPLES)]
+pub struct ManArguments {
+    /// The folder for the pages, one of each command; made if it is not there.
+    folder: PathBuf,
+}
+
+impl ManArguments {
+    /// Writes them.
+    pub fn execute(self) -> Result<(), CliError> {
+        fs::create_dir_all(&self.folder).map_err(ResultsError::creating(&self.folder))?;
+        let failed = ResultsError::writing(&self.folder);
+        clap_mangen::generate_to(CommandLine::command(), &self.folder).map_err(failed)?;
+        Ok(())
+    }
+}

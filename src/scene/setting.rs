@@ -1,0 +1,148 @@
+//! Settings from a command line, which stand in place of a scene's own.
+
+use std::sync::Arc;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::diagnostic::{Diagnostic, Source};
+use super::document::Document;
+use super::{Problem, SceneError};
+
+const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
+
+/// A key of a scene and the value that it shall have.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    key: String,
+    steps: Vec<Step>,
+    /// The value as TOML, named after its key.
+    source: Arc<Source>,
+}
+
+/// One step of a key's path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Step {
+    Key(String),
+    Item(usize),
+}
+
+impl Setting {
+    /// Of a text such as `rolling.speed_kmh=110`, `receiver[0].height = 1.5` or `numerics.preset=draft`: items from 0,
+    /// values as in TOML; what is no TOML is taken as a text.
+    ///
+    /// # Errors
+    /// In words, for a text without `=` and for a path that is none.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let form = || format!("\"{text}\" is no setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
+        let (key, value) = text.split_once('=').ok_or_else(form)?;
+        let (key, value) = (key.trim().to_owned(), value.trim());
+        let steps = steps(&key).ok_or_else(form)?;
+        let text = match DeValue::parse(value) {
+            Ok(_) => value.to_owned(),
+            Err(_) => toml::Value::from(value).to_string(),
+        };
+        Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key })
+    }
+
+    /// Whether it names the tyre as a whole, which may be a file.
+    pub(super) fn is_tyre(&self) -> bool {
+        self.key == "tyre"
+    }
+
+    /// Puts the value into a scene's tree and notes its place; tables on the way are made where they are missing.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] where the path leads through something that is no table, or to an item that is not there.
+    pub(super) fn apply<'a>(&'a self, root: &mut DeTable<'a>, document: &mut Document) -> Result<(), SceneError> {
+        let invalid = |problem| {
+            let span = 0..self.source.text.len();
+            let diagnostic = Diagnostic { source: Arc::clone(&self.source), key: self.key.clone(), span, problem };
+            SceneError::Invalid { diagnostics: vec![diagnostic] }
+        };
+        let no_toml = |error: toml::de::Error| invalid(Problem::new(error.message(), "write it as TOML"));
+        let value = DeValue::parse(&self.source.text).map_err(no_toml)?;
+        document.set(&self.source, &self.key, &value);
+        match place(root, &self.steps) {
+            Some(place) => *place = value,
+            None => return Err(invalid(Problem::new("there is no such place in the scene", NO_PLACE))),
+        }
+        Ok(())
+    }
+}
+
+/// The steps of a path; `None` for one that is empty somewhere.
+fn steps(key: &str) -> Option<Vec<Step>> {
+    let mut steps = Vec::new();
+    for part in key.split('.') {
+        let mut rest = part.split('[');
+        let name = rest.next().map(str::trim).filter(|name| !name.is_empty())?;
+        steps.push(Step::Key(name.to_owned()));
+        for item in rest {
+            steps.push(Step::Item(item.strip_suffix(']')?.trim().parse().ok()?));
+        }
+    }
+    Some(steps)
+}
+
+/// Where a path leads to, in a tree of tables and arrays. The last key, and tables on the way, are made.
+fn place<'t, 'a>(root: &'t mut DeTable<'a>, steps: &'a [Step]) -> Option<&'t mut Spanned<DeValue<'a>>> {
+    let (Step::Key(first), rest) = steps.split_first()? else { return None };
+    let made = || Spanned::new(0..0, DeValue::Table(DeTable::new()));
+    let key = |name: &'a str| Spanned::new(0..0, name.into());
+    let mut at = root.entry(key(first)).or_insert_with(made);
+    for step in rest {
+        at = match (at.get_mut(), step) {
+            (DeValue::Table(table), Step::Key(name)) => table.entry(key(name)).or_insert_with(made),
+            (DeValue::Array(items), Step::Item(item)) => items.get_mut(*item)?,
+            _ => return None,
+        };
+    }
+    Some(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{DEFAULT, Scene};
+    use super::*;
+
+    fn set(texts: &[&str]) -> Result<super::super::LoadedScene, SceneError> {
+        let settings: Vec<Setting> = texts.iter().map(|text| Setting::parse(text).unwrap()).collect();
+        Scene::from_str_with(DEFAULT, "default", &settings)
+    }
+
+    #[test]
+    fn settings_replace_what_the_scene_says_and_add_what_it_does_not() {
+        let loaded = set(&[
+            "rolling.speed_kmh=110",
+            "numerics.preset=draft",
+            "title = a new one",
+            "tyre.layers[1].thickness = 0.011",
+            "outputs.plots=false",
+            "road = { kind = \"smooth\" }",
+        ]);
+        let loaded = loaded.unwrap();
+        let scene = &loaded.scene;
+        assert!((scene.rolling.speed_kmh - 110.0).abs() < 1e-12 && !scene.outputs.plots);
+        assert!((scene.tyre.layers[1].thickness - 0.011).abs() < 1e-12);
+        assert_eq!((scene.title.as_str(), scene.road.clone()), ("a new one", super::super::Road::Smooth));
+        assert!(loaded.gives("numerics.preset") && loaded.gives("outputs.plots"));
+    }
+
+    #[test]
+    fn mistakes_are_told_with_the_setting_that_they_are_in() {
+        for (text, told) in [
+            ("rolling.speed_kmh=-3", "--set rolling.speed_kmh:1:1"),
+            ("rolling.sped_kmh=30", "speed_kmh"),
+            ("rolling.speed_kmh=fast", "\"fast\""),
+            ("rolling.speed_kmh.x=1", "no such place"),
+            ("tyre.layers[7].thickness=1", "no such place"),
+        ] {
+            let error = set(&[text]).unwrap_err().render(false);
+            assert!(error.contains("--set ") && error.contains(told), "{text}: {error}");
+        }
+        for text in ["", "speed", "=3", "a..b=1", "a[x]=1", "a[0=1", ".a=1"] {
+            assert!(Setting::parse(text).is_err(), "{text}");
+        }
+    }
+}

@@ -68,8 +68,9 @@ fn scene() -> String {
 fn next(scene: &Path) -> String {
     let scene = scene.display();
     format!(
-        "{scene} is written, with its tyre beside it. Next:\n\n  tyrewave check {scene}\n  tyrewave run {scene} --report\n  \
-         tyrewave keys\n"
+        "{scene} is written, with its tyre beside it. Next:\n\n  \
+         tyrewave check {scene}\n  \
+         tyrewave run {scene} --report\n"
     )
 }
 

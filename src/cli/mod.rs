@@ -42,7 +42,7 @@ mod tyre_views;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use tyrewave::counters::AllocationProbe;
 
 use context::Context;
@@ -169,8 +169,8 @@ impl Command {
             Self::Slices(arguments) => arguments.execute(context),
             Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
-            Self::Completions(arguments) => arguments.execute(),
-            Self::Man(arguments) => arguments.execute(),
+            Self::Completions(arguments) => arguments.execute(CommandLine::command()),
+            Self::Man(arguments) => arguments.execute(CommandLine::command()),
         }
     }
 }
@@ -208,8 +208,6 @@ fn carry_out(
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     #[test]

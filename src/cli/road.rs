@@ -16,8 +16,8 @@ use super::scene_file::SceneFile;
 use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\
-In place of a scene, a road file (.dat, .csv, .crg) may be named: the default scene sees it. Of a scene its road, contact \
-width and speed count.
+In place of a scene, a road file (.dat, .csv, .crg) may be named: the default scene sees it. Of a scene its road, \
+contact width and speed count.
 
 Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \
 frequency that the road can excite at the scene's speed. Drawn: its heights, in colours, and its texture spectrum.

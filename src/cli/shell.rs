@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 use tyrewave::results::ResultsError;
 
-use super::CommandLine;
 use super::context::print;
 use super::error::CliError;
 
@@ -26,10 +25,10 @@ pub struct CompletionsArguments {
 }
 
 impl CompletionsArguments {
-    /// Prints them.
-    pub fn execute(self) -> Result<(), CliError> {
+    /// Prints those of the whole program.
+    pub fn execute(self, mut program: Command) -> Result<(), CliError> {
         let mut text = Vec::new();
-        clap_complete::generate(self.shell, &mut CommandLine::command(), "tyrewave", &mut text);
+        clap_complete::generate(self.shell, &mut program, "tyrewave", &mut text);
         print(&String::from_utf8_lossy(&text))
     }
 }
@@ -48,11 +47,11 @@ pub struct ManArguments {
 }
 
 impl ManArguments {
-    /// Writes them.
-    pub fn execute(self) -> Result<(), CliError> {
+    /// Writes those of the whole program.
+    pub fn execute(self, program: Command) -> Result<(), CliError> {
         fs::create_dir_all(&self.folder).map_err(ResultsError::creating(&self.folder))?;
         let failed = ResultsError::writing(&self.folder);
-        clap_mangen::generate_to(CommandLine::command(), &self.folder).map_err(failed)?;
+        clap_mangen::generate_to(program, &self.folder).map_err(failed)?;
         Ok(())
     }
 }

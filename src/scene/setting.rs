@@ -53,7 +53,8 @@ impl Setting {
     /// Puts the value into a scene's tree and notes its place; tables on the way are made where they are missing.
     ///
     /// # Errors
-    /// [`SceneError::Invalid`] where the path leads through something that is no table, or to an item that is not there.
+    /// [`SceneError::Invalid`] where the path leads through something that is no table, or to an item that is not
+    /// there.
     pub(super) fn apply<'a>(&'a self, root: &mut DeTable<'a>, document: &mut Document) -> Result<(), SceneError> {
         let invalid = |problem| {
             let span = 0..self.source.text.len();

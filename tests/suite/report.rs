@@ -1,0 +1,166 @@
+//! Pages of results: whole, by themselves, drawn by a browser without errors; and results held against each other.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+use tyrewave::report::{Comparison, Stored, page};
+use tyrewave::test_models::scene_text;
+
+use crate::common::{names, tyrewave};
+
+/// Two runs that differ in their speed, with vibration; a draft's sound in the first. Made once for all tests.
+fn results() -> &'static (TempDir, [PathBuf; 2]) {
+    static RESULTS: LazyLock<(TempDir, [PathBuf; 2])> = LazyLock::new(run_both);
+    &RESULTS
+}
+
+fn run_both() -> (TempDir, [PathBuf; 2]) {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |speed: f64, more: &str| {
+        let rolling = format!(
+            "speed_kmh = {speed:?}\nwarm_up = 0.1\nduration = 0.7\naxle = {{ load = 3000.0, tolerance = 0.5 }}"
+        );
+        let more = format!("[outputs.vibration]\nmap = true\n{more}");
+        let numerics = "history = \"modal\"\npole_tolerance = 1e-3";
+        scene_text(64, "kind = \"made\"\nseed = 4", &rolling, numerics, &more)
+    };
+    let heard = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 500.0";
+    let folders = [("slow", 60.0, heard), ("fast", 80.0, "")].map(|(name, speed, more)| {
+        fs::write(folder.path().join(format!("{name}.toml")), text(speed, more)).unwrap();
+        let scene = format!("{name}.toml");
+        let output = tyrewave(folder.path(), &["run", &scene, "--out", name, "--report", "-q"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(folder.path().join(format!("{name}.html")).is_file(), "--report writes the page");
+        folder.path().join(name)
+    });
+    (folder, folders)
+}
+
+fn open(folders: &[PathBuf]) -> Vec<Stored> {
+    folders.iter().map(|folder| Stored::open(folder).unwrap()).collect()
+}
+
+/// A browser, where there is one.
+fn browser() -> Option<&'static str> {
+    let runs = |name: &&str| {
+        let mut command = Command::new(name);
+        command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    };
+    ["chromium", "chromium-browser", "google-chrome"].into_iter().find(runs)
+}
+
+/// The page as a browser has it after its scripts, `probe` among them; windows so wide \[pixels\].
+fn drawn(browser: &str, page: &Path, width: u32) -> String {
+    let profile = tempfile::tempdir().unwrap();
+    let mut command = Command::new(browser);
+    command.args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync"]);
+    command.arg(format!("--user-data-dir={}", profile.path().display())).arg(format!("--window-size={width},900"));
+    command.arg("--dump-dom").arg(format!("file://{}", page.display()));
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let stdout = child.stdout.take().unwrap();
+    let reader = std::thread::spawn(move || std::io::read_to_string(stdout).unwrap());
+    let begin = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "{browser} does not end");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    reader.join().unwrap()
+}
+
+/// Counts what went wrong, what has no place in the page, and tells it in the page itself.
+const PROBE: &str = r#"<script>
+const wrong = []; addEventListener("error", (event) => wrong.push(event.message), true);
+addEventListener("load", () => {
+  const pictures = [...document.querySelectorAll(".picture svg")];
+  const flat = pictures.filter((svg) => svg.getBoundingClientRect().height < 20 || !svg.querySelector("title"));
+  const target = document.querySelector(".picture svg rect > title").parentElement;
+  const at = target.getBoundingClientRect();
+  target.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX: at.x + 1, clientY: at.y + 1 }));
+  const told = document.getElementById("told");
+  document.body.dataset.pictures = pictures.length; document.body.dataset.flat = flat.length;
+  document.body.dataset.told = !told.hidden && told.textContent.length > 3;
+  document.body.dataset.wide = document.documentElement.scrollWidth > innerWidth;
+  document.body.dataset.wrong = wrong.join("; ") || "nothing";
+});
+</script>"#;
+
+#[test]
+fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
+    let (folder, folders) = results();
+    let text = fs::read_to_string(folder.path().join("slow.html")).unwrap();
+    for section in ["Plan", "Road", "Contact", "Force spectrum", "Vibration", "Sound", "Cost", "To run it again"] {
+        assert!(text.contains(&format!("<h2>{section}</h2>")), "{section}");
+    }
+    assert!(text.contains("60 km/h") && text.contains("data:audio/wav;base64,") && text.contains("speed_kmh = 60.0"));
+    // Names of formats apart, an address would be something to fetch.
+    let plain = text.replace("http://www.w3.org/2000/svg", "");
+    assert!(!plain.contains("http:") && !plain.contains("https:") && !plain.contains("src=\"//"));
+    let fast = fs::read_to_string(folder.path().join("fast.html")).unwrap();
+    assert!(!fast.contains("<h2>Sound</h2>"), "what a run does not have is left out");
+
+    let both = page(&open(folders)).unwrap();
+    let Some(browser) = browser() else {
+        println!("skipped: there is no browser");
+        return;
+    };
+    let file = folder.path().join("probed.html");
+    fs::write(&file, both.replacen("<head>", &format!("<head>{PROBE}"), 1)).unwrap();
+    for width in [1280, 400] {
+        let found = drawn(browser, &file, width);
+        let body = found.split("<body").nth(1).and_then(|rest| rest.split('>').next()).unwrap_or_default();
+        for expected in ["data-flat=\"0\"", "data-told=\"true\"", "data-wide=\"false\"", "data-wrong=\"nothing\""] {
+            assert!(body.contains(expected), "{width} pixels: {body}");
+        }
+        let pictures = body.split("data-pictures=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
+        assert!(pictures.parse::<usize>().unwrap() >= 12, "{body}");
+    }
+}
+
+#[test]
+fn results_are_compared_with_the_first_and_with_themselves() {
+    let (folder, folders) = results();
+    let of_both = Comparison::of(&open(folders));
+    let keys: Vec<&str> = of_both.settings.iter().map(|setting| setting.key.as_str()).collect();
+    assert!(keys.contains(&"rolling.speed_kmh") && keys.contains(&"receiver[0].standard"), "{keys:?}");
+    let force = of_both.figures.iter().find(|figure| figure.name == "mean force").unwrap();
+    assert!(force.values.iter().all(|value| value.is_some_and(|force| (2000.0..4000.0).contains(&force))));
+    let same = Comparison::of(&open(&[folders[1].clone(), folders[1].clone()]));
+    assert!(same.settings.is_empty());
+    assert!(same.figures.iter().all(|figure| figure.values[0] == figure.values[1]));
+
+    let run = |arguments: &[&str]| tyrewave(folder.path(), &[&["compare", "slow", "fast"][..], arguments].concat());
+    let json: Value = serde_json::from_slice(&run(&["--json"]).stdout).unwrap();
+    assert_eq!(json["names"], serde_json::json!(["slow", "fast"]));
+    let csv = String::from_utf8(run(&["--csv"]).stdout).unwrap();
+    assert!(csv.starts_with("quantity,signal,nominal_hz,valid,slow,fast\n"), "{csv}");
+    let table = String::from_utf8(run(&[]).stdout).unwrap();
+    assert!(table.contains("rolling.speed_kmh") && table.contains("difference"), "{table}");
+}
+
+#[test]
+fn what_is_no_result_is_refused_with_its_file_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |name: &str, summary: &str| {
+        fs::create_dir(folder.path().join(name)).unwrap();
+        fs::write(folder.path().join(name).join("summary.json"), summary).unwrap();
+    };
+    made("broken", "{ \"format\": ");
+    made("foreign", "{ \"format\": \"something else\" }");
+    made("later", "{ \"format\": \"tyrewave results\", \"format_version\": 99 }");
+    made("hollow", "{ \"format\": \"tyrewave results\", \"format_version\": 1 }");
+    for name in ["broken", "foreign", "later", "hollow", "missing"] {
+        for command in [&["report", name][..], &["compare", name, name]] {
+            let output = tyrewave(folder.path(), command);
+            let message = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(2), "{command:?}: {message}");
+            assert!(message.contains(&format!("{name}/summary.json")), "{message}");
+        }
+    }
+    assert_eq!(names(folder.path()), ["broken", "foreign", "hollow", "later"]);
+}

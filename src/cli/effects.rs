@@ -56,7 +56,7 @@ impl EffectsArguments {
         side.file("effects.txt", report.to_string());
         side.file("effects.csv", to_csv(&comparison));
         for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
-            let title = format!("{}: {}", side.loaded.title(), way.title());
+            let title = format!("Levels, {}: {}", way.title(), side.loaded.title());
             if let Some(plot) = plot(&comparison, way, &title) {
                 side.picture(name, plot.to_svg())?;
             }

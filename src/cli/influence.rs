@@ -9,7 +9,8 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::fit_options;
-use tyrewave::results::plots::{Axis, HeatMap, LinePlot, PlotError, Series};
+use tyrewave::results::PlotError;
+use tyrewave::results::plots::{Axis, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
 use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::run::Progress;
 use tyrewave::run::past::{fetch, refused};
@@ -164,13 +165,14 @@ impl View<'_> {
             }
         }
         let map = HeatMap {
-            title: self.title,
+            title: &format!("Influence by wavenumber: {}", self.title),
             x: Axis::linear("Wavenumber n (waves round the tyre)", -0.5..columns as f64 - 0.5),
             y: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
             quantity: "|H_n| [dB re 1 m/N]; grey: fitted poles",
             values: values.view(),
             range: None,
             aspect: None,
+            diverging: false,
         };
         map.to_svg()
     }
@@ -183,17 +185,16 @@ impl View<'_> {
         // The tyre is symmetric: the same to the left.
         let values =
             Array2::from_shape_fn((TIMES.0, 2 * half + 1), |(row, column)| 1e3 * rows[column.abs_diff(half)][row]);
-        let largest = values.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
         let dx = self.scene.tyre.circumference / self.elements() as f64;
         let map = HeatMap {
-            title: self.title,
+            title: &format!("Influence over distance and time: {}", self.title),
             x: Axis::linear("Distance from the force [m]", -(half as f64 + 0.5) * dx..(half as f64 + 0.5) * dx),
             y: Axis::linear("Time [ms]", 0.0..1e3 * TIMES.0 as f64 * TIMES.1),
             quantity: "Influence function g [mm/(N s)]",
             values: values.view(),
-            // The force's own place outshines the waves that leave it.
-            range: Some(-0.1 * largest..0.1 * largest),
+            range: None,
             aspect: None,
+            diverging: true,
         };
         map.to_svg()
     }
@@ -206,7 +207,7 @@ impl View<'_> {
         let ratios = static_ratios(self.model, Field::Surface, [dx, tyre.contact_width], reach).unwrap_or_default();
         let distance = |j: usize| 1e3 * dx * j as f64;
         let plot = LinePlot {
-            title: self.title,
+            title: &format!("Influence at rest: {}", self.title),
             x: Axis::linear("Distance [mm]", 0.0..1e3 * dx * reach as f64),
             y: Axis::linear("Static influence, relative to the element's own [1]", 0.0..1.0),
             series: vec![
@@ -233,12 +234,19 @@ impl View<'_> {
             let at = self.sum.at(s);
             element_mobility(elements, s, |n| self.sum.value(n, &at, Field::Surface).value)
         });
-        let levels: Vec<f64> = fitted.iter().chain(&summed).map(|point| point.1).collect();
-        let plot = LinePlot {
-            title: self.title,
+        // The fit hides the sums: their difference is drawn below.
+        let differences: Vec<(f64, f64)> =
+            fitted.iter().zip(&summed).map(|(fit, sum)| (fit.0, fit.1 - sum.1)).collect();
+        let panel = |quantity: &str, points: Vec<(f64, f64)>| ComparisonPanel {
+            y: Axis::linear_around(quantity, points.iter().map(|point| point.1)),
+            points: vec![Vec::new()],
+            curves: vec![points],
+        };
+        let plot = ComparisonPlot {
+            title: &format!("Mobility of an element by fitted poles: {}", self.title),
             x: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
-            y: Axis::linear_around("Mobility of one element [dB re 1 m/(N s)]", levels),
-            series: vec![Series { name: "sums", points: summed }, Series { name: "fit", points: fitted }],
+            names: vec!["fit"],
+            panels: vec![panel("Mobility [dB re 1 m/(N s)]", fitted), panel("Fit less sums [dB]", differences)],
         };
         plot.to_svg()
     }

@@ -43,9 +43,9 @@ impl RoadArguments {
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
         let title = side.loaded.title();
         if !road.sample.heights.is_empty() {
-            side.picture("road.svg", map(&title, &road))?;
+            side.picture("road.svg", map(&format!("Heights: {title}"), &road))?;
         }
-        if let Some(spectrum) = texture_spectrum(&title, &road)? {
+        if let Some(spectrum) = texture_spectrum(&format!("Texture, third octaves: {title}"), &road)? {
             side.file("texture_spectrum.svg", spectrum);
         }
         side.json("road.json", &json!(road));

@@ -235,7 +235,8 @@ fn draw(side: &mut Side, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Resul
         Series { name, points: vec![(across[0], height), (across[across.len() - 1], height)] }
     }));
     let heights = series.iter().flat_map(|series| series.points.iter().map(|point| point.1)).collect::<Vec<_>>();
-    let plot = LinePlot { title, x: x(), y: Axis::linear_around("Height [mm]", heights), series };
+    let heading = format!("Road across the tyre: {title}");
+    let plot = LinePlot { title: &heading, x: x(), y: Axis::linear_around("Height [mm]", heights), series };
     side.picture("slice_profile.svg", plot.to_svg())?;
 
     let builder = slice_builder(Slices::HalfSpace, lattice)?;
@@ -243,14 +244,17 @@ fn draw(side: &mut Side, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Resul
         builder.build_with_pressures(slice, CELL_LENGTH, lattice.dy, &levels, &mut SliceScratch::default())?;
     let pressures: Vec<&[f64]> =
         pressures.iter().map(|pressure| &pressure[highest * lattice.columns..][..lattice.columns]).collect();
-    let series: Vec<Series<'_>> = pressures
-        .iter()
-        .zip(&named)
-        .map(|(pressure, name)| Series { name, points: across.iter().copied().zip(pressure.iter().copied()).collect() })
-        .collect();
+    // The road has the first colour in the picture before; a penetration keeps its own.
+    let mut series = vec![Series { name: "", points: Vec::new() }];
+    let of_levels = pressures.iter().zip(&named).map(|(pressure, name)| Series {
+        name,
+        points: across.iter().copied().zip(pressure.iter().copied()).collect(),
+    });
+    series.extend(of_levels);
     let highest = pressures.iter().copied().flatten().fold(0.0_f64, |highest, pressure| highest.max(*pressure));
     let y = Axis::linear("Pressure / E* on a half-space [1]", 0.0..1.05 * highest);
-    let plot = LinePlot { title, x: x(), y, series };
+    let heading = format!("Pressure across the tyre: {title}");
+    let plot = LinePlot { title: &heading, x: x(), y, series };
     side.picture("slice_pressure.svg", plot.to_svg())?;
 
     let deepest = 1.25 * levels[levels.len() - 1];
@@ -264,7 +268,8 @@ fn draw(side: &mut Side, sample: &Sample, curves: [&StiffnessCurve; 2]) -> Resul
         let highest = values.iter().flatten().fold(0.0_f64, |top, point| top.max(point.1));
         let series = LAWS.iter().zip(values).map(|(&(_, name), points)| Series { name, points }).collect();
         let x = Axis::linear("Penetration y past the highest point [mm]", 0.0..1e3 * deepest);
-        let plot = LinePlot { title, x, y: Axis::linear(quantity, 0.0..1.05 * highest), series };
+        let heading = format!("A slice by both laws: {title}");
+        let plot = LinePlot { title: &heading, x, y: Axis::linear(quantity, 0.0..1.05 * highest), series };
         side.picture(file, plot.to_svg())?;
     }
     Ok(())

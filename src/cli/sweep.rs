@@ -119,16 +119,14 @@ impl SweepArguments {
             write("sweep_sound.csv", &sound)?;
         }
         if base.scene.outputs.plots {
-            if let Some(svg) = growth_plot(&blocks, &base.title())? {
+            if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {}", base.title()))? {
                 write("growth.svg", &svg)?;
             }
             let spectra = spectra(&variants, &outcomes);
             if !spectra.is_empty() {
                 let quantity = "Contact force level [dB re 1 N]";
-                write(
-                    "levels.svg",
-                    &ThirdOctavePlot { title: &base.title(), quantity, spectra, error: None }.to_svg()?,
-                )?;
+                let title = &format!("Contact force, third octaves: {}", base.title());
+                write("levels.svg", &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
             }
         }
         let ended = ended(&variants, &outcomes, context.colour);

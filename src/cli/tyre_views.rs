@@ -199,6 +199,7 @@ pub fn compliance(
         values: values.view(),
         range: None,
         aspect: None,
+        diverging: false,
     };
     map.to_svg()
 }

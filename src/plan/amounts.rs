@@ -14,7 +14,7 @@ use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::Decisions;
 use crate::plan::unit::Unit;
-use crate::plan::{CHUNK_ROWS, LENGTHS_DRAWN, Plan, Sound};
+use crate::plan::{CHUNK_ROWS, Plan, Sound};
 use crate::radiation::SetUpCost;
 use crate::response::SpectrumAccumulator;
 use crate::response::pressure::{PressureStream, PressureTransfers};
@@ -334,7 +334,7 @@ impl Amounts {
         }
         if outputs.plots {
             self.add(Stage::Response, Unit::Plot, 2.0, Place::Before);
-            let drawn = (LENGTHS_DRAWN * self.expected.length / plan.speed / plan.time_step).min(steps);
+            let drawn = plan.steps_drawn(self.expected.length).min(steps);
             self.hold("steps that are drawn", 8.0 * drawn * (self.expected.columns + 2.0));
         }
         if outputs.plots || outputs.spectra {

@@ -45,7 +45,7 @@ pub use vibration::{CellSegments, VibrationSegments};
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
 /// Part of the run that the force map shows, in contact lengths rolled.
-pub(crate) const LENGTHS_DRAWN: f64 = 6.0;
+const LENGTHS_DRAWN: f64 = 6.0;
 /// Elements whose road is made at a time.
 pub(crate) const CHUNK_ROWS: i64 = 512;
 /// Lowest frequency at which the flat plate's absolute levels are those of a tyre \[Hz\]; below, curvature counts.
@@ -99,6 +99,12 @@ fn valid_to(scene: &Scene) -> f64 {
 }
 
 impl Plan {
+    /// Steps that the force map shows, where the patch has such a length \[m\].
+    pub(crate) fn steps_drawn(&self, length: f64) -> f64 {
+        let span = self.scene.outputs.patch_span.unwrap_or(LENGTHS_DRAWN * length / self.speed);
+        span / self.time_step
+    }
+
     /// The plan of a loaded scene, what it leaves open decided; a fit expected where there is one.
     ///
     /// # Errors

@@ -54,7 +54,7 @@ fn result(index: usize, stored: &Stored) -> Result<Markup, ReportError> {
         (sections::pictures(
             stored,
             "vibration_map_",
-            "waves round the tyre over frequency. White: the tyre's own waves, by their number of half waves across"
+            "waves round the tyre over frequency. White: the tyre's own waves"
         )?)
     };
     let parts = [

@@ -181,15 +181,15 @@ impl CellRecorder {
         let maps = [
             (
                 "cells_mean_pressure.svg",
-                "mean pressure",
+                "Mean pressure",
                 "Pressure [kPa]",
                 field(&self.sum, pressure / counted.max(1.0)),
             ),
-            ("cells_pressure.svg", "pressure at the end", "Pressure [kPa]", field(last, pressure)),
-            ("cells_road.svg", "road under it", "Height [mm]", field(&heights, 1e3)),
+            ("cells_pressure.svg", "Pressure at the end", "Pressure [kPa]", field(last, pressure)),
+            ("cells_road.svg", "Road under the patch", "Height [mm]", field(&heights, 1e3)),
         ];
         let of = |(file, what, quantity, values): (&'static str, &str, &str, Array2<f64>)| {
-            let title = format!("{title}: {what}");
+            let title = format!("{what}: {title}");
             let map = PatchMap { title: &title, quantity, values: values.view(), first_position, size: self.size };
             Ok((file, map.to_svg()?))
         };

@@ -43,7 +43,7 @@ impl LookBack<'_> {
             }
             if outputs.plots && !levels.is_empty() {
                 let plot = ThirdOctavePlot {
-                    title: &title,
+                    title: &format!("Contact force, third octaves: {title}"),
                     quantity: "Contact force level [dB re 1 N]",
                     spectra: vec![("", &levels)],
                     error: FrontRow::asked_for(&self.plan.scene.numerics).map(|row| (STATED_FROM, row.error)),
@@ -65,7 +65,7 @@ impl LookBack<'_> {
             let shape = (drawn.time.len(), geometry.columns);
             if let Ok(force) = ArrayView2::from_shape(shape, &drawn.force) {
                 let map = ForceMap {
-                    title: &title,
+                    title: &format!("Contact force over patch and time: {title}"),
                     time: &drawn.time,
                     first_element: &drawn.first_element,
                     force,

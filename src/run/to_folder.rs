@@ -8,7 +8,7 @@ use rayon::Scope;
 
 use crate::counters::process::{cpu_time, resident_memory};
 use crate::counters::{MachinePeak, Meter, Stage, Watch};
-use crate::plan::{Forecast, LENGTHS_DRAWN, Plan, unit_record};
+use crate::plan::{Forecast, Plan, unit_record};
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
@@ -160,7 +160,7 @@ impl<'a> PlannedRun<'a> {
         }
 
         let mut folder = folder()?;
-        let drawn = (LENGTHS_DRAWN * prepared.at_rest.length / plan.speed / plan.time_step) as u64;
+        let drawn = plan.steps_drawn(prepared.at_rest.length) as u64;
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
         let points = columns * prepared.march.points_across();

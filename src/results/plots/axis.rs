@@ -16,6 +16,8 @@ pub struct Axis {
 enum Scale {
     Linear,
     Logarithmic,
+    /// The root of the value with its sign, zero in the middle.
+    SignedRoot,
 }
 
 /// About how many labelled ticks an axis gets.
@@ -84,6 +86,15 @@ impl Axis {
         Self::logarithmic(title, below * low..above * high)
     }
 
+    /// An axis from minus to plus `largest` that follows the root of the value: small ones are not lost beside large
+    /// ones.
+    pub fn signed_root(title: impl Into<String>, largest: f64) -> Self {
+        let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
+        let tick = |share: f64| (share * largest, four_digits(share * largest));
+        let ticks = [-1.0, -0.25, -0.04, 0.0, 0.04, 0.25, 1.0].map(tick).into();
+        Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks, minor: Vec::new() }
+    }
+
     /// An axis with ticks of one's own.
     pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
@@ -108,6 +119,17 @@ impl Axis {
                 (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
             }
             Scale::Logarithmic => f64::NAN,
+            Scale::SignedRoot => 0.5 + 0.5 * (value.abs() / self.range.end).sqrt().copysign(value),
+        }
+    }
+
+    /// The value at a part of the axis' length.
+    pub(super) fn value(&self, place: f64) -> f64 {
+        let Range { start, end } = self.range;
+        match self.scale {
+            Scale::Linear => start + place * (end - start),
+            Scale::Logarithmic => start * (end / start).powf(place),
+            Scale::SignedRoot => end * (2.0 * place - 1.0).powi(2).copysign(place - 0.5),
         }
     }
 
@@ -224,6 +246,16 @@ mod tests {
         assert_eq!(Axis::logarithmic("", -1.0..1.0).range(), 1.0..10.0);
         assert_eq!(extent([f64::NAN]), (0.0, 1.0));
         assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), (3.0, 3.0));
+    }
+
+    #[test]
+    fn places_and_values_are_each_others_inverse() {
+        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0), Axis::signed_root("", 4.0)] {
+            for place in [0.0, 0.1, 0.5, 0.73, 1.0] {
+                assert!((axis.place(axis.value(place)) - place).abs() < 1e-12, "{axis:?} {place}");
+            }
+        }
+        assert!((Axis::signed_root("", 4.0).place(-1.0) - 0.25).abs() < 1e-12);
     }
 
     proptest! {

@@ -15,6 +15,21 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
+/// Eleven points of the diverging map RdBu (C. Brewer, colorbrewer2.org) from blue to red, evenly spaced.
+const DIVERGING: [[u8; 3]; 11] = [
+    [5, 48, 97],
+    [33, 102, 172],
+    [67, 147, 195],
+    [146, 197, 222],
+    [209, 229, 240],
+    [247, 247, 247],
+    [253, 219, 199],
+    [244, 165, 130],
+    [214, 96, 77],
+    [178, 24, 43],
+    [103, 0, 31],
+];
+
 /// Okabe and Ito's palette without yellow, which no white paper shows.
 const LINES: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
@@ -31,11 +46,21 @@ pub(super) const UNVOUCHED: RGBColor = RGBColor(190, 190, 190);
 
 /// Colour of the part `fraction` of a range, cut to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> RGBColor {
-    let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
-    let below = (position as usize).min(VIRIDIS.len() - 2);
+    between(&VIRIDIS, fraction)
+}
+
+/// Colour of the part `fraction` of a range whose middle is zero: blue below, red above.
+pub(super) fn diverging(fraction: f64) -> RGBColor {
+    between(&DIVERGING, fraction)
+}
+
+/// A colour between the points of a map.
+fn between(points: &[[u8; 3]], fraction: f64) -> RGBColor {
+    let position = fraction.clamp(0.0, 1.0) * (points.len() - 1) as f64;
+    let below = (position as usize).min(points.len() - 2);
     let share = position - below as f64;
     let channel = |c: usize| {
-        let (from, to) = (f64::from(VIRIDIS[below][c]), f64::from(VIRIDIS[below + 1][c]));
+        let (from, to) = (f64::from(points[below][c]), f64::from(points[below + 1][c]));
         (from + share * (to - from)).round() as u8
     };
     RGBColor(channel(0), channel(1), channel(2))
@@ -63,6 +88,8 @@ mod tests {
             let rise = lightness(x + 0.05) - lightness(x);
             assert!((0.02..0.07).contains(&rise), "{x}: {rise}");
         }
+        assert_eq!(diverging(0.5), RGBColor(247, 247, 247));
+        assert_eq!((diverging(0.0), diverging(1.0)), (RGBColor(5, 48, 97), RGBColor(103, 0, 31)));
         assert_eq!(viridis(-1.0), RGBColor(68, 1, 84));
         assert_eq!(viridis(7.0), RGBColor(253, 231, 37));
     }

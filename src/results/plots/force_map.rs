@@ -64,6 +64,7 @@ impl ForceMap<'_> {
             values: field.view(),
             range: Some(0.0..field.iter().copied().fold(f64::MIN_POSITIVE, f64::max)),
             aspect: Some(1.0),
+            diverging: false,
         };
         map.to_svg()
     }

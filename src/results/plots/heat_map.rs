@@ -11,7 +11,7 @@ use plotters::style::RGBColor;
 
 use super::axis::{Axis, extent, four_digits};
 use super::canvas::{Frame, Grid, PlotError, Sheet, draw, told};
-use super::colour::viridis;
+use super::colour::{diverging, viridis};
 use super::lines::cut;
 
 /// Most cells along x that are drawn.
@@ -37,8 +37,11 @@ pub struct HeatMap<'a> {
     pub quantity: &'a str,
     /// The values: \[rows, columns\], row 0 at the bottom.
     pub values: ArrayView2<'a, f64>,
-    /// Values of the first and last colour; `None`: the extent of the values.
+    /// Values of the first and last colour; `None`: the extent of the values. Not looked at where they diverge.
     pub range: Option<Range<f64>>,
+    /// Whether the values have a sign: colours then differ to both sides of zero, and follow the root of the value, so
+    /// that a hundredth of the largest is seen beside it.
+    pub diverging: bool,
     /// Height of the picture in parts of its width; `None`: a handy one.
     pub aspect: Option<f64>,
 }
@@ -66,13 +69,19 @@ impl HeatMap<'_> {
             let (low, high) = extent(cells.iter().copied());
             low..high
         });
-        let bar = Axis::linear(self.quantity, range);
+        let (bar, colour): (_, fn(f64) -> RGBColor) = if self.diverging {
+            let largest =
+                cells.iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
+            (Axis::signed_root(self.quantity, largest), diverging)
+        } else {
+            (Axis::linear(self.quantity, range), viridis)
+        };
         let width = 640;
         let height = (f64::from(width) * self.aspect.unwrap_or(0.68)).round().clamp(90.0, 900.0) as i32;
         let right = 85 + width;
         let frame = Frame::of(85..right, 50..50 + height);
         let bar_frame = Frame::of(right + 22..right + 42, 50..50 + height);
-        let beneath = cells_as_paths(&cells, &frame, &bar);
+        let beneath = cells_as_paths(&cells, &frame, &bar, colour);
         draw(picture, (right + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
             for curve in curves {
@@ -83,7 +92,7 @@ impl HeatMap<'_> {
                 }
             }
             sheet.frame(&frame);
-            sheet.colour_bar(&bar_frame, &bar, viridis, LEVELS);
+            sheet.colour_bar(&bar_frame, &bar, colour, LEVELS);
         })
     }
 }
@@ -102,8 +111,9 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
     })
 }
 
-/// All cells as SVG: units of one cell, one path per colour, one stroke of width 1 per run.
-fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis) -> String {
+/// All cells as SVG: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
+/// and longer than their cells: viewers that smooth every edge would show seams.
+fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f64) -> RGBColor) -> String {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {
         let place = bar.place(value);
@@ -116,7 +126,7 @@ fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis) -> String {
             let colour = level(values[start]);
             let length = values.iter().skip(start).take_while(|&&value| level(value) == colour).count();
             // Row 0 is at the bottom. Writing to a string does not fail.
-            let _ = write!(paths[colour], "M{start} {}h{length}", rows - 1 - row);
+            let _ = write!(paths[colour], "M{start} {}h{length}.1", rows - 1 - row);
             start += length;
         }
     }
@@ -124,14 +134,14 @@ fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis) -> String {
     let (cell_width, cell_height) = (width / columns as f64, height / rows as f64);
     let mut svg = format!(
         "<g transform=\"translate({} {:.3}) scale({cell_width:.6} {cell_height:.6})\" fill=\"none\" \
-         stroke-width=\"1.02\" shape-rendering=\"crispEdges\">\n",
+         stroke-width=\"1.1\" shape-rendering=\"crispEdges\">\n",
         frame.x.start,
         f64::from(frame.y.start) + 0.5 * cell_height,
     );
     for (colour, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
         let RGBColor(r, g, b) =
-            if colour == LEVELS { NO_VALUE } else { viridis((colour as f64 + 0.5) / LEVELS as f64) };
-        let middle = bar.range().start + (colour as f64 + 0.5) / LEVELS as f64 * (bar.range().end - bar.range().start);
+            if colour == LEVELS { NO_VALUE } else { colours((colour as f64 + 0.5) / LEVELS as f64) };
+        let middle = bar.value((colour as f64 + 0.5) / LEVELS as f64);
         let value = if colour == LEVELS { "no value".to_owned() } else { four_digits(middle) };
         let value = told(&format!("{}: {value}", bar.title()));
         let _ = writeln!(svg, "<path stroke=\"#{r:02X}{g:02X}{b:02X}\" d=\"{path}\">{value}</path>");
@@ -160,11 +170,11 @@ mod tests {
     #[test]
     fn runs_are_merged_and_the_first_row_is_at_the_bottom() {
         let cells = array![[0.0, 0.0, 0.0, 1.0], [1.0, f64::NAN, 1.0, 1.0]];
-        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), &Axis::linear("z", 0.0..1.0));
+        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), &Axis::linear("z", 0.0..1.0), viridis);
         assert_eq!(svg.matches("<path").count(), 3, "two colours and grey");
-        assert!(svg.contains("d=\"M0 1h3\""), "{svg}");
-        assert!(svg.contains("d=\"M3 1h1M0 0h1M2 0h2\""), "{svg}");
-        assert!(svg.contains("stroke=\"#C8C8C8\" d=\"M1 0h1\""), "{svg}");
+        assert!(svg.contains("d=\"M0 1h3.1\""), "{svg}");
+        assert!(svg.contains("d=\"M3 1h1.1M0 0h1.1M2 0h2.1\""), "{svg}");
+        assert!(svg.contains("stroke=\"#C8C8C8\" d=\"M1 0h1.1\""), "{svg}");
     }
 
     #[test]
@@ -183,6 +193,7 @@ mod tests {
             values: field.view(),
             range: None,
             aspect: None,
+            diverging: false,
         };
         let svg = map.to_svg().unwrap();
         assert!(svg.len() < 1_600_000, "{} bytes", svg.len());

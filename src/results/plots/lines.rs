@@ -3,13 +3,15 @@
 use std::ops::Range;
 
 use super::axis::{Axis, four_digits};
-use super::canvas::{Frame, Grid, PlotError, draw, legend_width};
+use super::canvas::{Anchor, Form, Frame, Grid, MARK, PlotError, draw, legend_width};
 use super::colour;
 
 /// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the
 /// same.
 const COLUMNS: usize = 2000;
 
+/// More places than this at which curves leave the picture are not marked.
+const MOST_BEYOND: usize = 12;
 /// Strips across the picture in which a pointer is told the curves' values.
 const STRIPS: usize = 120;
 
@@ -52,6 +54,11 @@ impl LinePlot<'_> {
                     sheet.line(stretch, colour::line(index), 1.75);
                 }
             }
+            for (index, at, value, above) in self.beyond(&frame) {
+                let form = if above { Form::Triangle } else { Form::Tip };
+                sheet.mark(at, form, MARK, colour::line(index), colour::line(index));
+                sheet.note(&value, at, if above { Anchor::Below } else { Anchor::Above });
+            }
             for (across, text) in self.values() {
                 sheet.value(frame.across(across.start)..frame.across(across.end), &frame.y, &text);
             }
@@ -60,6 +67,27 @@ impl LinePlot<'_> {
                 sheet.legend_entry(&frame, row, name, colour::line(index), None);
             }
         })
+    }
+
+    /// Where curves leave the picture: for each part of a curve that does, its number, the place at the edge, its
+    /// furthest value and whether that is above.
+    fn beyond(&self, frame: &Frame) -> Vec<(usize, (i32, i32), String, bool)> {
+        let mut all = Vec::new();
+        for (index, series) in self.series.iter().enumerate() {
+            let placed = series.points.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y), y));
+            let placed: Vec<_> = placed.filter(|&(x, y, _)| sound((x, y)) && (0.0..=1.0).contains(&x)).collect();
+            let side = |y: f64| i8::from(y > 1.0) - i8::from(y < 0.0);
+            for part in placed.chunk_by(|a, b| side(a.1) == side(b.1)).filter(|part| side(part[0].1) != 0) {
+                let above = side(part[0].1) > 0;
+                let further = |a: &&(f64, f64, f64), b: &&(f64, f64, f64)| a.1.total_cmp(&b.1);
+                let furthest = if above { part.iter().max_by(further) } else { part.iter().min_by(further) };
+                let Some(&(x, _, value)) = furthest else { continue };
+                let at = (frame.across(x), if above { frame.y.start } else { frame.y.end });
+                all.push((index, at, four_digits(value), above));
+            }
+        }
+        // Noise that crosses the edge again and again would hide the picture.
+        if all.len() > MOST_BEYOND { Vec::new() } else { all }
     }
 
     /// What the curves are worth in each of some strips across the picture: of every curve the point next to the
@@ -179,6 +207,24 @@ mod tests {
         assert_eq!(inside, vec![vec![(0.0, 0.5), (0.25, 1.0)], vec![(0.75, 1.0), (1.0, 0.5)]]);
         assert!(cut(&[(0.0, 2.0), (1.0, 2.0)]).is_empty());
         assert_eq!(cut(&[(-1.0, 0.5), (2.0, 0.5)]), vec![vec![(0.0, 0.5), (1.0, 0.5)]]);
+    }
+
+    #[test]
+    fn what_leaves_the_picture_is_marked_with_its_furthest_value() {
+        let plot = LinePlot {
+            title: "t",
+            x: Axis::linear("x", 0.0..4.0),
+            y: Axis::linear("y", 0.0..1.0),
+            series: vec![Series {
+                name: "",
+                points: vec![(0.0, 0.5), (1.0, 7.0), (2.0, 9.0), (3.0, 0.5), (4.0, -2.0)],
+            }],
+        };
+        let beyond = plot.beyond(&Frame::of(0..100, 0..50));
+        let told: Vec<(&str, bool)> = beyond.iter().map(|(_, _, value, above)| (value.as_str(), *above)).collect();
+        assert_eq!(told, [("9.000", true), ("−2.000", false)]);
+        assert_eq!(beyond[0].1.1, 0);
+        assert!(plot.to_svg().unwrap().contains("9.000"));
     }
 
     #[test]

@@ -42,6 +42,7 @@ impl PatchMap<'_> {
             values: values.t(),
             range: None,
             aspect: Some((2.0 * half_width / length).clamp(ASPECTS.0, ASPECTS.1)),
+            diverging: false,
         }
         .to_svg()
     }

@@ -36,6 +36,7 @@ pub fn road_map(
         values: millimetres.view(),
         range: None,
         aspect: Some((2.0 * half_width / length).clamp(ASPECTS.0, ASPECTS.1)),
+        diverging: false,
     }
     .to_svg()
 }

@@ -56,6 +56,7 @@ impl ShareMap<'_> {
             values: values.view(),
             range: Some(RANGE),
             aspect: None,
+            diverging: false,
         }
         .to_svg_under(self.curves)
     }

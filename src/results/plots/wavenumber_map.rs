@@ -53,12 +53,16 @@ impl WavenumberPlot<'_> {
         let edge = shown as f64 + 0.5;
         let map = HeatMap {
             title: self.title,
-            x: Axis::linear("Waves round the tyre; positive: running against the rolling direction", -edge..edge),
+            x: Axis::linear(
+                "Waves round the tyre, positive: against the rolling direction; white: the tyre's own waves",
+                -edge..edge,
+            ),
             y: Axis::linear("Frequency [Hz]", 0.0..rows_shown as f64 * row_width),
             quantity: "Velocity density [dB re 1 m2/s2/Hz]",
             values: levels.view(),
             range: Some(highest - DEEPEST..highest),
             aspect: Some(0.8),
+            diverging: false,
         };
         map.to_svg_under(&self.curves())
     }

@@ -26,7 +26,7 @@ pub(super) fn draw_levels(
     if drawn.iter().all(|(_, levels)| levels.is_empty()) {
         return Ok(());
     }
-    let title = loaded.title();
+    let title = format!("Sound, third octaves: {}", loaded.title());
     let plot = ThirdOctavePlot {
         title: &title,
         quantity: "Sound pressure level [dB(A) re 20 uPa]",
@@ -44,7 +44,7 @@ pub(super) fn draw_pass_by(
     rows: &[[f64; 3]],
     folder: &ResultsFolder,
 ) -> Result<(), RunError> {
-    let title = format!("{}: {}", loaded.title(), heard.name);
+    let title = format!("Passing {}: {}", heard.name, loaded.title());
     let who = if heard.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
     let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
     let plot = LinePlot {
@@ -64,7 +64,7 @@ pub(super) fn draw_directivity(
     levels: &[f64],
     folder: &ResultsFolder,
 ) -> Result<(), RunError> {
-    let title = format!("{}: {}", loaded.title(), heard.name);
+    let title = format!("Directivity, {}: {}", heard.name, loaded.title());
     let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;
     // The first point closes the circle.
     let points: Vec<(f64, f64)> =

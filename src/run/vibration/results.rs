@@ -181,7 +181,7 @@ impl VibrationRecorder {
                     axes_written = true;
                 }
                 if loaded.scene.outputs.plots {
-                    let title = format!("{}: {} velocity, {frame} frame", loaded.title(), field.field.name());
+                    let title = format!("Velocity of {}, {frame} frame: {}", field.field.name(), loaded.title());
                     let plot = WavenumberPlot { title: &title, map, branches: &branches, rotation };
                     folder.write_text(&format!("{name}.svg"), &plot.to_svg()?)?;
                 }
@@ -243,7 +243,7 @@ fn draw_spectra<'a>(
     if drawn.iter().all(|(_, levels)| levels.is_empty()) {
         return Ok(());
     }
-    let title = loaded.title();
+    let title = format!("Velocities, third octaves: {}", loaded.title());
     let plot = ThirdOctavePlot {
         title: &title,
         quantity: "Velocity level [dB re 1 m/s]",

@@ -187,6 +187,10 @@ keys! {
         spectra: bool = true => Flag,
         /// SVG plots.
         plots: bool = true => Flag,
+        /// How much of the run after the warm-up `patch_force.svg` shows \[s\]; default: the time in which six lengths
+        /// of the patch are rolled.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        patch_span: Option<f64> = None => Optional(Bounds::positive("s")),
         /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
         checkpoint_interval: f64 = 60.0 => Bounds::not_negative("s"),
         /// Time between two instants at which all cells are written to `cells.npy` \[s\], with

@@ -333,6 +333,7 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
 fn scene() -> impl Strategy<Value = Scene> {
     let outputs = (any::<[bool; 3]>(), 0.0..1e4_f64, prop::option::of(vibration())).prop_map(
         |([arrays, spectra, plots], checkpoint_interval, vibration)| Outputs {
+            patch_span: None,
             cells_every: None,
             arrays,
             spectra,

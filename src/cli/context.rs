@@ -48,5 +48,6 @@ pub fn print_report(report: &Report) -> Result<(), CliError> {
 
 /// Writes to standard output; a closed pipe is no panic.
 pub fn print(text: &str) -> Result<(), CliError> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::Print)
+    let mut out = std::io::stdout();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(CliError::Print)
 }

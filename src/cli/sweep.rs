@@ -15,6 +15,7 @@ use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
 use super::context::{Context, print, print_report};
 use super::error::CliError;
+use super::messages::tell;
 use super::options::positive;
 use super::side::Place;
 
@@ -162,7 +163,7 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
                     RunError::Scene(error) => error.render(colour),
                     other => other.to_string(),
                 };
-                eprintln!("{}: {message}", variant.name);
+                tell(&format!("{}: {message}", variant.name));
                 failed.push(variant.name.clone());
             }
             Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.name.clone()),

@@ -75,7 +75,8 @@ impl IndentArguments {
             (Some(load), _) => Control::Load(load),
             (None, penetration) => Control::Penetration(penetration.unwrap_or(f64::NAN)),
         };
-        let replaces = if self.force { Replaces::AllBut(&self.heights) } else { Replaces::Nothing("--force") };
+        let inputs = [self.heights.as_path()];
+        let replaces = if self.force { Replaces::AllBut(&inputs) } else { Replaces::Nothing("--force") };
         let out = self.out.as_deref().map(|path| OutputFile::begin(path, replaces)).transpose()?;
         let Heights { values, rows, columns } = Heights::read_grid(&self.heights, [dx, dy])?;
         let map = HeightMap { heights: values, extent: Extent { nx: rows, ny: columns }, dx, dy };

@@ -53,8 +53,8 @@ const AFTER_HELP: &str = "\
 Exit codes:
   0    done
   1    the run failed
-  2    the command line, the scene or an input file makes no sense, or what must not be replaced is in the way; nothing \
-was written
+  2    the command line, the scene or an input file makes no sense, or what must not be replaced is in the way; \
+nothing was written
   3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
 as <results>.partial)
   130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it

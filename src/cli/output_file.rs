@@ -18,8 +18,8 @@ use super::error::CliError;
 pub enum Replaces<'a> {
     /// Files that begin like this.
     Beginning(&'static str),
-    /// Any file but the input.
-    AllBut(&'a Path),
+    /// Any file but the inputs.
+    AllBut(&'a [&'a Path]),
     /// Nothing; the option that would allow it.
     Nothing(&'static str),
 }
@@ -85,7 +85,10 @@ fn place(path: &Path) -> Option<std::path::PathBuf> {
 }
 
 /// Refuses a place where something stands that must not be replaced.
-fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
+///
+/// # Errors
+/// [`CliError::Usage`], [`CliError::Read`].
+pub fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
     let present = match fs::symlink_metadata(path) {
         Ok(present) => present,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
@@ -96,7 +99,7 @@ fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
         return refused("is not a regular file");
     }
     match replaces {
-        Replaces::AllBut(input) if is_same(path, &present, input) => refused("is an input"),
+        Replaces::AllBut(inputs) if inputs.iter().any(|input| is_same(path, &present, input)) => refused("is an input"),
         Replaces::AllBut(_) => Ok(()),
         _ if present.len() == 0 => Ok(()),
         Replaces::Beginning(head) if begins_with(path, head) => Ok(()),
@@ -159,10 +162,10 @@ mod tests {
         fs::hard_link(&input, &again).unwrap();
         let below = folder.path().join("./heights.npy");
         for path in [&input, &again, &below] {
-            assert!(OutputFile::begin(path, Replaces::AllBut(&input)).is_err(), "{}", path.display());
+            assert!(OutputFile::begin(path, Replaces::AllBut(&[&other, &input])).is_err(), "{}", path.display());
         }
         assert!(OutputFile::begin(&other, Replaces::Nothing("--force")).is_err());
-        OutputFile::begin(&other, Replaces::AllBut(&input)).unwrap().complete("new").unwrap();
+        OutputFile::begin(&other, Replaces::AllBut(&[&input])).unwrap().complete("new").unwrap();
         assert_eq!((fs::read(&input).unwrap(), fs::read(&other).unwrap()), (b"heights".to_vec(), b"new".to_vec()));
         assert!(check_apart(Some(&input), Some(&below)).is_err() && check_apart(Some(&input), Some(&other)).is_ok());
     }

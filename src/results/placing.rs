@@ -37,12 +37,14 @@ pub(super) fn place(working: &Path, target: &Path) -> Result<(), ResultsError> {
     Ok(())
 }
 
-/// Removes from finished results what only an unfinished run needs.
+/// Removes from finished results what only an unfinished run needs; what cannot be removed stays with the lock, which
+/// says that it is ours.
 pub(super) fn tidy_up(target: &Path) {
-    for name in SERVICE_FILES {
-        // Of no use any more, and no harm either if they cannot be removed.
-        let _ = fs::remove_file(target.join(name));
-    }
+    let gone = |name: &&str| match fs::remove_file(target.join(name)) {
+        Err(error) => error.kind() == ErrorKind::NotFound,
+        Ok(()) => true,
+    };
+    let _ = SERVICE_FILES.iter().all(gone);
 }
 
 /// Puts in order what processes that were killed while results took the name `target` have left; returns that place if
@@ -117,8 +119,11 @@ pub(super) fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
         return Ok(());
     }
     let marker = marker(target).ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
-    let ours =
-        |name: &String| name == SUMMARY_FILE || SERVICE_FILES.contains(&name.as_str()) || marker.files.contains(name);
+    // Whole results without a lock have no service files: a scene among them is somebody's.
+    let service = !marker.complete || target.join(LOCK_FILE).exists();
+    let ours = |name: &String| {
+        name == SUMMARY_FILE || marker.files.contains(name) || service && SERVICE_FILES.contains(&name.as_str())
+    };
     match present.into_iter().find(|name| !ours(name)) {
         Some(entry) => Err(ResultsError::ForeignEntry { path: target.to_owned(), entry }),
         None => Ok(()),
@@ -223,6 +228,19 @@ mod tests {
             assert_eq!(fs::read(again.path("force")).unwrap(), b"new", "{state:?}");
             assert_eq!(fs::read(target.join("force")).unwrap(), b"finished before");
         }
+    }
+
+    #[test]
+    fn a_scene_that_somebody_has_put_into_finished_results_is_not_ours() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        folder(&target, "old", true, None);
+        fs::write(target.join(SCENE_FILE), "somebody's").unwrap();
+        assert!(
+            matches!(check_replaceable(&target), Err(ResultsError::ForeignEntry { entry, .. }) if entry == SCENE_FILE)
+        );
+        fs::write(target.join(LOCK_FILE), "").unwrap();
+        check_replaceable(&target).unwrap();
     }
 
     #[test]

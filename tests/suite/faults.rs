@@ -83,6 +83,13 @@ fn an_output_file_replaces_earlier_ones_of_its_kind_only() {
             assert!(message(&output).contains("left alone"), "{}", message(&output));
         }
     }
+    fs::create_dir(place.join("roads")).unwrap();
+    fs::write(place.join("roads/sweep.csv"), "x,z\n0,0\n1e-3,0\n").unwrap();
+    let line = ["sweep", "scene.toml", "--speed", "80", "--road", "roads/sweep.csv", "--out", "roads"];
+    let sweep = tyrewave(place, &line);
+    assert_eq!(sweep.status.code(), Some(USAGE), "{}", message(&sweep));
+    assert!(message(&sweep).contains("is an input"), "{}", message(&sweep));
+    fs::remove_dir_all(place.join("roads")).unwrap();
     let both = tyrewave(place, &["run", "scene.toml", "--trace", "one", "--folded", "./one"]);
     assert_eq!(both.status.code(), Some(USAGE), "{}", message(&both));
     assert_eq!(names(place), before, "something was written");
@@ -150,4 +157,39 @@ fn a_limit_on_files_is_met_like_a_full_disk_and_the_run_goes_on() {
     for name in names(&place.join("whole")).iter().filter(|name| name.ends_with(".npy")) {
         assert!(fs::read(place.join("whole").join(name)).unwrap() == fs::read(place.join("cut").join(name)).unwrap());
     }
+}
+
+#[test]
+fn a_run_killed_while_its_results_took_their_name_is_put_in_order() {
+    let folder = folder_with(&scene());
+    let place = folder.path();
+    let run = |out: &str| {
+        let output = tyrewave(place, &["run", "scene.toml", "--out", out]);
+        assert!(output.status.success(), "{}", message(&output));
+    };
+    let force = |out: &str| fs::read(place.join(out).join("total_force.npy")).unwrap();
+    let killed_before_its_name = || {
+        fs::rename(place.join("new"), place.join("out.partial-7")).unwrap();
+        fs::write(place.join("out.partial-7/lock"), "out.partial-7").unwrap();
+    };
+    run("new");
+    let new = force("new");
+    let older = edit(&scene(), &[("rolling.axle.indentation", "0.011")]);
+    // Stepped aside: nothing has the name.
+    killed_before_its_name();
+    fs::write(place.join("scene.toml"), &older).unwrap();
+    run("old");
+    fs::rename(place.join("old"), place.join("out.partial-7-old")).unwrap();
+    let output = tyrewave(place, &["resume", "out"]);
+    assert!(output.status.success(), "{}", message(&output));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("had reached its end"));
+    assert_eq!((names(place), force("out") == new), (vec!["out".to_owned(), "scene.toml".to_owned()], true));
+    // Names exchanged, the older results still there: the next run clears them away.
+    run("out.partial-8");
+    fs::write(place.join("out/lock"), "out.partial-8").unwrap();
+    run("out");
+    assert_eq!((names(place), force("out") == new), (vec!["out".to_owned(), "scene.toml".to_owned()], false));
+    let output = tyrewave(place, &["resume", "out"]);
+    assert_eq!(output.status.code(), Some(USAGE), "{}", message(&output));
+    assert!(message(&output).contains("out is complete"), "{}", message(&output));
 }

@@ -23,6 +23,7 @@ mod half_space_closed_forms;
 mod hard_cases;
 mod histories;
 mod influence;
+mod injection;
 mod layers;
 mod line_contact;
 mod mobility;

@@ -64,11 +64,6 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Names of what is in a folder.
-pub(super) fn entries(folder: &Path) -> io::Result<Vec<String>> {
-    fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
-}
-
 /// Parents of `target` that do not exist, innermost first.
 pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
     target
@@ -94,6 +89,7 @@ pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::storage::flat_folder::entries;
 
     #[test]
     fn a_folder_takes_the_place_of_another_at_once_or_in_two_moves() {

@@ -20,11 +20,12 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::CheckpointError;
-use super::disk::{entries, missing_parents, sync_folder, with_suffix, write_file};
+use super::disk::{missing_parents, sync_folder, with_suffix, write_file};
 use super::error::ResultsError;
 use super::placing::{SERVICE_FILES, check_replaceable, place, put_in_order, tidy_up};
 use super::summary::{SUMMARY_FILE, Summary};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
+use crate::storage::flat_folder::{self, entries};
 
 /// A results folder being filled.
 #[derive(Debug)]
@@ -194,7 +195,7 @@ impl Drop for ResultsFolder {
             return;
         }
         // Nothing more can be done about a failure here; the name says that it is no result.
-        let _ = fs::remove_dir_all(&self.working);
+        let _ = flat_folder::remove(&self.working);
         for parent in &self.made_parents {
             if fs::remove_dir(parent).is_err() {
                 break;

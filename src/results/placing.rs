@@ -14,10 +14,11 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{CHECKPOINT_FILE, SCENE_FILE, TEMPORARY_FILE};
-use super::disk::{aside, entries, replace, with_suffix, write_file};
+use super::disk::{aside, replace, with_suffix, write_file};
 use super::error::ResultsError;
 use super::summary::{FORMAT, Marker, SUMMARY_FILE};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, partial_folders};
+use crate::storage::flat_folder::{self, entries};
 
 /// What an unfinished run needs and a finished one does not; the lock is the last to go.
 pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
@@ -32,7 +33,7 @@ pub(super) fn place(working: &Path, target: &Path) -> Result<(), ResultsError> {
     // Of an older folder only: it would look like one that is worked on.
     let _ = fs::remove_file(target.join(LOCK_FILE));
     if let Some(old) = replace(working, target)? {
-        let _ = fs::remove_dir_all(old);
+        let _ = flat_folder::remove(&old);
     }
     Ok(())
 }
@@ -85,7 +86,7 @@ fn clear_after(folder: &Path) -> bool {
     for old in [aside(&before), before] {
         // A run that is or was under way has a lock; an older folder has none.
         if old.is_dir() && !old.join(LOCK_FILE).exists() {
-            let _ = fs::remove_dir_all(old);
+            let _ = flat_folder::remove(&old);
         }
     }
     true

@@ -4,8 +4,8 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{CHECKPOINT_FILE, CheckpointError};
-use super::disk::entries;
 use super::summary::SUMMARY_FILE;
+use crate::storage::flat_folder::{self, entries};
 
 /// Locked while a process writes to the folder.
 pub(super) const LOCK_FILE: &str = "lock";
@@ -55,7 +55,7 @@ pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
 pub fn forget_abandoned(target: &Path) {
     for folder in partial_folders(target).into_iter().filter(|folder| !in_use(folder)) {
         // What cannot be deleted is in nobody's way.
-        let _ = std::fs::remove_dir_all(folder);
+        let _ = flat_folder::remove(&folder);
     }
 }
 

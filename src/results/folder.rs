@@ -7,7 +7,7 @@
 //!    its process.
 //! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), exchanges its name
 //!    with that of an older folder, deletes the older one, and last the checkpoint. Whoever comes next puts in order
-//!    what a process that was killed within that has left ([`super::placing`]).
+//!    what a process that was killed within that has left (`placing`).
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
 //!    another process, or somebody's files, are in the way, it keeps the name that it has.
 //! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same

@@ -1,6 +1,6 @@
 //! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
 //!
-//! [`folder`] decides when and under which name the rest appears, [`placing`] gives it that name; [`checkpoint`] keeps
+//! [`folder`] decides when and under which name the rest appears, `placing` gives it that name; [`checkpoint`] keeps
 //! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run
 //! goes on, [`arrays`] checks them when it goes on again; [`summary`], [`spectra`], [`vibration`] and [`plots`] are
 //! written at its end; [`profile_table`] is for the terminal, [`mod@table`] says how tables look, [`mod@trace`] is for
@@ -13,7 +13,7 @@ mod disk;
 pub mod error;
 pub mod folder;
 pub mod npy;
-pub mod placing;
+mod placing;
 pub mod plots;
 pub mod profile_table;
 pub mod sound;

@@ -52,8 +52,9 @@ pub(super) fn tidy_up(target: &Path) {
 /// whole results stand there that nobody had been told of.
 ///
 /// # Errors
-/// As [`check_replaceable`] and [`place`], where whole results cannot get their name.
-pub fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsError> {
+/// [`ResultsError`] where whole results cannot get their name: somebody's files are there, or the system does not let
+/// us.
+pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsError> {
     let partial = with_suffix(target, PARTIAL);
     let mut told = clear_after(target);
     if told {

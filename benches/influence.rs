@@ -1,6 +1,7 @@
 //! Influence functions: compliance in lanes against scalar, fitted against brute force, both sides in one run, each
 //! with a physical checksum.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was measured is printed")]
 
 use std::f64::consts::PI;
 use std::hint::black_box;

@@ -4,6 +4,7 @@
 //!
 //! `cargo bench --bench linear_solvers`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was measured is printed")]
 
 use std::f64::consts::PI;
 use std::hint::black_box;

@@ -3,6 +3,7 @@
 //!
 //! `cargo bench --bench rough_contact` measures; `-- --table 128,256,512` prints the table.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was measured is printed")]
 
 use std::f64::consts::PI;
 use std::time::Instant;

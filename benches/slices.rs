@@ -3,6 +3,7 @@
 //!
 //! `cargo bench --bench slices` measures; `-- --table` prints the tables.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was measured is printed")]
 
 use std::hint::black_box;
 use std::time::Instant;

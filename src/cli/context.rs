@@ -51,5 +51,6 @@ impl Context {
 
 /// Writes to standard output; a closed pipe is no panic.
 pub fn print(text: &str) -> Result<(), CliError> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::Print)
+    let mut out = std::io::stdout();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(CliError::Print)
 }

@@ -1,6 +1,6 @@
 //! How a command ends: its error and its exit code.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 use tyrewave::half_space::HalfSpaceError;
@@ -27,6 +27,9 @@ pub enum CliError {
     /// Of the library's stages: scene, road, contact, results.
     #[error(transparent)]
     Run(RunError),
+    /// Of what a file named on the command line holds.
+    #[error("{}: {source}", path.display())]
+    InFile { path: PathBuf, source: Box<CliError> },
     #[error(transparent)]
     HalfSpace(#[from] HalfSpaceError),
     #[error(transparent)]
@@ -65,6 +68,7 @@ impl CliError {
             Self::Run(error) => match error {
                 RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) | RunError::Checkpoint(_) => USAGE,
                 RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) => FAILED,
+                RunError::Results(error) if error.is_refusal() => USAGE,
                 RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
                 RunError::Interrupted { .. } => INTERRUPTED,
             },
@@ -74,6 +78,7 @@ impl CliError {
                 PerformanceError::Interrupted => INTERRUPTED,
                 _ => FAILED,
             },
+            Self::InFile { source, .. } => source.exit_code(),
             Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => FAILED,
             Self::HalfSpace(_) => USAGE,
             Self::Sweep(_) | Self::Read { .. } | Self::Usage(_) => USAGE,
@@ -81,6 +86,11 @@ impl CliError {
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
             Self::Print(_) => NOT_WRITABLE,
         }
+    }
+
+    /// The same, said of a file.
+    pub fn in_file(self, path: &Path) -> Self {
+        Self::InFile { path: path.to_owned(), source: Box::new(self) }
     }
 
     /// The message for people; a mistake in a scene is shown in its place.
@@ -126,8 +136,6 @@ of_a_run!(SceneError, SliceError, ResultsError, PlotError);
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use tyrewave::contact::ContactError;
 
@@ -143,6 +151,9 @@ mod tests {
             CliError::from(ResultsError::writing(Path::new("r/time.npy"))(std::io::ErrorKind::StorageFull.into()));
         assert_eq!(full.exit_code(), 3);
         assert!(full.to_string().starts_with("cannot write r/time.npy"), "{full}");
+        let taken = || ResultsError::NotOurs { path: "thesis".into() };
+        let overtaken = ResultsError::Overtaken(Box::new(taken()));
+        assert_eq!((CliError::from(taken()).exit_code(), CliError::from(overtaken).exit_code()), (2, 3));
         let contact = RunError::from(ContactError::NotFinite { step: 1, time: 0.1 });
         assert_eq!(CliError::from(contact).exit_code(), 1);
     }

@@ -12,6 +12,7 @@ use super::context::print;
 use super::error::CliError;
 use super::heights::Heights;
 use super::options::{poisson_ratio, positive};
+use super::output_file::{OutputFile, Replaces};
 
 const EXAMPLES: &str = "\
 Frictionless contact of the height map (peaks touch first) with a half-space of the given modulus, without \
@@ -57,9 +58,13 @@ pub struct IndentArguments {
     /// Tolerance of the contact conditions, relative to the penetration.
     #[arg(long, value_name = "T", default_value_t = Limits::default().tolerance, value_parser = positive)]
     tolerance: f64,
-    /// Where to write the pressure in Pa, an array of the heights' shape.
+    /// Where to write the pressure in Pa, an array of the heights' shape. A file that exists is refused without
+    /// --force.
     #[arg(long, value_name = "PRESSURE.npy")]
     out: Option<PathBuf>,
+    /// Replace PRESSURE.npy where it exists; the heights are never replaced.
+    #[arg(long, requires = "out")]
+    force: bool,
 }
 
 impl IndentArguments {
@@ -70,11 +75,15 @@ impl IndentArguments {
             (Some(load), _) => Control::Load(load),
             (None, penetration) => Control::Penetration(penetration.unwrap_or(f64::NAN)),
         };
+        let inputs = [self.heights.as_path()];
+        let replaces = if self.force { Replaces::AllBut(&inputs) } else { Replaces::Nothing("--force") };
+        let out = self.out.as_deref().map(|path| OutputFile::begin(path, replaces)).transpose()?;
         let Heights { values, rows, columns } = Heights::read_grid(&self.heights, [dx, dy])?;
         let map = HeightMap { heights: values, extent: Extent { nx: rows, ny: columns }, dx, dy };
         let begin = Instant::now();
         let limits = Limits { tolerance, ..Limits::default() };
-        let contact = indent(&map, modulus / (1.0 - poisson * poisson), control, limits)?;
+        let contact = indent(&map, modulus / (1.0 - poisson * poisson), control, limits)
+            .map_err(|error| CliError::from(error).in_file(&self.heights))?;
         let answer = json!({
             "load": contact.load,
             "penetration": contact.penetration,
@@ -83,12 +92,13 @@ impl IndentArguments {
             "residual": contact.residual,
             "seconds": begin.elapsed().as_secs_f64(),
         });
-        if let Some(path) = &self.out {
-            let mut writer = NpyWriter::create(path, Row::Columns(columns))?;
+        if let Some(file) = out {
+            let mut writer = NpyWriter::create(file.temporary(), Row::Columns(columns))?;
             for row in contact.pressure.chunks_exact(columns) {
                 writer.push(row)?;
             }
             writer.finish()?;
+            file.publish()?;
         }
         print(&format!("{answer:#}\n"))
     }

@@ -4,6 +4,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::{CliError, INTERRUPTED};
+use super::messages::tell;
+
+/// From now on a file that would grow past the system's limit (`ulimit -f`) is an error of writing, as a full disk is,
+/// and not the end of the program.
+pub fn outlive_file_limits() {
+    // A handler that does nothing of use takes the place of the signal's deadly default; without it all is as before.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
 
 /// Whether the user has asked for the end. Clones share the answer.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +31,7 @@ impl Interrupt {
                 // What is written has a name that says that it is not finished.
                 std::process::exit(i32::from(INTERRUPTED));
             }
-            eprintln!("\nstopping after this step and keeping what there is (again: stop at once)");
+            tell("\nstopping after this step and keeping what there is (again: stop at once)");
         })
         .map_err(|error| CliError::Failed(format!("cannot listen for Ctrl-C: {error}")))?;
         Ok(interrupt)

@@ -17,8 +17,10 @@ mod influence_cost;
 mod init;
 mod interrupt;
 mod keys;
+mod messages;
 mod mobility;
 mod options;
+mod output_file;
 mod plan;
 mod profile;
 mod profiling;
@@ -48,6 +50,7 @@ use tyrewave::counters::AllocationProbe;
 use context::Context;
 use error::CliError;
 use interrupt::Interrupt;
+use messages::tell;
 use options::GlobalOptions;
 
 /// What the whole program says under `--help` after the list of commands.
@@ -55,7 +58,8 @@ const AFTER_HELP: &str = "\
 Exit codes:
   0    done
   1    the run failed
-  2    the command line or the scene makes no sense; nothing was written
+  2    the command line, the scene or an input file makes no sense, or what must not be replaced is in the way; \
+nothing was written
   3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
 as <results>.partial)
   130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
@@ -178,12 +182,16 @@ impl Command {
 /// The program: what `main` returns. The command is carried out on threads of its own pool; `allocations` says what the
 /// program's allocator has counted, if it counts.
 pub fn start(allocations: Option<AllocationProbe>) -> ExitCode {
-    let line = CommandLine::parse();
+    interrupt::outlive_file_limits();
+    let line = match CommandLine::try_parse() {
+        Ok(line) => line,
+        Err(answer) => return options::answered(&answer),
+    };
     let colour = options::allows_colour(line.options.color);
     match carry_out(line, colour, allocations, Command::execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}", options::error_line(&error.render(colour), colour));
+            tell(&options::error_line(&error.render(colour), colour));
             ExitCode::from(error.exit_code())
         }
     }
@@ -196,7 +204,7 @@ fn carry_out(
     execute: Execute,
 ) -> Result<(), CliError> {
     let CommandLine { options, command } = line;
-    let wanted = options.threads.map_or(0, usize::from);
+    let wanted = options.threads()?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(wanted)
         .build()

@@ -1,15 +1,25 @@
 //! Options that every command takes.
 
 use std::io::IsTerminal;
+use std::process::ExitCode;
 
 use clap::builder::styling::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
 
+use super::error::{CliError, NOT_WRITABLE, USAGE};
+
+/// More of them are a slip of the finger.
+const MOST_THREADS: u16 = 1024;
+/// What says how many threads where no option does.
+const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
+
 /// Options that every command takes, before or after its name.
 #[derive(Clone, Debug, Args)]
 pub struct GlobalOptions {
-    /// Number of threads; default: one per processor. The results do not depend on it, not even in the last bit.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Number of threads; default: RAYON_NUM_THREADS of the environment, or one per processor. The results do not
+    /// depend on it, not even in the last bit.
+    #[arg(long, global = true, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS.into()))]
     pub threads: Option<u16>,
     /// Say nothing but errors and what was asked for.
     #[arg(long, short, global = true)]
@@ -20,6 +30,42 @@ pub struct GlobalOptions {
     /// When to colour messages; auto: on a terminal, unless the environment variable NO_COLOR is set.
     #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
     pub color: ColorChoice,
+}
+
+impl GlobalOptions {
+    /// How many threads are wanted: never zero, and never what the environment says without a bound.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for an environment that asks for too many.
+    pub fn threads(&self) -> Result<usize, CliError> {
+        match self.threads {
+            Some(threads) => Ok(threads.into()),
+            None => default_threads(&std::env::var(THREADS_VARIABLE).unwrap_or_default()),
+        }
+    }
+}
+
+/// Threads with that value of the environment's variable; 0 and what is no number stand for one per processor, as they
+/// do for rayon.
+fn default_threads(variable: &str) -> Result<usize, CliError> {
+    match variable.trim().parse::<usize>() {
+        Ok(threads) if threads > MOST_THREADS.into() => Err(CliError::Usage(format!(
+            "{THREADS_VARIABLE} is {threads}: at most {MOST_THREADS} threads are possible"
+        ))),
+        Ok(threads) if threads > 0 => Ok(threads),
+        _ => {
+            let processors = std::thread::available_parallelism().map_or(1, usize::from);
+            Ok(processors.min(MOST_THREADS.into()))
+        }
+    }
+}
+
+/// Prints what the command line's reader answers with, help or an error, and gives its exit code.
+pub(super) fn answered(answer: &clap::Error) -> ExitCode {
+    match answer.print() {
+        Err(_) if !answer.use_stderr() => ExitCode::from(NOT_WRITABLE),
+        _ => ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(USAGE)),
+    }
 }
 
 /// One of some values, by its name.
@@ -97,6 +143,20 @@ mod tests {
         assert_eq!(threads("2").unwrap(), Some(2));
         for text in ["0", "-1", "two", "1000000", ""] {
             assert!(threads(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_environment_does_not_start_thousands_of_threads() {
+        let processors = default_threads("").unwrap();
+        assert!((1..=1024).contains(&processors));
+        for (text, threads) in [("3", 3), (" 1024 ", 1024), ("0", processors), ("many", processors), ("-1", processors)]
+        {
+            assert_eq!(default_threads(text).unwrap(), threads, "{text}");
+        }
+        for text in ["1025", "100000"] {
+            let error = default_threads(text).unwrap_err();
+            assert!(error.to_string().contains(text) && error.exit_code() == USAGE, "{error}");
         }
     }
 

@@ -11,11 +11,13 @@ use tyrewave::performance::changes::AcceptedChanges;
 use tyrewave::performance::judge::{Effort, Side, judge};
 use tyrewave::performance::program::Program;
 use tyrewave::performance::record::RecordedWorkload;
+use tyrewave::performance::report::{JSON_HEAD, MARKDOWN_HEAD};
 use tyrewave::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 
 use super::context::{Context, print};
 use super::error::CliError;
 use super::options::by_name;
+use super::output_file::{OutputFile, Replaces, check_apart};
 use super::scaling::ScalingArguments;
 
 /// Where records are committed.
@@ -100,10 +102,10 @@ pub struct CompareArguments {
     /// File of the changes of counters that are wanted.
     #[arg(long, value_name = "FILE", default_value = ACCEPTED)]
     pub accepted: PathBuf,
-    /// Write the verdict as Markdown, too.
+    /// Write the verdict as Markdown, too. An earlier one is replaced, any other file refused.
     #[arg(long, value_name = "FILE")]
     pub markdown: Option<PathBuf>,
-    /// Write the verdict as JSON, too.
+    /// Write the verdict as JSON, too. An earlier one is replaced, any other file refused.
     #[arg(long, value_name = "FILE")]
     pub json_file: Option<PathBuf>,
 }
@@ -196,6 +198,11 @@ fn committed() -> Result<PathBuf, CliError> {
 
 impl CompareArguments {
     fn execute(self, context: &Context) -> Result<(), CliError> {
+        check_apart(self.markdown.as_deref(), self.json_file.as_deref())?;
+        let begin = |path: Option<PathBuf>, head: &'static str| {
+            path.map(|path| OutputFile::begin(&path, Replaces::Beginning(head))).transpose()
+        };
+        let (markdown, json) = (begin(self.markdown, MARKDOWN_HEAD)?, begin(self.json_file, JSON_HEAD)?);
         let first = Side::of(self.first.map_or_else(committed, Ok)?)?;
         let second = Side::of(self.second.map_or_else(this_program, Ok)?)?;
         let accepted = AcceptedChanges::read(&self.accepted)?;
@@ -214,12 +221,11 @@ impl CompareArguments {
         let stop = context.interrupt.flag();
         let verdict = judge(&first, &second, &workloads, &accepted, effort, stop, &mut watch)?;
         progress.finish_and_clear();
-        let write = |path: &Path, text: String| std::fs::write(path, text).map_err(PerformanceError::writing(path));
-        if let Some(path) = &self.markdown {
-            write(path, verdict.markdown())?;
+        if let Some(file) = markdown {
+            file.complete(&verdict.markdown())?;
         }
-        if let Some(path) = &self.json_file {
-            write(path, serde_json::to_string_pretty(&verdict).unwrap_or_default() + "\n")?;
+        if let Some(file) = json {
+            file.complete(&verdict.json())?;
         }
         print(&verdict.text())?;
         if verdict.passes() { Ok(()) } else { Err(CliError::Worse) }

@@ -4,15 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 use tyrewave::counters::{Timing, Watch};
-use tyrewave::results::ResultsError;
 use tyrewave::results::profile_table::cost_table;
 use tyrewave::results::table::Report;
-use tyrewave::results::trace::{chrome_trace, folded_stacks};
+use tyrewave::results::trace::{FOLDED_HEAD, TRACE_HEAD, chrome_trace, folded_stacks};
 use tyrewave::run::RunReport;
-use tyrewave::storage::PendingFile;
 
 use super::context::Context;
 use super::error::CliError;
+use super::output_file::{OutputFile, Replaces, check_apart};
 
 /// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
 #[derive(Clone, Debug, Default, Args)]
@@ -21,10 +20,11 @@ pub struct ProfileOptions {
     #[arg(long)]
     pub profile: bool,
     /// Also write when what happened, as Chrome trace events (for ui.perfetto.dev or chrome://tracing); outside of the
-    /// results folder.
+    /// results folder. An earlier trace is replaced, any other file refused.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Also write folded stacks in microseconds, for flame graphs; outside of the results folder.
+    /// Also write folded stacks in microseconds, for flame graphs; outside of the results folder. Earlier
+    /// ones are replaced, any other file is refused.
     #[arg(long, value_name = "FILE")]
     pub folded: Option<PathBuf>,
 }
@@ -33,8 +33,8 @@ pub struct ProfileOptions {
 #[derive(Debug)]
 pub struct PendingProfile {
     profile: bool,
-    trace: Option<PendingFile>,
-    folded: Option<PendingFile>,
+    trace: Option<OutputFile<'static>>,
+    folded: Option<OutputFile<'static>>,
 }
 
 impl ProfileOptions {
@@ -52,12 +52,14 @@ impl ProfileOptions {
     /// Begins the files, before the run: a place that cannot be written to is refused now.
     ///
     /// # Errors
-    /// As [`PendingFile::create`].
+    /// As [`OutputFile::begin`].
     pub fn begin(self) -> Result<PendingProfile, CliError> {
-        let begin = |path: Option<PathBuf>| {
-            path.map(|path| PendingFile::create(&path).map_err(ResultsError::creating(&path))).transpose()
+        let Self { profile, trace, folded } = self;
+        check_apart(trace.as_deref(), folded.as_deref())?;
+        let begin = |path: Option<PathBuf>, head: &'static str| {
+            path.map(|path| OutputFile::begin(&path, Replaces::Beginning(head))).transpose()
         };
-        Ok(PendingProfile { profile: self.profile, trace: begin(self.trace)?, folded: begin(self.folded)? })
+        Ok(PendingProfile { profile, trace: begin(trace, TRACE_HEAD)?, folded: begin(folded, FOLDED_HEAD)? })
     }
 }
 
@@ -68,15 +70,11 @@ impl PendingProfile {
     /// Of the files.
     pub fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
         if let Some(trace) = report.meter.trace() {
-            let complete = |file: PendingFile, text: String| {
-                let path = file.path().to_owned();
-                file.complete(text).map_err(ResultsError::writing(&path))
-            };
             if let Some(file) = self.trace {
-                complete(file, chrome_trace(trace, &report.summary.title))?;
+                file.complete(&chrome_trace(trace, &report.summary.title))?;
             }
             if let Some(file) = self.folded {
-                complete(file, folded_stacks(trace))?;
+                file.complete(&folded_stacks(trace))?;
             }
         }
         Ok(self.profile.then(|| cost_table(&report.summary.cost)))

@@ -7,6 +7,8 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 use tyrewave::counters::Stage;
 use tyrewave::run::Progress;
 
+use super::messages::tell;
+
 /// How often the spinner turns while a stage says nothing.
 const TICK: Duration = Duration::from_millis(120);
 
@@ -84,7 +86,7 @@ impl Progress for TerminalProgress {
         if self.quiet {
             return;
         }
-        self.bar.suspend(|| eprintln!("note: {text}"));
+        self.bar.suspend(|| tell(&format!("note: {text}")));
     }
 
     fn finish(&mut self) {
@@ -171,6 +173,38 @@ mod tests {
         let text = paper.0.lock().unwrap().clone();
         assert!(text.contains("0.25 of 1.00 s") && text.contains(" 25 %") && text.contains("x real time"), "{text}");
         assert!(text.contains("to go"), "{text}");
+    }
+
+    /// A terminal that has gone away.
+    #[derive(Debug)]
+    struct Gone;
+
+    macro_rules! fails {
+        ($($name:ident($($of:ty),*)),*) => {$(
+            fn $name(&self, $(_: $of),*) -> std::io::Result<()> {
+                Err(std::io::ErrorKind::BrokenPipe.into())
+            }
+        )*};
+    }
+
+    impl TermLike for Gone {
+        fn width(&self) -> u16 {
+            80
+        }
+        fails!(move_cursor_up(usize), move_cursor_down(usize), move_cursor_right(usize), move_cursor_left(usize));
+        fails!(write_line(&str), write_str(&str), clear_line(), flush());
+    }
+
+    #[test]
+    fn a_terminal_that_has_gone_away_stops_nobody() {
+        let mut progress = TerminalProgress::with_target(false, ProgressDrawTarget::term_like(Box::new(Gone)));
+        watch(&mut progress);
+        progress.note("nobody hears this");
+        let bar = pieces(true, "piece", 3);
+        bar.set_draw_target(ProgressDrawTarget::term_like(Box::new(Gone)));
+        bar.inc(1);
+        bar.tick();
+        bar.finish_and_clear();
     }
 
     #[test]

@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use tyrewave::report::{Comparison, Stored, page};
-use tyrewave::results::ResultsError;
-use tyrewave::storage::PendingFile;
+use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
 
 use super::context::{Context, print};
 use super::error::CliError;
+use super::output_file::{OutputFile, Replaces};
 
 const REPORT_EXAMPLES: &str = "\
 One HTML file that needs a browser and nothing else: the scene in words, the plan with its reasons, the road and its \
@@ -36,7 +35,7 @@ impl ReportArguments {
     /// Writes the page and says where it is.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let out = self.out.unwrap_or_else(|| beside(&self.results[0]));
-        write_page(&self.results, &out, context)
+        begin_page(&out)?.write(&self.results, context)
     }
 }
 
@@ -86,11 +85,25 @@ pub fn beside(folder: &Path) -> PathBuf {
     folder.with_file_name(name)
 }
 
-/// Writes the page of some results, whole or not at all, and says where it is.
-pub fn write_page(folders: &[PathBuf], out: &Path, context: &Context) -> Result<(), CliError> {
-    let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
-    PendingFile::create(out).and_then(|file| file.complete(text)).map_err(ResultsError::writing(out))?;
-    if context.options.quiet { Ok(()) } else { print(&format!("report in {}\n", out.display())) }
+/// A page to be written.
+pub struct PageFile {
+    out: PathBuf,
+    file: OutputFile<'static>,
+}
+
+/// Begins a page: a place that is taken or cannot be written to is refused now. An earlier page is replaced.
+pub fn begin_page(out: &Path) -> Result<PageFile, CliError> {
+    Ok(PageFile { out: out.to_owned(), file: OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))? })
+}
+
+impl PageFile {
+    /// Writes the page of some results, whole or not at all, and says where it is.
+    pub fn write(self, folders: &[PathBuf], context: &Context) -> Result<(), CliError> {
+        let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
+        self.file.complete(&text)?;
+        let silent = context.options.quiet || context.options.json;
+        if silent { Ok(()) } else { print(&format!("report in {}\n", self.out.display())) }
+    }
 }
 
 #[cfg(test)]

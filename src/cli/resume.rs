@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use tyrewave::results::ResultsFolder;
 use tyrewave::run;
 
-use super::context::Context;
+use super::context::{Context, print};
 use super::error::CliError;
 use super::profiling::ProfileOptions;
 use super::run::end;
@@ -18,7 +19,8 @@ results are the same bytes as if the run had never stopped, on any number of thr
 
 RESULTS is the folder that the run would have written to, or the unfinished one itself where there are several. The \
 scene is kept with it: its file is not needed, but a measured road's is. Refused are a checkpoint of another version \
-of tyrewave or another scene, a damaged one, a road file that has changed, and a run that is still going on.
+of tyrewave or another scene, a damaged one, arrays that do not hold what was written to them, a road file that has \
+changed, and a run that is still going on.
 
 Examples:
   tyrewave resume results/default
@@ -37,6 +39,13 @@ pub struct ResumeArguments {
 impl ResumeArguments {
     /// Goes on with the run and says where the results are.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        if let Some(place) = ResultsFolder::put_in_order(&self.results)? {
+            let told = format!(
+                "the run had reached its end, and its results have their name now\nresults in {}\n",
+                place.display()
+            );
+            return if context.options.quiet { Ok(()) } else { print(&told) };
+        }
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
         let (stop, mut progress) = (context.interrupt.flag(), context.progress());
         let report = run::resume(&self.results, context.threads, watch, stop, &mut progress)?;

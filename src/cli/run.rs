@@ -11,7 +11,7 @@ use tyrewave::run::{self, RunOptions, RunReport};
 use super::context::{Context, print};
 use super::error::CliError;
 use super::profiling::ProfileOptions;
-use super::report::{beside, write_page};
+use super::report::{begin_page, beside};
 use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
@@ -51,12 +51,13 @@ impl RunArguments {
         let loaded = self.scene.load()?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
+        let page = self.report.then(|| begin_page(&beside(&options.target))).transpose()?;
         let profile = self.profile.begin()?;
         let mut progress = context.progress();
         let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
-        if self.report {
-            write_page(std::slice::from_ref(&report.folder), &beside(&report.folder), context)?;
+        if let Some(page) = page {
+            page.write(std::slice::from_ref(&report.folder), context)?;
         }
         end(&report, context, profile.complete(&report)?)
     }

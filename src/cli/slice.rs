@@ -76,7 +76,11 @@ struct SliceAnswer {
 impl SliceArguments {
     /// Prints the answer.
     pub fn execute(self) -> Result<(), CliError> {
-        let answer = self.answer()?;
+        let heights = self.heights.clone();
+        let answer = self.answer().map_err(|error| match error {
+            CliError::Run(_) => error.in_file(&heights),
+            named => named,
+        })?;
         print(&format!("{:#}\n", serde_json::json!(answer)))
     }
 

@@ -1,6 +1,6 @@
 //! `tyrewave sweep`: one scene at many speeds, loads and roads.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use tyrewave::response::BandLevel;
@@ -14,7 +14,9 @@ use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
 use super::context::{Context, print};
 use super::error::CliError;
+use super::messages::tell;
 use super::options::positive;
+use super::output_file::{Replaces, check};
 use super::side::Place;
 
 const EXAMPLES: &str = "\
@@ -39,6 +41,13 @@ Examples:
 
 /// Most values that a range may stand for; a slip of the finger must not start a million runs.
 const MOST_VALUES: usize = 1000;
+
+/// What is written beside the variants' folders.
+const TEXT: &str = "sweep.txt";
+const TABLE: &str = "sweep.csv";
+const SOUND: &str = "sweep_sound.csv";
+const GROWTH: &str = "growth.svg";
+const LEVELS: &str = "levels.svg";
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -91,10 +100,17 @@ impl SweepArguments {
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let base = self.place.scene.load()?;
         let loads = self.load.map_or(Vec::new(), |loads| loads.0);
-        let variants = variants(&base, &Axes { speeds: self.speed.0, loads, roads: self.road })?;
-        let folder = self.place.target("sweep");
+        let axes = Axes { speeds: self.speed.0, loads, roads: self.road };
+        let variants = variants(&base, &axes)?;
+        let folder = self.place.clone().target("sweep");
         if folder.join(SUMMARY_FILE).exists() {
             return Err(ResultsError::NotOurs { path: folder }.into());
+        }
+        let base_road = base.scene.road.file();
+        let roads = axes.roads.iter().map(PathBuf::as_path);
+        let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(base_road).chain(roads).collect();
+        for name in [TEXT, TABLE, SOUND, GROWTH, LEVELS] {
+            check(&folder.join(name), Replaces::AllBut(&inputs))?;
         }
         std::fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
 
@@ -113,20 +129,20 @@ impl SweepArguments {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(ResultsError::writing(&path))
         };
-        write("sweep.txt", &report.to_string())?;
-        write("sweep.csv", &csv(&blocks))?;
+        write(TEXT, &report.to_string())?;
+        write(TABLE, &csv(&blocks))?;
         if let Some(sound) = sound_csv(&blocks) {
-            write("sweep_sound.csv", &sound)?;
+            write(SOUND, &sound)?;
         }
         if base.scene.outputs.plots {
             if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {}", base.title()))? {
-                write("growth.svg", &svg)?;
+                write(GROWTH, &svg)?;
             }
             let spectra = spectra(&variants, &outcomes);
             if !spectra.is_empty() {
                 let quantity = "Contact force level [dB re 1 N]";
                 let title = &format!("Contact force, third octaves: {}", base.title());
-                write("levels.svg", &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
+                write(LEVELS, &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
             }
         }
         let ended = ended(&variants, &outcomes, context.colour);
@@ -162,7 +178,7 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
                     RunError::Scene(error) => error.render(colour),
                     other => other.to_string(),
                 };
-                eprintln!("{}: {message}", variant.name);
+                tell(&format!("{}: {message}", variant.name));
                 failed.push(variant.name.clone());
             }
             Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.name.clone()),

@@ -22,7 +22,7 @@ pub mod measure;
 pub mod program;
 mod ratio;
 pub mod record;
-mod report;
+pub mod report;
 pub mod scaling;
 mod stamp;
 pub mod verdict;

@@ -14,6 +14,6 @@ pub mod stored;
 
 pub use compare::Comparison;
 pub use error::ReportError;
-pub use page::page;
+pub use page::{PAGE_HEAD, page};
 pub use sections::decision_table;
 pub use stored::{Stored, StoredError};

@@ -10,6 +10,9 @@ use super::stored::Stored;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
 
+/// What every page begins with.
+pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
+
 /// The page of some results; several are compared with the first one.
 ///
 /// # Errors
@@ -22,6 +25,7 @@ pub fn page(all: &[Stored]) -> Result<String, ReportError> {
         (DOCTYPE)
         html lang="en" {
             head {
+                meta name="generator" content="tyrewave";
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";

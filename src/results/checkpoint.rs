@@ -2,7 +2,8 @@
 //!
 //! A sealed file ([`crate::storage::sealed_file`]). It takes its name when it is on the disk: at any moment, also of a
 //! power cut or a full disk, there is a whole checkpoint, the new one or the one before. The arrays are brought to the
-//! disk before it, so they hold at least the rows that it counts; what is behind those is cut off.
+//! disk before it, so they hold at least the rows that it counts, whose checksums it holds; what is behind those is cut
+//! off.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -22,7 +23,7 @@ pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
 pub const SCENE_FILE: &str = "scene.toml";
 /// Its version is to be raised whenever a state means something else.
-const FORMAT: Format = Format { magic: b"TWAVECHK", version: 7, name: "a checkpoint" };
+const FORMAT: Format = Format { magic: b"TWAVECHK", version: 8, name: "a checkpoint" };
 
 /// Why a run cannot be gone on with.
 #[derive(Debug, Error)]
@@ -70,6 +71,14 @@ pub enum CheckpointError {
         path: PathBuf,
         /// What is wrong with it.
         reason: Unusable,
+    },
+    /// An array does not hold what was written to it.
+    #[error("{} is damaged: its first {rows} rows are not those that the run had written", path.display())]
+    Array {
+        /// The array's file.
+        path: PathBuf,
+        /// Rows that it must have.
+        rows: u64,
     },
     /// The system does not let us.
     #[error("cannot read {}: {source}", path.display())]

@@ -13,37 +13,55 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> 
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(ResultsError::writing(path))
 }
 
-/// Gives `working` the name `target`; what stood there is deleted after that, or gets its name back on failure.
-pub(super) fn replace(working: &Path, target: &Path) -> Result<(), ResultsError> {
-    let rename = |from: &Path, to: &Path| {
-        fs::rename(from, to).map_err(|source| ResultsError::Rename { from: from.to_owned(), to: to.to_owned(), source })
-    };
-    let old = if fs::symlink_metadata(target).is_ok() {
-        let aside = with_suffix(working, "-old");
-        rename(target, &aside)?;
-        Some(aside)
-    } else {
+/// Gives `working` the name `target`; what stood there is now at the path that is returned, and of no use any more.
+pub(super) fn replace(working: &Path, target: &Path) -> Result<Option<PathBuf>, ResultsError> {
+    let old = if fs::symlink_metadata(target).is_err() {
+        rename(working, target)?;
         None
+    } else if exchange(working, target).is_ok() {
+        Some(working.to_owned())
+    } else {
+        Some(replace_in_two(working, target)?)
     };
-    if let Err(error) = rename(working, target) {
-        if let Some(aside) = old {
-            rename(&aside, target)?;
-        }
-        return Err(error);
-    }
     // The new results are in place: trouble from here on is none of theirs.
     if let Some(parent) = target.parent().filter(|parent| !parent.as_os_str().is_empty()) {
         let _ = sync_folder(parent);
     }
-    if let Some(aside) = old {
-        let _ = fs::remove_dir_all(aside);
-    }
-    Ok(())
+    Ok(old)
 }
 
-/// Names of what is in a folder.
-pub(super) fn entries(folder: &Path) -> io::Result<Vec<String>> {
-    fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+/// What a folder that stands in the way is called for a moment.
+pub(super) fn aside(working: &Path) -> PathBuf {
+    with_suffix(working, "-old")
+}
+
+/// The same where names cannot be exchanged: the old folder steps aside, and gets its name back on failure. Between the
+/// two renames nothing has the name.
+fn replace_in_two(working: &Path, target: &Path) -> Result<PathBuf, ResultsError> {
+    let aside = aside(working);
+    rename(target, &aside)?;
+    if let Err(error) = rename(working, target) {
+        rename(&aside, target)?;
+        return Err(error);
+    }
+    Ok(aside)
+}
+
+fn rename(from: &Path, to: &Path) -> Result<(), ResultsError> {
+    fs::rename(from, to).map_err(|source| ResultsError::Rename { from: from.to_owned(), to: to.to_owned(), source })
+}
+
+/// Exchanges two names, both at once: at no moment is either of them missing.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+fn exchange(one: &Path, other: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
+}
+
+/// No such thing here, as on file systems that do not know it.
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
+fn exchange(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 /// Parents of `target` that do not exist, innermost first.
@@ -66,4 +84,38 @@ pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 /// Brings the names in a folder to the disk, where the system can do that.
 pub(super) fn sync_folder(folder: &Path) -> io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::storage::flat_folder::entries;
+
+    #[test]
+    fn a_folder_takes_the_place_of_another_at_once_or_in_two_moves() {
+        let place = tempfile::tempdir().unwrap();
+        let (new, old) = (place.path().join("run.partial-1"), place.path().join("run"));
+        let folder = |path: &Path, content: &str| {
+            fs::create_dir(path).unwrap();
+            fs::write(path.join("force"), content).unwrap();
+        };
+        for at_once in [true, false] {
+            let way = |working: &Path, target: &Path| match at_once {
+                true => replace(working, target),
+                false => replace_in_two(working, target).map(Some),
+            };
+            folder(&new, "new");
+            folder(&old, "old");
+            let left = way(&new, &old).unwrap().unwrap();
+            assert_eq!(fs::read(old.join("force")).unwrap(), b"new");
+            assert_eq!(fs::read(left.join("force")).unwrap(), b"old");
+            assert_eq!(entries(place.path()).unwrap().len(), 2);
+            // Without anything to move the older one keeps its name.
+            let error = way(&place.path().join("none"), &old).unwrap_err();
+            assert!(matches!(error, ResultsError::Rename { .. }));
+            assert_eq!(fs::read(old.join("force")).unwrap(), b"new");
+            fs::remove_dir_all(&left).unwrap();
+            fs::remove_dir_all(&old).unwrap();
+        }
+    }
 }

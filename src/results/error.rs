@@ -59,6 +59,9 @@ pub enum ResultsError {
         /// Name of the file or folder that is not ours.
         entry: String,
     },
+    /// Something came to the output path while the run went on.
+    #[error("{0}; that came there while the results were made")]
+    Overtaken(Box<ResultsError>),
     /// A row of another length than the array's.
     #[error("{}: a row of {got} numbers in an array of {expected} columns", path.display())]
     RowLength {
@@ -99,6 +102,15 @@ pub enum ResultsError {
 }
 
 impl ResultsError {
+    /// Whether what was asked for makes no sense, so that nothing was tried: somebody's files in the way, a place
+    /// without a name, an array that is not the one to go on with.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::NotOurs { .. } | Self::ForeignEntry { .. } | Self::NoFolderName { .. } | Self::NotThisArray { .. }
+        )
+    }
+
     /// For `map_err`: writing to `path` failed.
     pub fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Write { path: path.to_owned(), source }

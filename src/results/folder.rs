@@ -5,9 +5,9 @@
 //!    anything. A file in it is locked as long as the process lives.
 //! 2. Files are written there; from the first checkpoint on ([`ResultsFolder::keep_if_stopped`]) the folder outlives
 //!    its process.
-//! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), moves an older
-//!    folder aside, gives the new one its name, deletes the older one, and last the checkpoint. If the last rename
-//!    fails the older one gets its name back.
+//! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), exchanges its name
+//!    with that of an older folder, deletes the older one, and last the checkpoint. Whoever comes next puts in order
+//!    what a process that was killed within that has left (`placing`).
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
 //!    another process, or somebody's files, are in the way, it keeps the name that it has.
 //! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same
@@ -19,14 +19,13 @@ use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::checkpoint::{CHECKPOINT_FILE, CheckpointError, SCENE_FILE, TEMPORARY_FILE};
-use super::disk::{entries, missing_parents, replace, sync_folder, with_suffix, write_file};
+use super::checkpoint::CheckpointError;
+use super::disk::{missing_parents, sync_folder, with_suffix, write_file};
 use super::error::ResultsError;
-use super::summary::{FORMAT, Marker, SUMMARY_FILE, Summary};
+use super::placing::{SERVICE_FILES, check_replaceable, place, put_in_order, tidy_up};
+use super::summary::{SUMMARY_FILE, Summary};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
-
-/// What an unfinished run needs and a finished one does not.
-const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
+use crate::storage::flat_folder::{self, entries};
 
 /// A results folder being filled.
 #[derive(Debug)]
@@ -51,6 +50,7 @@ impl ResultsFolder {
         if target.file_name().is_none() {
             return Err(ResultsError::NoFolderName { path: target.to_owned() });
         }
+        put_in_order(target)?;
         check_replaceable(target)?;
         let made_parents = missing_parents(target);
         if let Some(parent) = made_parents.first() {
@@ -72,6 +72,15 @@ impl ResultsFolder {
         let lock = lock(&working)?;
         let target = final_name(&working).unwrap_or_else(|| path.to_owned());
         Ok(Self { target, working, made_parents: Vec::new(), finished: false, keep: true, lock })
+    }
+
+    /// Puts in order what a process that was killed at the end of its run has left, by the final name or that of the
+    /// unfinished run; returns the place of whole results that nobody had been told of.
+    ///
+    /// # Errors
+    /// Where whole results cannot get their name.
+    pub fn put_in_order(path: &Path) -> Result<Option<PathBuf>, ResultsError> {
+        put_in_order(&final_name(path).unwrap_or_else(|| path.to_owned()))
     }
 
     /// From now on the folder stays if the process ends before the run does: it holds a checkpoint.
@@ -115,19 +124,18 @@ impl ResultsFolder {
     /// Completes the results and returns their place. All writers must be finished.
     ///
     /// # Errors
-    /// As [`ResultsFolder::create`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was
-    /// then, and this one is gone unless it holds a checkpoint.
+    /// [`ResultsError::Overtaken`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was
+    /// then, and this one is gone unless it is whole or holds a checkpoint.
     pub fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
         self.write_summary(Summary { complete: true, ..summary }, &SERVICE_FILES)?;
         // The place may have changed hands during the run.
-        check_replaceable(&self.target)?;
+        check_replaceable(&self.target).map_err(|error| ResultsError::Overtaken(Box::new(error)))?;
         self.let_go();
-        replace(&self.working, &self.target)?;
+        // Whole as they are, they stay whatever comes: somebody gives them their name.
+        self.keep = true;
+        place(&self.working, &self.target)?;
         self.finished = true;
-        for name in SERVICE_FILES {
-            // Of no use any more, and no harm either if they cannot be removed.
-            let _ = fs::remove_file(self.target.join(name));
-        }
+        tidy_up(&self.target);
         Ok(self.target.clone())
     }
 
@@ -138,9 +146,7 @@ impl ResultsFolder {
     /// [`ResultsError::Write`], [`ResultsError::Rename`].
     pub fn finish_partial(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
         self.write_summary(Summary { complete: false, ..summary }, &[LOCK_FILE])?;
-        let kept = self.settle()?;
-        let _ = fs::remove_file(kept.join(LOCK_FILE));
-        Ok(kept)
+        self.settle()
     }
 
     /// Keeps the folder with its checkpoint after a failure, as `<final>.partial` if that is free; returns its place.
@@ -153,12 +159,13 @@ impl ResultsFolder {
         self.finished = true;
         let target = with_suffix(&self.target, PARTIAL);
         let free = target != self.working && check_replaceable(&target).is_ok() && !in_use(&target);
-        if !free {
-            return Ok(self.working.clone());
+        if free {
+            self.let_go();
+            place(&self.working, &target)?;
+            self.working = target;
         }
-        self.let_go();
-        replace(&self.working, &target)?;
-        Ok(target)
+        let _ = fs::remove_file(self.path(LOCK_FILE));
+        Ok(self.working.clone())
     }
 
     /// Windows renames no folder in which a file is open.
@@ -188,36 +195,12 @@ impl Drop for ResultsFolder {
             return;
         }
         // Nothing more can be done about a failure here; the name says that it is no result.
-        let _ = fs::remove_dir_all(&self.working);
+        let _ = flat_folder::remove(&self.working);
         for parent in &self.made_parents {
             if fs::remove_dir(parent).is_err() {
                 break;
             }
         }
-    }
-}
-
-/// Ok if nothing, an empty folder, or an untouched results folder stands at `target`.
-fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
-    let present = match fs::symlink_metadata(target) {
-        Ok(metadata) if metadata.is_dir() => entries(target).map_err(ResultsError::creating(target))?,
-        Ok(_) => return Err(ResultsError::NotOurs { path: target.to_owned() }),
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        Err(source) => return Err(ResultsError::Create { path: target.to_owned(), source }),
-    };
-    if present.is_empty() {
-        return Ok(());
-    }
-    let marker = fs::read(target.join(SUMMARY_FILE))
-        .ok()
-        .and_then(|bytes| serde_json::from_slice::<Marker>(&bytes).ok())
-        .filter(|marker| marker.format == FORMAT)
-        .ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
-    let ours =
-        |name: &String| name == SUMMARY_FILE || SERVICE_FILES.contains(&name.as_str()) || marker.files.contains(name);
-    match present.into_iter().find(|name| !ours(name)) {
-        Some(entry) => Err(ResultsError::ForeignEntry { path: target.to_owned(), entry }),
-        None => Ok(()),
     }
 }
 
@@ -331,7 +314,7 @@ mod tests {
         let second = ResultsFolder::create(&target).unwrap();
         fs::write(target.join("notes.txt"), "precious").unwrap();
         let error = second.finish(example()).unwrap_err();
-        assert!(matches!(&error, ResultsError::ForeignEntry { entry, .. } if entry == "notes.txt"), "{error}");
+        assert!(matches!(error, ResultsError::Overtaken(_)) && error.to_string().contains("notes.txt"), "{error}");
         assert!(ResultsFolder::create(&target).is_err());
         assert_eq!(names(&target), ["notes.txt", "summary.json"]);
         assert_eq!(names(place.path()), ["run"], "the refused results are gone");

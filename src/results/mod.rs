@@ -1,17 +1,19 @@
 //! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
 //!
-//! [`folder`] decides when and under which name the rest appears; [`checkpoint`] keeps the state of an unfinished run
-//! beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run goes on; [`summary`],
-//! [`spectra`], [`vibration`] and [`plots`] are written at its end; [`profile_table`] is for the terminal,
-//! [`mod@table`] says how tables look, [`mod@trace`] is for those who want to see when what happened. [`cost`] says
-//! what it took.
+//! [`folder`] decides when and under which name the rest appears, `placing` gives it that name; [`checkpoint`] keeps
+//! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run
+//! goes on, [`arrays`] checks them when it goes on again; [`summary`], [`spectra`], [`vibration`] and [`plots`] are
+//! written at its end; [`profile_table`] is for the terminal, [`mod@table`] says how tables look, [`mod@trace`] is for
+//! those who want to see when what happened. [`cost`] says what it took.
 
+pub mod arrays;
 pub mod checkpoint;
 pub mod cost;
 mod disk;
 pub mod error;
 pub mod folder;
 pub mod npy;
+mod placing;
 pub mod plots;
 pub mod profile_table;
 pub mod sound;

@@ -4,13 +4,17 @@
 //! spare and patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format
 //! asks. A header on disk is valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`]. The crate
 //! npyz reads these headers but patches one-dimensional shapes only.
+//!
+//! Every row goes through a running checksum on its way to the file, which a run's checkpoint keeps: a CRC-32 finds
+//! every flipped byte and costs some picoseconds a byte. The header needs none, as whoever goes on writes it anew.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 use npyz::{NpyHeader, Order};
+use serde::{Deserialize, Serialize};
 
 use super::error::ResultsError;
 
@@ -80,28 +84,79 @@ impl Row {
     }
 }
 
+/// How far an array has been written: what a checkpoint knows of it.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+pub struct ArrayState {
+    /// Rows.
+    pub rows: u64,
+    /// Bytes of these rows.
+    bytes: u64,
+    /// CRC-32 of these bytes.
+    checksum: u32,
+}
+
+impl ArrayState {
+    /// Whether a file begins with a header and just these rows.
+    ///
+    /// # Errors
+    /// Of reading it.
+    pub fn is_in(&self, path: &Path) -> io::Result<bool> {
+        let mut file = File::open(path)?;
+        file.seek(SeekFrom::Start(HEADER_BYTES as u64))?;
+        let mut found = Checked { inner: io::sink(), checksum: crc32fast::Hasher::new(), bytes: 0 };
+        io::copy(&mut BufReader::with_capacity(BUFFER_BYTES, file).take(self.bytes), &mut found)?;
+        Ok(found.bytes == self.bytes && found.checksum.finalize() == self.checksum)
+    }
+}
+
+/// Whatever goes to a writer, with its checksum.
+#[derive(Debug)]
+struct Checked<W> {
+    inner: W,
+    checksum: crc32fast::Hasher,
+    bytes: u64,
+}
+
+impl<W: Write> Write for Checked<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.inner.write(bytes)?;
+        self.checksum.update(&bytes[..written]);
+        self.bytes += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
+    }
+}
+
 /// Appends rows to one `.npy` file.
 #[derive(Debug)]
 pub struct NpyWriter<T> {
     path: PathBuf,
-    file: BufWriter<File>,
+    file: BufWriter<Checked<File>>,
     row: Row,
     rows: u64,
     number: PhantomData<T>,
 }
 
 impl<T: NpyNumber> NpyWriter<T> {
-    fn of(path: &Path, file: File, row: Row, rows: u64) -> Self {
-        let file = BufWriter::with_capacity(BUFFER_BYTES, file);
-        Self { path: path.to_owned(), file, row, rows, number: PhantomData }
+    /// Goes on behind the rows that are there.
+    fn of(path: &Path, file: File, row: Row, state: ArrayState) -> Result<Self, ResultsError> {
+        let ArrayState { rows, bytes, checksum } = state;
+        let checksum = crc32fast::Hasher::new_with_initial_len(checksum, bytes);
+        let file = BufWriter::with_capacity(BUFFER_BYTES, Checked { inner: file, checksum, bytes });
+        let mut writer = Self { path: path.to_owned(), file, row, rows, number: PhantomData };
+        writer.checkpoint()?;
+        Ok(writer)
     }
 
-    /// Begins the file, or goes on with it after that many rows.
+    /// Begins the file, or goes on with it from a state.
     ///
     /// # Errors
     /// As [`Self::create`] and [`Self::reopen`].
-    pub fn open(path: &Path, row: Row, rows: Option<u64>) -> Result<Self, ResultsError> {
-        rows.map_or_else(|| Self::create(path, row), |rows| Self::reopen(path, row, rows))
+    pub fn open(path: &Path, row: Row, state: Option<ArrayState>) -> Result<Self, ResultsError> {
+        state.map_or_else(|| Self::create(path, row), |state| Self::reopen(path, row, state))
     }
 
     /// Creates the file with a header that says zero rows.
@@ -110,49 +165,44 @@ impl<T: NpyNumber> NpyWriter<T> {
     /// [`ResultsError::Create`], [`ResultsError::Write`].
     pub fn create(path: &Path, row: Row) -> Result<Self, ResultsError> {
         let file = File::create(path).map_err(ResultsError::creating(path))?;
-        let mut writer = Self::of(path, file, row, 0);
-        let header = header(T::DESCRIPTOR, row, 0);
-        writer.file.write_all(&header).map_err(ResultsError::writing(path))?;
-        Ok(writer)
+        Self::of(path, file, row, ArrayState { rows: 0, bytes: 0, checksum: 0 })
     }
 
-    /// Goes on with a file of which the first `rows` rows count; what follows them is cut off.
+    /// Goes on with a file of which the rows of `state` count, which the caller has looked for there
+    /// ([`ArrayState::is_in`]); what follows them is cut off.
     ///
     /// # Errors
     /// [`ResultsError::NotThisArray`] for another type or shape of row, or too few rows; [`ResultsError::Write`].
-    pub fn reopen(path: &Path, row: Row, rows: u64) -> Result<Self, ResultsError> {
+    pub fn reopen(path: &Path, row: Row, state: ArrayState) -> Result<Self, ResultsError> {
         let writing = || ResultsError::writing(path);
+        let ArrayState { rows, bytes, .. } = state;
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(writing())?;
         let found = NpyHeader::from_reader(&mut file);
         let at = file.stream_position().map_err(writing())?;
         let length = file.metadata().map_err(writing())?.len();
-        let mut writer = Self::of(path, file, row, rows);
         // Everything but the number of rows, which the file may not know yet.
         let same = found.is_ok_and(|found| {
             let number = found.dtype().descr().trim_matches('\'') == T::DESCRIPTOR;
             at == HEADER_BYTES as u64 && number && found.order() == Order::C && row.fits(found.shape())
         });
-        if !same || rows > length / size_of::<T>() as u64 || length < writer.bytes() {
-            return Err(ResultsError::NotThisArray { path: path.to_owned(), rows });
+        let row_bytes = size_of::<T>() as u64 * row.length() as u64;
+        let end = bytes.checked_add(HEADER_BYTES as u64).filter(|end| *end <= length);
+        match end.filter(|_| same && rows.checked_mul(row_bytes) == Some(bytes)) {
+            Some(end) => file.set_len(end).map_err(writing())?,
+            None => return Err(ResultsError::NotThisArray { path: path.to_owned(), rows }),
         }
-        let bytes = writer.bytes();
-        writer
-            .file
-            .get_ref()
-            .set_len(bytes)
-            .and_then(|()| writer.file.seek(SeekFrom::End(0)).map(|_| ()))
-            .map_err(writing())?;
-        writer.checkpoint()?;
-        Ok(writer)
+        Self::of(path, file, row, state)
     }
 
-    /// As [`Self::checkpoint`], and brings the data to the disk.
+    /// As [`Self::checkpoint`], and brings the data to the disk; returns how far the array has come.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn sync(&mut self) -> Result<(), ResultsError> {
+    pub fn sync(&mut self) -> Result<ArrayState, ResultsError> {
         self.checkpoint()?;
-        self.file.get_ref().sync_data().map_err(ResultsError::writing(&self.path))
+        let Checked { inner, checksum, bytes } = self.file.get_ref();
+        inner.sync_data().map_err(ResultsError::writing(&self.path))?;
+        Ok(ArrayState { rows: self.rows, bytes: *bytes, checksum: checksum.clone().finalize() })
     }
 
     /// Appends one row.
@@ -171,6 +221,11 @@ impl<T: NpyNumber> NpyWriter<T> {
         Ok(())
     }
 
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Bytes so far, header included.
     pub fn bytes(&self) -> u64 {
         HEADER_BYTES as u64 + size_of::<T>() as u64 * self.rows * self.row.length() as u64
@@ -183,10 +238,14 @@ impl<T: NpyNumber> NpyWriter<T> {
     pub fn checkpoint(&mut self) -> Result<(), ResultsError> {
         let header = header(T::DESCRIPTOR, self.row, self.rows);
         self.file
-            .seek(SeekFrom::Start(0))
-            .and_then(|_| self.file.write_all(&header))
-            .and_then(|()| self.file.seek(SeekFrom::End(0)).map(|_| ()))
-            .and_then(|()| self.file.flush())
+            .flush()
+            .and_then(|()| {
+                // Past the checksum, which is that of the rows.
+                let file = &mut self.file.get_mut().inner;
+                file.seek(SeekFrom::Start(0))?;
+                file.write_all(&header)?;
+                file.seek(SeekFrom::End(0)).map(|_| ())
+            })
             .map_err(ResultsError::writing(&self.path))
     }
 
@@ -273,7 +332,9 @@ mod tests {
         let path = folder.path().join("p.npy");
         let rows: Vec<[f64; 3]> = (0..50).map(|n| [f64::from(n), 0.5, -1.0]).collect();
         let mut whole = NpyWriter::<f64>::create(&path, Row::Columns(3)).unwrap();
-        rows.iter().for_each(|row| whole.push(row).unwrap());
+        rows[..20].iter().for_each(|row| whole.push(row).unwrap());
+        let state = whole.sync().unwrap();
+        rows[20..].iter().for_each(|row| whole.push(row).unwrap());
         whole.finish().unwrap();
         let expected = std::fs::read(&path).unwrap();
         // A header that counts too many rows, too few, or none, and half a row at the end.
@@ -281,13 +342,20 @@ mod tests {
             let mut bytes = expected[..expected.len() - 5].to_vec();
             bytes[..HEADER_BYTES].copy_from_slice(&header("<f8", Row::Columns(3), counted));
             std::fs::write(&path, bytes).unwrap();
-            let mut again = NpyWriter::<f64>::reopen(&path, Row::Columns(3), 20).unwrap();
+            assert!(state.is_in(&path).unwrap());
+            let mut again = NpyWriter::<f64>::reopen(&path, Row::Columns(3), state).unwrap();
             assert_eq!(read::<f64>(&path).0, [20, 3]);
+            assert_eq!(again.sync().unwrap(), state);
             rows[20..].iter().for_each(|row| again.push(row).unwrap());
+            let end = again.sync().unwrap();
+            assert_eq!(end, ArrayState { rows: 50, bytes: 1200, checksum: crc32fast::hash(&expected[HEADER_BYTES..]) });
             again.finish().unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), expected);
         }
-        let refused = |rows, row| NpyWriter::<f64>::reopen(&path, row, rows).unwrap_err();
+        let refused = |rows: u64, row: Row| {
+            let state = ArrayState { rows, bytes: rows.wrapping_mul(8 * row.length() as u64), checksum: 0 };
+            NpyWriter::<f64>::reopen(&path, row, state).unwrap_err()
+        };
         for error in [
             refused(51, Row::Columns(3)),
             refused(u64::MAX, Row::Scalar),
@@ -296,8 +364,29 @@ mod tests {
         ] {
             assert!(matches!(error, ResultsError::NotThisArray { .. }), "{error}");
         }
-        assert!(NpyWriter::<i64>::reopen(&path, Row::Columns(3), 5).is_err());
+        assert!(NpyWriter::<i64>::reopen(&path, Row::Columns(3), state).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), expected, "a refused file is left alone");
+    }
+
+    #[test]
+    fn every_flipped_byte_of_the_rows_that_count_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.npy");
+        let mut writer = NpyWriter::<f64>::create(&path, Row::Columns(2)).unwrap();
+        (0..9).for_each(|row| writer.push(&[f64::from(row), 0.1]).unwrap());
+        let state = writer.sync().unwrap();
+        writer.push(&[9.0, 0.1]).unwrap();
+        writer.finish().unwrap();
+        let good = std::fs::read(&path).unwrap();
+        let counted = HEADER_BYTES..HEADER_BYTES + 9 * 16;
+        for place in HEADER_BYTES..good.len() {
+            let mut bytes = good.clone();
+            bytes[place] ^= 0x20;
+            std::fs::write(&path, bytes).unwrap();
+            assert_eq!(state.is_in(&path).unwrap(), !counted.contains(&place), "{place}");
+        }
+        std::fs::write(&path, &good[..counted.end - 1]).unwrap();
+        assert!(!state.is_in(&path).unwrap(), "a byte short");
     }
 
     #[test]
@@ -350,8 +439,7 @@ mod tests {
             println!("skipped: no /dev/full here");
             return;
         }
-        let mut writer = NpyWriter::<f64>::create(full, Row::Scalar).unwrap();
-        let error = (0..BUFFER_BYTES).find_map(|_| writer.push(&[0.0]).err()).unwrap();
+        let error = NpyWriter::<f64>::create(full, Row::Scalar).unwrap_err();
         assert!(
             matches!(&error, ResultsError::Write { source, .. } if source.kind() == std::io::ErrorKind::StorageFull)
         );

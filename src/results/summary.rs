@@ -208,6 +208,8 @@ impl Summary {
 pub(super) struct Marker {
     pub(super) format: String,
     #[serde(default)]
+    pub(super) complete: bool,
+    #[serde(default)]
     pub(super) files: Vec<String>,
 }
 

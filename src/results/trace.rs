@@ -12,6 +12,11 @@ use serde_json::{Value, json};
 use crate::counters::trace::{Row, Trace, What};
 use crate::counters::{Phase, Stage};
 
+/// How a trace begins.
+pub const TRACE_HEAD: &str = "{\"displayTimeUnit\":\"ms\",\"otherData\":";
+/// How folded stacks begin.
+pub const FOLDED_HEAD: &str = "tyrewave;run";
+
 /// Chrome's trace events of a run that has ended.
 pub fn chrome_trace(trace: &Trace, title: &str) -> String {
     let thread = |row: Row| match row {
@@ -127,6 +132,7 @@ mod tests {
         let meter = meter();
         let trace = meter.trace().unwrap();
         let text = folded_stacks(trace);
+        assert!(text.starts_with(FOLDED_HEAD) && chrome_trace(trace, "").starts_with(TRACE_HEAD));
         let times: Vec<(&str, u64)> = text
             .lines()
             .map(|line| line.rsplit_once(' ').unwrap())

@@ -4,8 +4,8 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use super::checkpoint::{CHECKPOINT_FILE, CheckpointError};
-use super::disk::entries;
 use super::summary::SUMMARY_FILE;
+use crate::storage::flat_folder::{self, entries};
 
 /// Locked while a process writes to the folder.
 pub(super) const LOCK_FILE: &str = "lock";
@@ -35,7 +35,7 @@ pub fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
 }
 
 /// Folders of unfinished runs of a final name, sorted.
-fn partial_folders(target: &Path) -> Vec<PathBuf> {
+pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
     let Some(name) = target.file_name() else { return Vec::new() };
     let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = entries(parent) else { return Vec::new() };
@@ -55,7 +55,7 @@ fn partial_folders(target: &Path) -> Vec<PathBuf> {
 pub fn forget_abandoned(target: &Path) {
     for folder in partial_folders(target).into_iter().filter(|folder| !in_use(folder)) {
         // What cannot be deleted is in nobody's way.
-        let _ = std::fs::remove_dir_all(folder);
+        let _ = flat_folder::remove(&folder);
     }
 }
 
@@ -69,9 +69,11 @@ pub(super) fn final_name(folder: &Path) -> Option<PathBuf> {
 /// Locks a folder for this process, as long as the file lives; `None` where the file system knows no locks.
 pub(super) fn lock(folder: &Path) -> Result<Option<File>, CheckpointError> {
     let path = folder.join(LOCK_FILE);
-    let file = File::create(&path).map_err(|source| CheckpointError::Io { path, source })?;
+    // Its content belongs to whoever holds it.
+    let options = File::options().write(true).create(true).truncate(false).clone();
+    let file = options.open(&path).map_err(|source| CheckpointError::Io { path: path.clone(), source })?;
     match file.try_lock() {
-        Ok(()) => Ok(Some(file)),
+        Ok(()) => file.set_len(0).map(|()| Some(file)).map_err(|source| CheckpointError::Io { path, source }),
         Err(TryLockError::WouldBlock) => Err(CheckpointError::Running { path: folder.to_owned() }),
         Err(TryLockError::Error(_)) => Ok(None),
     }

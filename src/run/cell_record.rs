@@ -10,7 +10,7 @@ use crate::contact::slice_queue::SliceQueue;
 use crate::numeric::{RunningMoments, largest_or_zero};
 use crate::plan::Plan;
 use crate::results::ResultsError;
-use crate::results::folder::ResultsFolder;
+use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::plots::{PatchMap, PlotError};
 use crate::results::summary::CellsSummary;
@@ -52,34 +52,27 @@ pub(crate) struct CellRecordState {
 }
 
 impl CellRecorder {
-    /// Of a planned run over windows of so many columns; into a folder where arrays are wanted, beginning or going on
-    /// after `rows` steps. `None` where there are no cells.
+    /// Of a planned run over windows of so many columns; into a folder where arrays are wanted, beginning or going on.
+    /// `None` where there are no cells.
     ///
     /// # Errors
     /// Of the arrays.
-    pub fn new(
-        plan: &Plan,
-        march: &March,
-        folder: Option<&ResultsFolder>,
-        rows: Option<u64>,
-    ) -> Result<Option<Self>, ResultsError> {
+    pub fn new(plan: &Plan, march: &March, place: Option<&ArrayPlace<'_>>) -> Result<Option<Self>, ResultsError> {
         let Some(cells) = march.cells() else { return Ok(None) };
         let (columns, across) = (march.geometry().columns, cells.across());
         let outputs = &plan.scene.outputs;
         let size = [plan.element, plan.scene.tyre.contact_width / across as f64];
         let every = outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
         let frames = every.filter(|_| outputs.arrays);
-        let arrays = match folder.filter(|_| outputs.arrays) {
-            Some(folder) => Some(Arrays {
-                row_force: NpyWriter::open(&folder.path("row_force.npy"), Row::Columns(across), rows)?,
-                area: NpyWriter::open(&folder.path("contact_area.npy"), Row::Scalar, rows)?,
-                peak_pressure: NpyWriter::open(&folder.path("peak_pressure.npy"), Row::Scalar, rows)?,
+        let arrays = match place.filter(|_| outputs.arrays) {
+            Some(place) => Some(Arrays {
+                row_force: place.open("row_force.npy", Row::Columns(across))?,
+                area: place.open("contact_area.npy", Row::Scalar)?,
+                peak_pressure: place.open("peak_pressure.npy", Row::Scalar)?,
                 frames: match frames {
-                    Some(every) => {
-                        let rows = rows.map(|rows| rows.div_ceil(every));
-                        let cells = Row::Columns(columns * across);
-                        let open = NpyWriter::open(&folder.path("cells.npy"), cells, rows)?;
-                        Some((open, NpyWriter::open(&folder.path("cells_time.npy"), Row::Scalar, rows)?))
+                    Some(_) => {
+                        let open = place.open("cells.npy", Row::Columns(columns * across))?;
+                        Some((open, place.open("cells_time.npy", Row::Scalar)?))
                     }
                     None => None,
                 },
@@ -196,16 +189,18 @@ impl CellRecorder {
         maps.into_iter().map(of).collect()
     }
 
-    /// Brings all rows so far to the disk.
+    /// Brings all rows so far to the disk, and adds how far each array has come.
     ///
     /// # Errors
     /// Of the arrays.
-    pub fn sync(&mut self) -> Result<(), ResultsError> {
+    pub(crate) fn sync(&mut self, written: &mut WrittenArrays) -> Result<(), ResultsError> {
         let Some(Arrays { row_force, area, peak_pressure, frames }) = &mut self.arrays else { return Ok(()) };
-        row_force.sync()?;
-        area.sync()?;
-        peak_pressure.sync()?;
-        frames.as_mut().map_or(Ok(()), |(frames, times)| frames.sync().and_then(|()| times.sync()))
+        written.sync(row_force)?;
+        written.sync(area)?;
+        written.sync(peak_pressure)?;
+        let Some((frames, times)) = frames else { return Ok(()) };
+        written.sync(frames)?;
+        written.sync(times)
     }
 
     /// Completes the arrays; gives the bytes written.

@@ -1,8 +1,8 @@
 //! All that an unfinished run is: who it belongs to, and the state that its next steps depend on.
 //!
 //! A checkpoint is used only by the version that wrote it, with the scene and the road file that it was written for,
-//! and where the tyre's influence functions come out with the same bits: then the run goes on as if it had never
-//! stopped.
+//! beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out with
+//! the same bits: then the run goes on as if it had never stopped.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -18,6 +18,7 @@ use crate::counters::process::cpu_time;
 use crate::counters::{Counters, Stage};
 use crate::numeric::digest::{hexadecimal, sha256};
 use crate::results::ResultsError;
+use crate::results::arrays::WrittenArrays;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
 use crate::results::folder::ResultsFolder;
 use crate::run::error::RunError;
@@ -76,12 +77,14 @@ pub struct Checkpoint {
     state: Body,
     /// Steps done.
     pub steps: u64,
+    /// How far the arrays had come.
+    pub written: WrittenArrays,
     /// The scene that it belongs to.
     pub loaded: LoadedScene,
 }
 
 impl Checkpoint {
-    /// Reads the checkpoint of an unfinished run and checks whose it is.
+    /// Reads the checkpoint of an unfinished run and checks whose it is, and that the arrays hold what was written.
     ///
     /// # Errors
     /// [`CheckpointError`].
@@ -93,7 +96,8 @@ impl Checkpoint {
         if program != env!("CARGO_PKG_VERSION") {
             return Err(unusable(Unusable::Program { found: program }).into());
         }
-        let (owner, steps): (Owner, u64) = body.take().map_err(|error| unusable(error.into()))?;
+        let (owner, steps, written): (Owner, u64, WrittenArrays) =
+            body.take().map_err(|error| unusable(error.into()))?;
         let scene_path = folder.join(SCENE_FILE);
         let scene =
             std::fs::read_to_string(&scene_path).map_err(|source| CheckpointError::Io { path: scene_path, source })?;
@@ -107,7 +111,8 @@ impl Checkpoint {
             let file = loaded.scene.road.file().unwrap_or(Path::new("")).to_owned();
             return Err(unusable(Unusable::Road { file }).into());
         }
-        Ok(Self { path, state: body, steps, loaded })
+        written.check(folder)?;
+        Ok(Self { path, state: body, steps, written, loaded })
     }
 
     /// Brings a prepared run to the state; returns the wall and processor time that it had taken before.
@@ -206,13 +211,13 @@ impl Checkpoints {
     /// # Errors
     /// [`ResultsError`]; the checkpoint before stays whole then.
     pub fn write(&mut self, folder: &mut ResultsFolder, run: &mut Run) -> Result<(), ResultsError> {
-        run.record.sync(&mut run.meter)?;
+        let written = run.record.sync(&mut run.meter)?;
         if !folder.holds_checkpoint() {
             folder.write_text(SCENE_FILE, &self.scene)?;
         }
         let open = run.meter.open();
         let state = RunState::of(run, [self.wall(), self.cpu().unwrap_or_default()]);
-        let owned = (&self.owner, run.next_step());
+        let owned = (&self.owner, run.next_step(), written);
         checkpoint::write(folder.working(), &(env!("CARGO_PKG_VERSION"), owned, state))?;
         folder.keep_if_stopped();
         run.meter.close(open, Stage::Output);

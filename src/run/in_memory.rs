@@ -80,7 +80,7 @@ impl Run {
         let mut record = Record::in_memory(&plan.scene, plan, true);
         let points = prepared.march.geometry().columns * prepared.march.points_across();
         record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, points);
-        record.cells = CellRecorder::new(plan, &prepared.march, None, None)?;
+        record.cells = CellRecorder::new(plan, &prepared.march, None)?;
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let mut run = Self::new(plan, prepared, record, meter);
         run.enter_steps();

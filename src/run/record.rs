@@ -11,7 +11,7 @@ use crate::numeric::RunningMoments;
 use crate::plan::{Plan, SEGMENT};
 use crate::response::{PowerSpectrum, SpectrumAccumulator, SpectrumState};
 use crate::results::ResultsError;
-use crate::results::folder::ResultsFolder;
+use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::summary::{AxleMotion, RollingResistance};
 use crate::run::cell_record::{CellRecordState, CellRecorder};
@@ -33,14 +33,14 @@ struct Arrays {
 }
 
 impl Arrays {
-    /// Begins the arrays, or goes on with them after that many rows.
-    fn open(folder: &ResultsFolder, columns: usize, moves: bool, rows: Option<u64>) -> Result<Self, ResultsError> {
+    /// Begins the arrays, or goes on with them.
+    fn open(place: &ArrayPlace<'_>, columns: usize, moves: bool) -> Result<Self, ResultsError> {
         Ok(Self {
-            time: NpyWriter::open(&folder.path("time.npy"), Row::Scalar, rows)?,
-            total_force: NpyWriter::open(&folder.path("total_force.npy"), Row::Scalar, rows)?,
-            patch_force: NpyWriter::open(&folder.path("patch_force.npy"), Row::Columns(columns), rows)?,
-            patch_element: NpyWriter::open(&folder.path("patch_element.npy"), Row::Scalar, rows)?,
-            axle: if moves { Some(NpyWriter::open(&folder.path("axle.npy"), Row::Scalar, rows)?) } else { None },
+            time: place.open("time.npy", Row::Scalar)?,
+            total_force: place.open("total_force.npy", Row::Scalar)?,
+            patch_force: place.open("patch_force.npy", Row::Columns(columns))?,
+            patch_element: place.open("patch_element.npy", Row::Scalar)?,
+            axle: if moves { Some(place.open("axle.npy", Row::Scalar)?) } else { None },
         })
     }
 }
@@ -121,23 +121,22 @@ pub(crate) struct RecordState {
 }
 
 impl Record {
-    /// A recorder into a folder, of a run that begins, or goes on after `rows` steps. `shown` are the steps to draw.
+    /// A recorder into a folder, of a run that begins or goes on. `shown` are the steps to draw.
     ///
     /// # Errors
     /// Of the arrays.
     pub fn new(
-        folder: &ResultsFolder,
+        place: &ArrayPlace<'_>,
         scene: &Scene,
         plan: &Plan,
         columns: usize,
         shown: Range<u64>,
-        rows: Option<u64>,
     ) -> Result<Self, RunError> {
         let outputs = &scene.outputs;
         let shown = if outputs.plots { shown.start..shown.end.min(plan.steps) } else { 0..0 };
         let rows_shown = shown.end.saturating_sub(shown.start) as usize;
         Ok(Self {
-            arrays: if outputs.arrays { Some(Arrays::open(folder, columns, moves(scene), rows)?) } else { None },
+            arrays: if outputs.arrays { Some(Arrays::open(place, columns, moves(scene))?) } else { None },
             shown,
             drawn: Drawn {
                 time: Vec::with_capacity(rows_shown),
@@ -201,21 +200,24 @@ impl Record {
         Ok(())
     }
 
-    /// Brings all rows so far to the disk.
+    /// Brings all rows so far to the disk; how far each array has come.
     ///
     /// # Errors
     /// Of the arrays.
-    pub fn sync(&mut self, meter: &mut Meter) -> Result<(), ResultsError> {
-        if let Some(cells) = &mut self.cells {
-            meter.time(Stage::Output, || cells.sync())?;
-        }
-        let Some(arrays) = &mut self.arrays else { return Ok(()) };
+    pub fn sync(&mut self, meter: &mut Meter) -> Result<WrittenArrays, ResultsError> {
         meter.time(Stage::Output, || {
-            arrays.time.sync()?;
-            arrays.total_force.sync()?;
-            arrays.patch_force.sync()?;
-            arrays.patch_element.sync()?;
-            arrays.axle.as_mut().map_or(Ok(()), NpyWriter::sync)
+            let mut written = WrittenArrays::default();
+            if let Some(cells) = &mut self.cells {
+                cells.sync(&mut written)?;
+            }
+            if let Some(Arrays { time, total_force, patch_force, patch_element, axle }) = &mut self.arrays {
+                written.sync(time)?;
+                written.sync(total_force)?;
+                written.sync(patch_force)?;
+                written.sync(patch_element)?;
+                axle.as_mut().map_or(Ok(()), |axle| written.sync(axle))?;
+            }
+            Ok(written)
         })
     }
 

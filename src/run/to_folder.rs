@@ -9,6 +9,7 @@ use rayon::Scope;
 use crate::counters::process::{cpu_time, resident_memory};
 use crate::counters::{MachinePeak, Meter, Stage, Watch};
 use crate::plan::{Forecast, Plan, unit_record};
+use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
@@ -94,6 +95,7 @@ pub fn resume(
     progress: &mut dyn Progress,
 ) -> Result<RunReport, RunError> {
     let begin = Begin::now(watch);
+    ResultsFolder::put_in_order(path)?;
     let folder = ResultsFolder::reopen(path)?;
     let checkpoint = Checkpoint::read(folder.working())?;
     let loaded = checkpoint.loaded.clone();
@@ -164,10 +166,11 @@ impl<'a> PlannedRun<'a> {
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
         let columns = prepared.march.geometry().columns;
         let points = columns * prepared.march.points_across();
-        let rows = checkpoint.as_ref().map(|checkpoint| checkpoint.steps);
-        let mut record = Record::new(&folder, &loaded.scene, plan, columns, shown, rows)?;
+        let written = checkpoint.as_ref().map(|checkpoint| &checkpoint.written);
+        let place = ArrayPlace { folder: &folder, written };
+        let mut record = Record::new(&place, &loaded.scene, plan, columns, shown)?;
         record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, points);
-        record.cells = CellRecorder::new(plan, &prepared.march, Some(&folder), rows)?;
+        record.cells = CellRecorder::new(plan, &prepared.march, Some(&place))?;
         record.vibration = vibration;
         record.sound = sound;
         let mut run = Run::new(plan, prepared, record, meter);

@@ -18,6 +18,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use super::flat_folder::entries;
 use super::pending_file::PendingFile;
 use super::sealed_file::{Body, Format, Unusable};
 use crate::numeric::digest::hexadecimal;
@@ -222,15 +223,15 @@ impl Cache {
 
     /// The files of all entries, of whatever kind: those that are named after a key.
     fn files(&self) -> Result<Vec<EntryFile>, CacheError> {
-        let folder = match fs::read_dir(&self.folder) {
-            Ok(folder) => folder,
+        let names = match entries(&self.folder) {
+            Ok(names) => names,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
             Err(error) => return Err(CacheError::of(&self.folder)(error)),
         };
         let is_key = |name: &str| name.len() == 64 && name.bytes().all(|byte| byte.is_ascii_hexdigit());
         let mut files = Vec::new();
-        for entry in folder {
-            let path = entry.map_err(CacheError::of(&self.folder))?.path();
+        for name in names {
+            let path = self.folder.join(name);
             if path.file_stem().and_then(|stem| stem.to_str()).is_some_and(is_key) {
                 // Another process may just have dropped it.
                 let Ok(metadata) = fs::metadata(&path) else { continue };

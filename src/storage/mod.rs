@@ -3,12 +3,14 @@
 //! - [`pending_file`]: files that are whole or not there;
 //! - [`sealed_file`]: the one binary format, for checkpoints and cache entries alike;
 //! - [`cache`]: results that take long, kept for the next run;
+//! - [`flat_folder`]: what is in a folder of files, and its end;
 //! - [`separated`]: tables of cells parted by commas, semicolons or tabs;
 //! - [`state`]: a saved state against what it is restored into.
 //!
 //! None of them knows what the bytes mean: a type that is kept says so by deriving serde's traits.
 
 pub mod cache;
+pub mod flat_folder;
 pub mod pending_file;
 pub mod sealed_file;
 pub mod separated;

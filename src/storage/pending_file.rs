@@ -46,6 +46,11 @@ impl PendingFile {
         &self.path
     }
 
+    /// The name that it has so far.
+    pub fn temporary(&self) -> &Path {
+        &self.temporary
+    }
+
     /// Completes the file: brings its content to the disk, then gives it its name.
     ///
     /// # Errors
@@ -54,6 +59,14 @@ impl PendingFile {
         let mut file = File::create(&self.temporary)?;
         file.write_all(content.as_ref())?;
         file.sync_all()?;
+        self.publish()
+    }
+
+    /// Gives the file its name; its content has been brought to the disk.
+    ///
+    /// # Errors
+    /// Of the file system; nothing is left of it then.
+    pub fn publish(self) -> io::Result<()> {
         fs::rename(&self.temporary, &self.path)
     }
 }

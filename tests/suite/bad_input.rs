@@ -249,10 +249,10 @@ fn shell(folder: &Path, line: &str) -> Output {
 #[test]
 #[cfg(unix)]
 fn a_file_that_may_not_grow() {
-    // A limit on the size of files stands for a quota; the signal that comes with it is ignored.
+    // A limit on the size of files stands for a quota; the signal that comes with it must not kill.
     let folder = folder_with(&good());
     let before = names(folder.path());
-    let output = shell(folder.path(), "trap '' XFSZ; ulimit -f 8; exec \"$1\" run scene.toml --out full");
+    let output = shell(folder.path(), "ulimit -f 8; exec \"$1\" run scene.toml --out full");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(NOT_WRITABLE), "{message}");
     assert!(message.contains("cannot write full.partial") && message.contains(".npy"), "{message}");
@@ -352,7 +352,7 @@ fn a_second_run_replaces_the_results_and_a_foreign_folder_is_left_alone() {
     fs::write(out.join("notes.txt"), "mine").unwrap();
     let output = run();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(NOT_WRITABLE), "{message}");
+    assert_eq!(output.status.code(), Some(USAGE), "{message}");
     assert!(message.contains("notes.txt") && message.contains("left alone"), "{message}");
     assert_eq!(read_array::<f64>(&out.join("total_force.npy")).1, second);
 
@@ -361,7 +361,7 @@ fn a_second_run_replaces_the_results_and_a_foreign_folder_is_left_alone() {
     fs::write(foreign.join("chapter.tex"), "ten years").unwrap();
     let output = tyrewave(folder.path(), &["run", "scene.toml", "--out", "thesis"]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(NOT_WRITABLE), "{message}");
+    assert_eq!(output.status.code(), Some(USAGE), "{message}");
     assert!(message.contains("not a tyrewave results folder"), "{message}");
     assert_eq!(names(&foreign), ["chapter.tex"]);
     assert_eq!(fs::read_to_string(foreign.join("chapter.tex")).unwrap(), "ten years");

@@ -2,6 +2,7 @@
 //!
 //! Tests that count allocations have programs of their own beside this one: whatever ran with them would be counted.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
+#![allow(clippy::print_stdout, reason = "what was measured, and what was skipped, is printed")]
 
 mod axle;
 mod axle_mass;
@@ -16,12 +17,14 @@ mod conditions;
 mod convergence;
 mod curved;
 mod determinism;
+mod faults;
 mod first_run;
 mod fit_tyre;
 mod half_space_closed_forms;
 mod hard_cases;
 mod histories;
 mod influence;
+mod injection;
 mod layers;
 mod line_contact;
 mod mobility;

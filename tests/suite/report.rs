@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::report::{Comparison, Stored, page};
+use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
 use tyrewave::test_models::scene_text;
 
 use crate::common::{names, tyrewave};
@@ -98,6 +98,7 @@ fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
         assert!(text.contains(&format!("<h2>{section}</h2>")), "{section}");
     }
     assert!(text.contains("60 km/h") && text.contains("data:audio/wav;base64,") && text.contains("speed_kmh = 60.0"));
+    assert!(text.starts_with(PAGE_HEAD));
     // Names of formats apart, an address would be something to fetch.
     let plain = text.replace("http://www.w3.org/2000/svg", "");
     assert!(!plain.contains("http:") && !plain.contains("https:") && !plain.contains("src=\"//"));

@@ -283,13 +283,26 @@ fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
     fs::write(partial.join("scene.toml"), kept.replacen("thickness = 0.013", "thickness = 0.012", 1)).unwrap();
     refused(&["another scene"]);
     fs::write(partial.join("scene.toml"), &kept).unwrap();
-    // An array that has lost rows which the checkpoint counts, and one of another run.
+    // An array that has lost rows which the checkpoint counts, one with a flipped byte, and one of another shape.
     let array = partial.join("patch_force.npy");
     let rows = fs::read(&array).unwrap();
     fs::write(&array, &rows[..rows.len() / 2]).unwrap();
-    let output = tyrewave(place, &["resume", "cut"]);
-    assert_eq!(output.status.code(), Some(NOT_WRITABLE), "{}", message(&output));
-    assert!(message(&output).contains("patch_force.npy is not the array"), "{}", message(&output));
+    refused(&["patch_force.npy is damaged"]);
+    fs::write(&array, &rows).unwrap();
+    for name in ["time.npy", "total_force.npy", "patch_force.npy", "patch_element.npy"] {
+        let good = fs::read(partial.join(name)).unwrap();
+        let mut bad = good.clone();
+        bad[good.len() / 3] ^= 1;
+        fs::write(partial.join(name), &bad).unwrap();
+        refused(&[&format!("cut.partial/{name} is damaged")]);
+        fs::write(partial.join(name), &good).unwrap();
+    }
+    let mut other = rows.clone();
+    let shape = other.windows(8).position(|window| window == b"'shape':").unwrap();
+    let comma = shape + other[shape..].iter().position(|&byte| byte == b',').unwrap();
+    other[comma + 2] = b'9';
+    fs::write(&array, &other).unwrap();
+    refused(&["patch_force.npy is not the array"]);
     fs::write(&array, &rows).unwrap();
     fs::remove_file(&file).unwrap();
     refused(&["holds no checkpoint"]);

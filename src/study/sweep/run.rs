@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::counters::{self, Stage};
 use crate::response::BandLevel;
+use crate::results::folder::ResultsFolder;
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
@@ -161,6 +162,8 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
 /// The levels of a variant that an earlier sweep has finished: the same scene, version and road file.
 fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     let folder = target.join(&variant.name);
+    // What cannot be put in order is told when the variant is run.
+    let _ = ResultsFolder::put_in_order(&folder);
     let summary = read_summary(&folder)?;
     let planned = variant.loaded.clone().settled(variant.plan.scene.clone());
     let same = summary["complete"] == true

@@ -1,0 +1,184 @@
+//! Files to be written that are named on the command line.
+//!
+//! The rule: an output takes the place of an earlier output of its kind, known by how it begins, or of an empty file. A
+//! scene, a device, a link, somebody's notes stay. Where a kind cannot be told by its beginning, the user says with an
+//! option that a file may be replaced, and an input is not replaced even so.
+
+use std::fs::{self, File, Metadata};
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+use tyrewave::results::ResultsError;
+use tyrewave::storage::PendingFile;
+
+use super::error::CliError;
+
+/// What may be replaced.
+#[derive(Clone, Copy, Debug)]
+pub enum Replaces<'a> {
+    /// Files that begin like this.
+    Beginning(&'static str),
+    /// Any file but the inputs.
+    AllBut(&'a [&'a Path]),
+    /// Nothing; the option that would allow it.
+    Nothing(&'static str),
+}
+
+/// A file that takes its name when it is complete.
+#[derive(Debug)]
+pub struct OutputFile<'a> {
+    file: PendingFile,
+    replaces: Replaces<'a>,
+}
+
+impl<'a> OutputFile<'a> {
+    /// Begins it, before any work: a place that is taken or cannot be written to is refused now.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for what must not be replaced, [`ResultsError::Create`].
+    pub fn begin(path: &Path, replaces: Replaces<'a>) -> Result<Self, CliError> {
+        check(path, replaces)?;
+        let file = PendingFile::create(path).map_err(ResultsError::creating(path))?;
+        Ok(Self { file, replaces })
+    }
+
+    /// Where its content may be put by somebody else, before [`Self::publish`].
+    pub fn temporary(&self) -> &Path {
+        self.file.temporary()
+    }
+
+    /// Gives the file its content and its name.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for what has come there meanwhile and must not be replaced, [`ResultsError::Write`].
+    pub fn complete(self, text: &str) -> Result<(), CliError> {
+        let path = self.file.path().to_owned();
+        check(&path, self.replaces)?;
+        Ok(self.file.complete(text).map_err(ResultsError::writing(&path))?)
+    }
+
+    /// Gives the file its name; its content is there and on the disk.
+    ///
+    /// # Errors
+    /// As [`Self::complete`].
+    pub fn publish(self) -> Result<(), CliError> {
+        let path = self.file.path().to_owned();
+        check(&path, self.replaces)?;
+        Ok(self.file.publish().map_err(ResultsError::writing(&path))?)
+    }
+}
+
+/// Refuses two outputs of one name.
+pub fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<(), CliError> {
+    match one.zip(other) {
+        Some((one, other)) if place(one) == place(other) => {
+            Err(CliError::Usage(format!("{} is named twice as a file to be written", one.display())))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The folder as the system knows it, and the name in it.
+fn place(path: &Path) -> Option<std::path::PathBuf> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    Some(fs::canonicalize(parent).ok()?.join(path.file_name()?))
+}
+
+/// Refuses a place where something stands that must not be replaced.
+///
+/// # Errors
+/// [`CliError::Usage`], [`CliError::Read`].
+pub fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
+    let present = match fs::symlink_metadata(path) {
+        Ok(present) => present,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(source) => return Err(CliError::Read { path: path.to_owned(), source }),
+    };
+    let refused = |why: &str| Err(CliError::Usage(format!("{} {why}; it is left alone", path.display())));
+    if !present.is_file() {
+        return refused("is not a regular file");
+    }
+    match replaces {
+        Replaces::AllBut(inputs) if inputs.iter().any(|input| is_same(path, &present, input)) => refused("is an input"),
+        Replaces::AllBut(_) => Ok(()),
+        _ if present.len() == 0 => Ok(()),
+        Replaces::Beginning(head) if begins_with(path, head) => Ok(()),
+        Replaces::Beginning(_) => refused("exists and is not an earlier output of this kind"),
+        Replaces::Nothing(option) => refused(&format!("exists ({option} would replace it)")),
+    }
+}
+
+fn begins_with(path: &Path, head: &str) -> bool {
+    let mut found = vec![0; head.len()];
+    File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == head.as_bytes()
+}
+
+/// Whether a file, of which this is known, is that of another path.
+fn is_same(path: &Path, present: &Metadata, other: &Path) -> bool {
+    #[cfg(unix)]
+    if let Ok(other) = fs::metadata(other) {
+        use std::os::unix::fs::MetadataExt;
+        return (present.dev(), present.ino()) == (other.dev(), other.ino());
+    }
+    let _ = present;
+    matches!((fs::canonicalize(path), fs::canonicalize(other)), (Ok(one), Ok(two)) if one == two)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_earlier_outputs_and_empty_files_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.json");
+        let head = Replaces::Beginning("{\"trace\"");
+        let write = |text: &str| OutputFile::begin(&path, head).and_then(|file| file.complete(text));
+        write("{\"trace\": 1}").unwrap();
+        write("{\"trace\": 2}").unwrap();
+        fs::write(&path, "").unwrap();
+        write("{\"trace\": 3}").unwrap();
+        for text in ["title = \"a scene\"", "{", "{\"record\": 1}"] {
+            fs::write(&path, text).unwrap();
+            let error = write("{\"trace\": 4}").unwrap_err();
+            assert!(matches!(&error, CliError::Usage(why) if why.contains("trace.json") && why.contains("left alone")));
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
+        // What comes there later is as safe.
+        fs::remove_file(&path).unwrap();
+        let begun = OutputFile::begin(&path, head).unwrap();
+        fs::write(&path, "notes").unwrap();
+        assert!(matches!(begun.complete("{\"trace\": 5}"), Err(CliError::Usage(_))));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        assert!(OutputFile::begin(folder.path(), head).is_err());
+    }
+
+    #[test]
+    fn an_input_is_never_replaced_by_whatever_name_it_has() {
+        let folder = tempfile::tempdir().unwrap();
+        let [input, other, again] = ["heights.npy", "other.npy", "again.npy"].map(|name| folder.path().join(name));
+        fs::write(&input, "heights").unwrap();
+        fs::write(&other, "others").unwrap();
+        fs::hard_link(&input, &again).unwrap();
+        let below = folder.path().join("./heights.npy");
+        for path in [&input, &again, &below] {
+            assert!(OutputFile::begin(path, Replaces::AllBut(&[&other, &input])).is_err(), "{}", path.display());
+        }
+        assert!(OutputFile::begin(&other, Replaces::Nothing("--force")).is_err());
+        OutputFile::begin(&other, Replaces::AllBut(&[&input])).unwrap().complete("new").unwrap();
+        assert_eq!((fs::read(&input).unwrap(), fs::read(&other).unwrap()), (b"heights".to_vec(), b"new".to_vec()));
+        assert!(check_apart(Some(&input), Some(&below)).is_err() && check_apart(Some(&input), Some(&other)).is_ok());
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn devices_and_links_are_no_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink("nowhere", &link).unwrap();
+        for path in [link.as_path(), Path::new("/dev/null")] {
+            let error = OutputFile::begin(path, Replaces::Beginning("")).unwrap_err();
+            assert!(error.to_string().contains("not a regular file"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! The arrays of a run and its checkpoint: how far each of them had come, and whether it still holds what was written.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::checkpoint::CheckpointError;
+use super::error::ResultsError;
+use super::folder::ResultsFolder;
+use super::npy::{ArrayState, NpyNumber, NpyWriter, Row};
+
+/// How far the arrays of a run have come, by the names of their files.
+#[derive(Clone, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+pub struct WrittenArrays(BTreeMap<String, ArrayState>);
+
+impl WrittenArrays {
+    /// Brings an array to the disk and notes how far it has come.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub fn sync<T: NpyNumber>(&mut self, writer: &mut NpyWriter<T>) -> Result<(), ResultsError> {
+        let name = writer.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.0.insert(name, writer.sync()?);
+        Ok(())
+    }
+
+    /// Looks for all of it in a folder: every row that counts, byte by byte.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Array`] for an array that does not hold them, [`CheckpointError::Io`].
+    pub fn check(&self, folder: &Path) -> Result<(), CheckpointError> {
+        for (name, state) in &self.0 {
+            let path = folder.join(name);
+            match state.is_in(&path) {
+                Ok(true) => {}
+                Ok(false) => return Err(CheckpointError::Array { path, rows: state.rows }),
+                Err(source) => return Err(CheckpointError::Io { path, source }),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where the arrays of a run are begun, or gone on with.
+#[derive(Clone, Copy, Debug)]
+pub struct ArrayPlace<'a> {
+    /// The folder.
+    pub folder: &'a ResultsFolder,
+    /// How far they have come; of a run that begins, `None`.
+    pub written: Option<&'a WrittenArrays>,
+}
+
+impl ArrayPlace<'_> {
+    /// Begins the array of a file, or goes on with it.
+    ///
+    /// # Errors
+    /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that was not written before.
+    pub fn open<T: NpyNumber>(&self, name: &str, row: Row) -> Result<NpyWriter<T>, ResultsError> {
+        let path = self.folder.path(name);
+        let state = match self.written {
+            Some(written) => match written.0.get(name) {
+                Some(state) => Some(*state),
+                None => return Err(ResultsError::NotThisArray { path, rows: 0 }),
+            },
+            None => None,
+        };
+        NpyWriter::open(&path, row, state)
+    }
+}

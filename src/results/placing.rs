@@ -1,0 +1,272 @@
+//! The moment at which a working folder takes its name, and what is left where a process was killed within it.
+//!
+//! 1. The lock file of the working folder, whose content is whole by then, gets the folder's name: the mark.
+//! 2. It takes its new name ([`super::disk`]): names are exchanged, or, where the file system does not know that, the
+//!    older folder steps aside first.
+//! 3. The older folder is deleted, under the working folder's name or aside; last the service files, the lock last of
+//!    all.
+//!
+//! So a mark that is its own folder's name says that the move was begun: it is carried out. Any other mark says that
+//! the move was done and names what is left of the older folder: it is deleted.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::checkpoint::{CHECKPOINT_FILE, SCENE_FILE, TEMPORARY_FILE};
+use super::disk::{aside, replace, with_suffix, write_file};
+use super::error::ResultsError;
+use super::summary::{FORMAT, Marker, SUMMARY_FILE};
+use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, partial_folders};
+use crate::storage::flat_folder::{self, entries};
+
+/// What an unfinished run needs and a finished one does not; the lock is the last to go.
+pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
+
+/// Gives a working folder its new name; an older folder there is deleted.
+///
+/// # Errors
+/// [`ResultsError::Create`], [`ResultsError::Write`], [`ResultsError::Rename`].
+pub(super) fn place(working: &Path, target: &Path) -> Result<(), ResultsError> {
+    let name = working.file_name().unwrap_or_default().to_string_lossy();
+    write_file(&working.join(LOCK_FILE), name.as_bytes())?;
+    // Of an older folder only: it would look like one that is worked on.
+    let _ = fs::remove_file(target.join(LOCK_FILE));
+    if let Some(old) = replace(working, target)? {
+        let _ = flat_folder::remove(&old);
+    }
+    Ok(())
+}
+
+/// Removes from finished results what only an unfinished run needs; what cannot be removed stays with the lock, which
+/// says that it is ours.
+pub(super) fn tidy_up(target: &Path) {
+    let gone = |name: &&str| match fs::remove_file(target.join(name)) {
+        Err(error) => error.kind() == ErrorKind::NotFound,
+        Ok(()) => true,
+    };
+    let _ = SERVICE_FILES.iter().all(gone);
+}
+
+/// Puts in order what processes that were killed while results took the name `target` have left; returns that place if
+/// whole results stand there that nobody had been told of.
+///
+/// # Errors
+/// [`ResultsError`] where whole results cannot get their name: somebody's files are there, or the system does not let
+/// us.
+pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsError> {
+    let partial = with_suffix(target, PARTIAL);
+    let mut told = clear_after(target);
+    if told {
+        tidy_up(target);
+    }
+    if clear_after(&partial) {
+        let _ = fs::remove_file(partial.join(LOCK_FILE));
+    }
+    for folder in partial_folders(target) {
+        if in_use(&folder) || mark(&folder).is_none_or(|mark| mark != folder) {
+            continue;
+        }
+        if marker(&folder).is_some_and(|marker| marker.complete) {
+            check_replaceable(target)?;
+            place(&folder, target)?;
+            clear_after(target);
+            tidy_up(target);
+            told = true;
+        } else if check_replaceable(&partial).is_ok() && !in_use(&partial) && place(&folder, &partial).is_ok() {
+            clear_after(&partial);
+            let _ = fs::remove_file(partial.join(LOCK_FILE));
+        }
+    }
+    Ok(told.then(|| target.to_owned()))
+}
+
+/// Deletes what is left of an older folder whose name this one has taken; whether there was such a move.
+fn clear_after(folder: &Path) -> bool {
+    let Some(before) = mark(folder).filter(|before| before != folder && !in_use(folder)) else { return false };
+    for old in [aside(&before), before] {
+        // A run that is or was under way has a lock; an older folder has none.
+        if old.is_dir() && !old.join(LOCK_FILE).exists() {
+            let _ = flat_folder::remove(&old);
+        }
+    }
+    true
+}
+
+/// The folder that a mark names: one beside it, of a run to the same place.
+fn mark(folder: &Path) -> Option<PathBuf> {
+    let name = fs::read_to_string(folder.join(LOCK_FILE))
+        .ok()
+        .filter(|name| !name.is_empty() && !name.contains(['/', '\\']))?;
+    let marked = folder.with_file_name(name);
+    let target = final_name(folder).unwrap_or_else(|| folder.to_owned());
+    (final_name(&marked)? == target).then_some(marked)
+}
+
+/// The part of a folder's summary that says whose it is, where there is one of ours.
+fn marker(folder: &Path) -> Option<Marker> {
+    let bytes = fs::read(folder.join(SUMMARY_FILE)).ok()?;
+    serde_json::from_slice::<Marker>(&bytes).ok().filter(|marker| marker.format == FORMAT)
+}
+
+/// Ok if nothing, an empty folder, or an untouched results folder stands at `target`.
+pub(super) fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
+    let present = match fs::symlink_metadata(target) {
+        Ok(metadata) if metadata.is_dir() => entries(target).map_err(ResultsError::creating(target))?,
+        Ok(_) => return Err(ResultsError::NotOurs { path: target.to_owned() }),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(source) => return Err(ResultsError::Create { path: target.to_owned(), source }),
+    };
+    if present.is_empty() {
+        return Ok(());
+    }
+    let marker = marker(target).ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
+    // Whole results without a lock have no service files: a scene among them is somebody's.
+    let service = !marker.complete || target.join(LOCK_FILE).exists();
+    let ours = |name: &String| {
+        name == SUMMARY_FILE || marker.files.contains(name) || service && SERVICE_FILES.contains(&name.as_str())
+    };
+    match present.into_iter().find(|name| !ours(name)) {
+        Some(entry) => Err(ResultsError::ForeignEntry { path: target.to_owned(), entry }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::checkpoint;
+    use super::super::folder::ResultsFolder;
+    use super::super::summary::Summary;
+    use super::super::summary::tests::example;
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names = entries(folder).unwrap();
+        names.sort();
+        names
+    }
+
+    /// A folder with a summary of ours and a file of that content, a lock with a mark, and maybe a checkpoint.
+    fn folder(path: &Path, content: &str, complete: bool, mark: Option<&str>) {
+        fs::create_dir(path).unwrap();
+        let files = vec!["force".to_owned(), SUMMARY_FILE.to_owned(), CHECKPOINT_FILE.to_owned()];
+        let summary = Summary { complete, files, ..example() };
+        fs::write(path.join(SUMMARY_FILE), summary.to_json(path).unwrap()).unwrap();
+        fs::write(path.join("force"), content).unwrap();
+        if let Some(mark) = mark {
+            fs::write(path.join(LOCK_FILE), mark).unwrap();
+        }
+        if !complete {
+            checkpoint::write(path, &content).unwrap();
+        }
+    }
+
+    const NEW: &str = "run.partial-7";
+    const OLD: &str = "run.partial-7-old";
+
+    /// Every state that a kill may leave at the end of a run: what stands under which name.
+    fn states() -> Vec<Vec<(&'static str, &'static str, Option<&'static str>)>> {
+        vec![
+            // Before the move, with and without older results.
+            vec![(NEW, "new", Some(NEW))],
+            vec![(NEW, "new", Some(NEW)), ("run", "old", None)],
+            // Names exchanged, the older folder not deleted, half deleted, gone; service files left.
+            vec![("run", "new", Some(NEW)), (NEW, "old", None)],
+            vec![("run", "new", Some(NEW)), (NEW, "", None)],
+            vec![("run", "new", Some(NEW))],
+            // In two moves: after the first, after the second.
+            vec![(NEW, "new", Some(NEW)), (OLD, "old", None)],
+            vec![("run", "new", Some(NEW)), (OLD, "old", None)],
+            vec![("run", "new", Some(NEW)), (OLD, "", None)],
+        ]
+    }
+
+    /// Sets a state up, with the final name at `run` or, of an interrupted run, at `run.partial`.
+    fn set_up(place: &Path, state: &[(&str, &str, Option<&str>)], complete: bool) {
+        for &(name, content, mark) in state {
+            let name = if name == "run" && !complete { "run.partial" } else { name };
+            match content {
+                "" => {
+                    fs::create_dir(place.join(name)).unwrap();
+                    fs::write(place.join(name).join("force"), "half").unwrap();
+                }
+                _ => folder(&place.join(name), content, complete, mark),
+            }
+        }
+    }
+
+    #[test]
+    fn every_state_that_a_kill_may_leave_is_put_in_order() {
+        for state in states() {
+            let place = tempfile::tempdir().unwrap();
+            let target = place.path().join("run");
+            set_up(place.path(), &state, true);
+            assert_eq!(put_in_order(&target).unwrap().as_ref(), Some(&target), "{state:?}");
+            assert_eq!(names(place.path()), ["run"], "{state:?}");
+            assert_eq!(fs::read(target.join("force")).unwrap(), b"new", "{state:?}");
+            assert_eq!(names(&target), ["force", "summary.json"], "{state:?}");
+            assert_eq!(put_in_order(&target).unwrap(), None, "once");
+        }
+        for state in states() {
+            // A new run to that place finds it as whole.
+            let place = tempfile::tempdir().unwrap();
+            let target = place.path().join("run");
+            set_up(place.path(), &state, true);
+            drop(ResultsFolder::create(&target).unwrap());
+            assert_eq!(names(place.path()), ["run"], "{state:?}");
+        }
+    }
+
+    #[test]
+    fn so_is_every_state_of_an_interrupted_run() {
+        for state in states() {
+            let place = tempfile::tempdir().unwrap();
+            let target = place.path().join("run");
+            folder(&target, "finished before", true, None);
+            set_up(place.path(), &state, false);
+            assert_eq!(put_in_order(&target).unwrap(), None);
+            assert_eq!(names(place.path()), ["run", "run.partial"], "{state:?}");
+            let again = ResultsFolder::reopen(&target).unwrap();
+            assert_eq!(fs::read(again.path("force")).unwrap(), b"new", "{state:?}");
+            assert_eq!(fs::read(target.join("force")).unwrap(), b"finished before");
+        }
+    }
+
+    #[test]
+    fn a_scene_that_somebody_has_put_into_finished_results_is_not_ours() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        folder(&target, "old", true, None);
+        fs::write(target.join(SCENE_FILE), "somebody's").unwrap();
+        assert!(
+            matches!(check_replaceable(&target), Err(ResultsError::ForeignEntry { entry, .. }) if entry == SCENE_FILE)
+        );
+        fs::write(target.join(LOCK_FILE), "").unwrap();
+        check_replaceable(&target).unwrap();
+    }
+
+    #[test]
+    fn what_is_worked_on_unmarked_or_somebodys_is_left_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        // Moved there by somebody, a run that was killed, one that goes on, and a mark that points elsewhere.
+        folder(&place.path().join("run.partial-kept"), "kept", true, None);
+        folder(&place.path().join("run.partial-1"), "killed", false, Some(""));
+        let working = ResultsFolder::create(&target).unwrap();
+        fs::write(working.path(LOCK_FILE), working.working().file_name().unwrap().to_str().unwrap()).unwrap();
+        for wrong in ["../thesis", "thesis", "other.partial-1"] {
+            folder(&target, "old", true, Some(wrong));
+            let before = names(place.path());
+            assert_eq!(put_in_order(&target).unwrap(), None);
+            assert_eq!(names(place.path()), before, "{wrong}");
+            fs::remove_dir_all(&target).unwrap();
+        }
+        // Whole results do not get a name under which somebody keeps something.
+        folder(&place.path().join(NEW), "new", true, Some(NEW));
+        folder(&target, "old", true, None);
+        fs::write(target.join("notes.txt"), "precious").unwrap();
+        assert!(matches!(put_in_order(&target), Err(ResultsError::ForeignEntry { .. })));
+        assert_eq!(fs::read(place.path().join(NEW).join("force")).unwrap(), b"new");
+        drop(working);
+    }
+}

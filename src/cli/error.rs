@@ -1,6 +1,6 @@
 //! How a command ends: its error and its exit code.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 use tyrewave::half_space::HalfSpaceError;
@@ -9,7 +9,7 @@ use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
-use tyrewave::storage::CacheError;
+use tyrewave::storage::{CacheError, InputError};
 use tyrewave::study::sweep::SweepError;
 
 /// Exit code of a run that failed on its way.
@@ -59,6 +59,11 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// The error of reading a file that was named on the command line.
+    pub fn reading(path: &Path) -> impl FnOnce(InputError) -> Self {
+        move |error| Self::Read { path: path.to_owned(), source: error.into() }
+    }
+
     /// The exit code that this error ends the program with.
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -126,8 +131,6 @@ of_a_run!(SceneError, SliceError, ResultsError, PlotError);
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use tyrewave::contact::ContactError;
 

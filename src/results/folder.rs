@@ -24,6 +24,7 @@ use super::disk::{entries, missing_parents, replace, sync_folder, with_suffix, w
 use super::error::ResultsError;
 use super::summary::{FORMAT, Marker, SUMMARY_FILE, Summary};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
+use crate::storage::input::{self, TABLE_BYTES};
 
 /// What an unfinished run needs and a finished one does not.
 const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
@@ -208,7 +209,7 @@ fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
     if present.is_empty() {
         return Ok(());
     }
-    let marker = fs::read(target.join(SUMMARY_FILE))
+    let marker = input::read(&target.join(SUMMARY_FILE), TABLE_BYTES)
         .ok()
         .and_then(|bytes| serde_json::from_slice::<Marker>(&bytes).ok())
         .filter(|marker| marker.format == FORMAT)

@@ -19,9 +19,13 @@ use super::document::{Complaints, Document, join};
 use super::table::Table;
 use super::{Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
+use crate::storage::input::{self, SCENE_BYTES};
 
 /// Syntax errors looked at; more of them help nobody.
 const MOST_SYNTAX_ERRORS: usize = 16;
+/// How far outside of what is plausible a scene may go that says it wants to: what is further off is no tyre, and the
+/// numbers that follow from it leave what a computer can count to.
+const IMPLAUSIBLE: f64 = 1e3;
 
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
@@ -198,7 +202,7 @@ impl LoadedScene {
         let [wrong, right] = NOT_CAUSAL;
         let complain = |(layer, _)| self.complain(&format!("tyre.layers[{layer}].material.law"), wrong, right);
         let diagnostics: Vec<_> = acausal.map(complain).collect();
-        if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
+        if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
     }
 
     fn new(text: String, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
@@ -220,17 +224,19 @@ impl LoadedScene {
                 *entry.get_mut() = DeValue::Table(tyre.into_inner());
             }
         }
-        let complaints = Complaints::new(&document);
+        let allowed = root.get_ref().get("allow_implausible").and_then(|allowed| allowed.get_ref().as_bool());
+        let slack = if allowed == Some(true) { IMPLAUSIBLE } else { 1.0 };
+        let complaints = Complaints::new(&document, slack);
         if let Some(error) = tyre_error {
             complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));
         }
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
         let scene = consistency::scene(&mut table);
         table.finish();
-        let diagnostics = complaints.finish();
+        let (diagnostics, more) = complaints.finish();
         let mut scene = match scene {
             Some(scene) if diagnostics.is_empty() => scene,
-            _ => return Err(SceneError::Invalid { diagnostics }),
+            _ => return Err(SceneError::invalid(diagnostics, more)),
         };
         let road_file = scene.road.file().map(Path::to_owned);
         if let Some(file) = scene.road.file_mut()
@@ -245,11 +251,7 @@ impl LoadedScene {
 
 /// Reads a file as UTF-8.
 fn read_text(path: &Path) -> Result<String, SceneError> {
-    // Reading a folder fails with a different error on each system.
-    if path.is_dir() {
-        return Err(SceneError::Folder { path: path.to_owned() });
-    }
-    let bytes = std::fs::read(path).map_err(|source| SceneError::reading(path, source))?;
+    let bytes = input::read(path, SCENE_BYTES).map_err(|error| SceneError::reading(path, error.into()))?;
     String::from_utf8(bytes).map_err(|error| {
         let byte = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..byte].iter().filter(|&&byte| byte == b'\n').count() + 1;
@@ -273,11 +275,12 @@ fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
     let document = Document::new(source, table.get_ref());
     // A file that is something else altogether, such as a table of numbers, has an error in each line.
     errors.sort_by_key(|error| error.span().map(|span| span.start));
+    let more = errors.len().saturating_sub(MOST_SYNTAX_ERRORS);
     errors.truncate(MOST_SYNTAX_ERRORS);
     let mut diagnostics: Vec<_> = errors.iter().map(|error| syntax(source, &document, error)).collect();
     // After the first error of a line the parser is often out of step: the rest of the line would be noise.
     diagnostics.dedup_by_key(|diagnostic| diagnostic.line());
-    Err(SceneError::Invalid { diagnostics })
+    Err(SceneError::invalid(diagnostics, more))
 }
 
 fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) -> Diagnostic {

@@ -13,6 +13,9 @@ pub const LARGE_SPAN: f64 = 0.1;
 /// Largest span of heights that can be a texture's \[m\].
 const LARGEST_SPAN: f64 = 0.5;
 
+/// Spacings of any road that was measured \[m\]: from well below a laser's spot to well above a wheel.
+const SPACINGS: [f64; 2] = [1e-6, 10.0];
+
 /// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the
 /// tyre's middle. A single column with `dy` = 0 is level across.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,6 +94,12 @@ impl HeightMap {
             }
         }
     }
+}
+
+/// Refuses a spacing \[m\] that nobody measures with: a unit or a scale is wrong.
+pub fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
+    let [least, most] = SPACINGS;
+    if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }
 }
 
 /// Subtracts the least-squares plane from a row-major map.

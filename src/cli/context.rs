@@ -1,11 +1,13 @@
 //! What a command needs to know beside its own arguments, and how it answers.
 
 use std::io::Write;
+use std::path::Path;
 
 use indicatif::ProgressBar;
 use terminal_size::{Width, terminal_size_of};
 use tyrewave::counters::AllocationProbe;
 use tyrewave::results::table::Report;
+use tyrewave::scene::{LoadedScene, Reach, Scene, SceneError};
 
 use super::error::CliError;
 use super::interrupt::Interrupt;
@@ -27,6 +29,12 @@ pub struct Context {
 }
 
 impl Context {
+    /// A scene file, whose tyre and road are where the options let them be.
+    pub fn load(&self, path: &Path) -> Result<LoadedScene, SceneError> {
+        let reach = if self.options.allow_outside { Reach::Anywhere } else { Reach::Folder };
+        Scene::load_within(path, reach)
+    }
+
     /// Progress as the options want it.
     pub fn progress(&self) -> TerminalProgress {
         TerminalProgress::new(self.options.quiet)

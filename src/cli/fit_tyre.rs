@@ -78,7 +78,7 @@ impl FitTyreArguments {
     /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { mobility: path, place, fix, free, level_error, phase_error, json: as_json } = self;
-        let mut side = place.open("fit-tyre")?;
+        let mut side = place.open("fit-tyre", context)?;
         let free = free_parameters(&side.loaded, &fix, &free)?;
         let start = &side.loaded.scene.tyre;
         let bytes = input::read(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;

@@ -14,6 +14,9 @@ pub struct GlobalOptions {
     /// Say nothing but errors and what was asked for.
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Let a scene name a tyre and a road outside its own folder.
+    #[arg(long, global = true)]
+    pub allow_outside: bool,
     /// When to colour messages; auto: on a terminal, unless the environment variable NO_COLOR is set.
     #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
     pub color: ColorChoice,

@@ -8,7 +8,7 @@ use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
 use tyrewave::run::prepare::open_road;
-use tyrewave::scene::{LoadedScene, Scene};
+use tyrewave::scene::LoadedScene;
 use tyrewave::study::calibration::{calibrate, calibrated};
 
 use super::context::{Context, print, print_report};
@@ -49,7 +49,7 @@ impl PlanArguments {
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let process = resident_memory().unwrap_or_default() as f64;
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = context.load(&self.scene)?;
         loaded.check_time_domain()?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;

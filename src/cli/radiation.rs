@@ -89,7 +89,7 @@ impl RadiationArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, highest, points, json } = self;
-        let mut side = place.open("radiation")?;
+        let mut side = place.open("radiation", context)?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let plan = Plan::new(&scene);
         let mut progress = context.progress();

@@ -42,7 +42,7 @@ impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json` and `road.svg`.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { scene, out } = self;
-        let mut side = Side::new(road_scene(&scene)?, Place { scene, out }.target("road"))?;
+        let mut side = Side::new(road_scene(&scene, context)?, Place { scene, out }.target("road"))?;
         let scene = &side.loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
@@ -57,9 +57,9 @@ impl RoadArguments {
 }
 
 /// A scene, or the default scene on the road that a file holds.
-fn road_scene(path: &Path) -> Result<LoadedScene, CliError> {
+fn road_scene(path: &Path, context: &Context) -> Result<LoadedScene, CliError> {
     if path.extension().is_none_or(|ending| ending.eq_ignore_ascii_case("toml")) {
-        return Ok(Scene::load(path)?);
+        return Ok(context.load(path)?);
     }
     let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
     let mut made = variants(&Scene::from_str(DEFAULT, "default")?, &axes)?;

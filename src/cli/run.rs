@@ -8,7 +8,6 @@ use tyrewave::plan::bytes;
 use tyrewave::results::summary::RollingResistance;
 use tyrewave::results::table::Report;
 use tyrewave::run::{self, RunOptions, RunReport};
-use tyrewave::scene::Scene;
 
 use super::context::{Context, print_report};
 use super::error::CliError;
@@ -43,7 +42,7 @@ pub struct RunArguments {
 impl RunArguments {
     /// Runs the scene and says where the results are.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = Scene::load(&self.scene)?;
+        let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
         let profile = self.profile.begin()?;

@@ -10,7 +10,7 @@ use tyrewave::plan::settled;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultsFolder};
-use tyrewave::scene::{LoadedScene, Scene};
+use tyrewave::scene::LoadedScene;
 
 use super::context::{Context, print, print_report};
 use super::error::CliError;
@@ -39,8 +39,8 @@ pub struct Side {
 
 impl Place {
     /// Reads the scene. A place that cannot be written to is refused now, not after the work.
-    pub fn open(self, command: &str) -> Result<Side, CliError> {
-        let loaded = Scene::load(&self.scene)?;
+    pub fn open(self, command: &str, context: &Context) -> Result<Side, CliError> {
+        let loaded = context.load(&self.scene)?;
         Side::new(loaded, self.target(command))
     }
 

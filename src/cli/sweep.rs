@@ -9,7 +9,6 @@ use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
-use tyrewave::scene::Scene;
 use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
 use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
@@ -90,7 +89,7 @@ fn values(text: &str) -> Result<Values, String> {
 impl SweepArguments {
     /// Runs the sweep and prints its table.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let base = Scene::load(&self.place.scene)?;
+        let base = context.load(&self.place.scene)?;
         let loads = self.load.map_or(Vec::new(), |loads| loads.0);
         let variants = variants(&base, &Axes { speeds: self.speed.0, loads, roads: self.road })?;
         let folder = self.place.target("sweep");

@@ -29,7 +29,7 @@ use crate::tyre::poles::expected_fit;
 /// Elements of the static solution that patch and window are expected from.
 const COARSE: usize = 384;
 /// Its tolerance.
-const COARSE_TOLERANCE: f64 = 1e-3;
+pub(super) const COARSE_TOLERANCE: f64 = 1e-3;
 /// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
 const PEAKS: f64 = 1e-3;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
@@ -248,6 +248,7 @@ impl Amounts {
                 self.hold("heights of the road", 8.0 * length * across);
             }
         }
+        self.hold("cells of a piece of road", 8.0 * CHUNK_ROWS as f64 * lattice.along as f64 * across);
         let (unit, cells) = match plan.decisions.slices {
             Slices::HalfSpace => (Unit::HalfSpacePair, rows * lattice.cells() as f64 * across),
             Slices::Winkler | Slices::None => (Unit::SpringCell, rows * lattice.cells() as f64),

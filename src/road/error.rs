@@ -181,6 +181,17 @@ pub enum RoadError {
         /// Bytes allowed.
         limit: u64,
     },
+    /// More heights than fit in memory.
+    #[error(
+        "the road's heights need {needed} bytes, more than the {limit} that the run may use (numerics.memory_limit): \
+         a coarser spacing, or fewer and larger cells"
+    )]
+    TooManyHeights {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
     /// The output buffer does not have rows x columns entries.
     #[error("the height buffer has {found} entries, {needed} are needed")]
     BufferSize {

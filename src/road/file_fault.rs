@@ -35,6 +35,8 @@ pub enum FileFault {
         allowed * 100.0
     )]
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
+    #[error("it is flat: it has no texture to make a surface like it")]
+    Flat,
     #[error("row {row}, column {column} is {value}")]
     Infinite { row: usize, column: usize, value: f64 },
     /// Heights that can hardly be metres.

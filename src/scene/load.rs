@@ -4,7 +4,7 @@
 //! 2. A tyre given by its file is read and put in the place of the path.
 //! 3. The place of every key is noted, for this and for later complaints.
 //! 4. The tree is read key by key; all mistakes are collected.
-//! 5. File paths are made absolute, from the scene's folder.
+//! 5. File paths are made absolute, from the scene's folder, which they may not leave unless [`Reach`] says so.
 //!
 //! What the scene leaves open keeps its default here: the plan decides about it, and asks [`LoadedScene::gives`].
 
@@ -28,12 +28,23 @@ const MOST_SYNTAX_ERRORS: usize = 16;
 const IMPLAUSIBLE: f64 = 1e3;
 
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
+const OUTSIDE: &str = "copy it there, or let this scene name any file: --allow-outside";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
 const NOT_TOML: &str = "write it as TOML: `key = value`, texts in quotes";
 const NOT_CAUSAL: [&str; 2] = [
     "the law \"hysteretic\" is not causal: the tread would move before it is touched",
     "use \"power-law\", \"prony\" or \"elastic\" here; \"hysteretic\" serves frequency-domain results only",
 ];
+
+/// Where the files that a scene names may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reach {
+    /// In the scene's folder and below, links followed: a scene from anywhere opens nothing else.
+    #[default]
+    Folder,
+    /// Anywhere.
+    Anywhere,
+}
 
 /// A checked scene and where it comes from.
 #[derive(Clone, Debug)]
@@ -52,16 +63,24 @@ pub struct LoadedScene {
 }
 
 impl Scene {
-    /// Reads and checks a scene file.
+    /// Reads and checks a scene file. The files that it names lie in its folder or below.
     ///
     /// # Errors
     /// The file cannot be read, or [`SceneError::Invalid`] with all mistakes that could be found in it.
     pub fn load(path: impl AsRef<Path>) -> Result<LoadedScene, SceneError> {
+        Self::load_within(path, Reach::Folder)
+    }
+
+    /// As [`Self::load`], with a word on where the tyre and the road that it names may be.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_within(path: impl AsRef<Path>, reach: Reach) -> Result<LoadedScene, SceneError> {
         let path = path.as_ref();
         let text = read_text(path)?;
         let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
         let folder = absolute.parent().unwrap_or(&absolute).to_owned();
-        LoadedScene::new(text, path.to_owned(), folder)
+        LoadedScene::new(text, path.to_owned(), folder, reach)
     }
 
     /// Checks a scene in a text; `name` stands in messages where a file's name would. Paths in it are used as they are.
@@ -69,7 +88,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Invalid`] with all mistakes that could be found.
     pub fn from_str(text: &str, name: &str) -> Result<LoadedScene, SceneError> {
-        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new())
+        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), Reach::Anywhere)
     }
 
     /// The JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`, what has
@@ -104,7 +123,7 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::to_toml`] and [`Scene::from_str`]; lines are those of the scene as TOML.
     pub fn from_scene(scene: &Scene, name: &str) -> Result<Self, SceneError> {
-        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new())
+        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new(), Reach::Anywhere)
     }
 
     /// A scene that was loaded before: its settings as written and as used, both as TOML, and where they came from.
@@ -112,8 +131,8 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::from_str`].
     pub fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
-        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new())?;
-        let written = Self::new(written.to_owned(), path, PathBuf::new())?;
+        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), Reach::Anywhere)?;
+        let written = Self::new(written.to_owned(), path, PathBuf::new(), Reach::Anywhere)?;
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
@@ -205,15 +224,18 @@ impl LoadedScene {
         if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
     }
 
-    fn new(text: String, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
+    fn new(text: String, path: PathBuf, folder: PathBuf, reach: Reach) -> Result<Self, SceneError> {
         let source = Arc::new(Source { name: path.display().to_string(), text });
         let mut root = parse(&source)?;
         let mut document = Document::new(&source, root.get_ref());
 
         let (tyre_source, tyre_error) = match root.get_ref().get("tyre").map(Spanned::get_ref) {
-            Some(DeValue::String(tyre_path)) => match tyre_file(&folder, tyre_path) {
-                Ok(tyre_source) => (Some(tyre_source), None),
-                Err(error) => (None, Some(error)),
+            Some(DeValue::String(tyre_path)) => match outside(&folder, Path::new(tyre_path.as_ref()), reach) {
+                Some(problem) => (None, Some(problem)),
+                None => match tyre_file(&folder, tyre_path) {
+                    Ok(tyre_source) => (Some(tyre_source), None),
+                    Err(error) => (None, Some(Problem::new(error.to_string(), NO_TYRE_FILE))),
+                },
             },
             _ => (None, None),
         };
@@ -227,8 +249,8 @@ impl LoadedScene {
         let allowed = root.get_ref().get("allow_implausible").and_then(|allowed| allowed.get_ref().as_bool());
         let slack = if allowed == Some(true) { IMPLAUSIBLE } else { 1.0 };
         let complaints = Complaints::new(&document, slack);
-        if let Some(error) = tyre_error {
-            complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));
+        if let Some(problem) = tyre_error {
+            complaints.add("tyre", problem);
         }
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
         let scene = consistency::scene(&mut table);
@@ -239,6 +261,9 @@ impl LoadedScene {
             _ => return Err(SceneError::invalid(diagnostics, more)),
         };
         let road_file = scene.road.file().map(Path::to_owned);
+        if let Some(problem) = road_file.as_ref().and_then(|file| outside(&folder, file, reach)) {
+            return Err(document.diagnose("road.file", problem).into());
+        }
         if let Some(file) = scene.road.file_mut()
             && !folder.as_os_str().is_empty()
         {
@@ -247,6 +272,17 @@ impl LoadedScene {
         }
         Ok(Self { scene, path, folder, road_file, settled: false, document: Arc::new(document) })
     }
+}
+
+/// What is wrong with a file outside the scene's folder, links followed. Of one that is not there, nothing: that is
+/// told when it is read.
+fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
+    if reach == Reach::Anywhere {
+        return None;
+    }
+    let (root, real) = (folder.canonicalize().ok()?, folder.join(file).canonicalize().ok()?);
+    let wrong = || format!("\"{}\" is outside the scene's folder, {}", real.display(), root.display());
+    (!real.starts_with(&root)).then(|| Problem::new(wrong(), OUTSIDE))
 }
 
 /// Reads a file as UTF-8.

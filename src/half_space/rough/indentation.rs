@@ -23,6 +23,9 @@ const COARSE_TOLERANCE: f64 = 1e-3;
 /// By how much of the penetration the box of a given load is guessed too large.
 const BOX_MARGIN: f64 = 0.1;
 
+/// Steps of rounding of the heights that a penetration must have to mean anything.
+const RESOLVED: f64 = 1e4;
+
 /// What presses the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
@@ -56,7 +59,8 @@ pub struct Indentation {
 /// # Errors
 /// [`HalfSpaceError::Shape`] unless there are nx ny > 0 heights; [`HalfSpaceError::NotPositive`] for a cell, modulus,
 /// tolerance, load or penetration that is not a positive number; [`HalfSpaceError::Hole`] for a height that is not
-/// finite; [`HalfSpaceError::NotConverged`] after too many iterations.
+/// finite; [`HalfSpaceError::Unresolved`] for a penetration that the heights' rounding hides;
+/// [`HalfSpaceError::NotConverged`] after too many iterations.
 pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -> Result<Indentation, HalfSpaceError> {
     let pressed = match control {
         Control::Load(load) => ("load", load),
@@ -70,11 +74,17 @@ pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -
         Control::Penetration(penetration) => Constraint::Plane(peak - penetration),
     };
     let (pressure, progress) = solve_level(map, constraint, limits, true)?;
+    let (penetration, highest) =
+        (peak - progress.plane, map.heights.iter().fold(0.0, |most: f64, z| most.max(z.abs())));
+    let needed = RESOLVED * f64::EPSILON * highest;
+    if penetration.is_nan() || penetration <= needed {
+        return Err(HalfSpaceError::Unresolved { penetration, highest });
+    }
     let touching = pressure.iter().filter(|&&p| p > 0.0).count();
     let sum: f64 = pressure.iter().sum();
     Ok(Indentation {
         load: sum * modulus * area,
-        penetration: peak - progress.plane,
+        penetration,
         area_fraction: touching as f64 / map.extent.cells() as f64,
         iterations: progress.iterations,
         convolutions: progress.convolutions,

@@ -71,7 +71,11 @@ fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<
     }
     let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
     spectrum.add(&map.heights);
-    let target = TargetSpectrum::measured(&spectrum.levels(longest, shortest))?;
+    let levels = spectrum.levels(longest, shortest);
+    if levels.is_empty() {
+        return Err(RoadError::file(&spec.file, FileFault::Flat));
+    }
+    let target = TargetSpectrum::measured(&levels)?;
     report.notes.push(RoadNote::MadeIsotropic { longest: target.longest(), shortest: target.shortest() });
     Ok(Design { target, shape: None, spacing, seed: spec.seed })
 }

@@ -14,7 +14,7 @@ use crate::road::report::{RoadNote, RoadReport};
 use crate::road::texture::remove_line;
 use crate::scene::{LengthUnit, ProfileRoad};
 use crate::storage::input::{self, excerpt};
-use crate::storage::separated;
+use crate::storage::{InputError, separated};
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
@@ -24,6 +24,9 @@ const SPIKE_FACTOR: f64 = 8.0;
 const MISSING_ALLOWED: f64 = 0.25;
 /// Fewest usable points.
 const FEWEST_POINTS: usize = 8;
+
+/// Bytes in memory that come of a byte of text, of points with a digit each.
+const GROWTH: u64 = 16;
 
 /// A point of the file: distance and height \[m\], height NaN if missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +42,12 @@ struct Point {
 pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
-    let bytes = input::read(path, limit).map_err(|error| fault(error.into()))?;
+    let bytes = input::read(path, limit / GROWTH).map_err(|error| match error {
+        InputError::TooLarge { found, .. } => {
+            fault(FileFault::TooLarge { needed: found.saturating_mul(GROWTH), limit })
+        }
+        other => fault(other.into()),
+    })?;
     let captif = captif_data(&bytes);
     let points = match captif {
         Some((offset, line)) => captif_points(&bytes[offset..], line).map_err(fault)?,

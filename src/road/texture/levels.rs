@@ -131,10 +131,12 @@ impl ProfileSpectrum {
         level(self.energy(lower, upper))
     }
 
-    /// Levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first.
+    /// Levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first; a band without
+    /// any texture has no level and is left out.
     pub fn levels(&self, longest: f64, shortest: f64) -> Vec<TextureLevel> {
         bands_between(longest, shortest)
             .map(|band| TextureLevel { wavelength: mid_wavelength(band), level: self.level(band) })
+            .filter(|at| at.level.is_finite())
             .collect()
     }
 }

@@ -61,8 +61,6 @@ keys! {
 
 /// Counts that more of would be refused for the time that they take, and whose products can be counted.
 const MOST: u64 = 1_000_000;
-/// The same round the tyre: far beyond any memory.
-const MOST_ELEMENTS: u64 = 1_000_000_000_000;
 const FMAX: Bounds = Bounds::positive("Hz").plausible(1.0, 1e5);
 
 pub(in crate::scene) const NUMERICS: Nested<Numerics> =
@@ -120,7 +118,7 @@ impl Kind for Elements {
         if value.get().as_integer().is_none() {
             return value.wrong_type(self);
         }
-        let elements: usize = Whole::between(Numerics::FEWEST_ELEMENTS as u64, MOST_ELEMENTS).read(value)?;
+        let elements: usize = Whole::least(Numerics::FEWEST_ELEMENTS as u64).read(value)?;
         // Wavenumbers run from -N/2 to N/2 - 1.
         if elements.is_multiple_of(2) {
             Some(elements)

@@ -7,12 +7,13 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::amounts::COARSE_TOLERANCE;
 use crate::scene::{LoadedScene, Numerics, Scene, SceneError, short};
 use crate::tyre::influence::Waves;
 use crate::tyre::layers::material::shear_modulus;
 use crate::tyre::layers::surface_asymptote::thickness_limit;
 
+/// Tolerance of the sums that a plan presses the tyre onto a smooth road with.
+pub(super) const COARSE_TOLERANCE: f64 = 1e-3;
 /// Terms that the sums of a plan may have: some thousand times those of a car tyre, a second or two.
 const MOST_TERMS: f64 = 5e6;
 /// Tension of the outermost layer over its shear modulus from which on no bound on short waves is known.

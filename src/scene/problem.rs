@@ -2,7 +2,10 @@
 
 use std::fmt;
 
-use crate::storage::input::excerpt;
+use crate::storage::input::beginning;
+
+/// Characters of either part of a message, which may quote what stands in the file.
+const MOST: usize = 1000;
 
 /// A mistake in a scene: [`Display`](fmt::Display) says what is wrong, [`Problem::right`] what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,7 +25,7 @@ impl fmt::Display for Problem {
 impl Problem {
     /// A value that is wrong.
     pub(super) fn new(wrong: impl Into<String>, right: impl Into<String>) -> Self {
-        Self { wrong: excerpt(&wrong.into()), right: excerpt(&right.into()), at_key: false }
+        Self { wrong: beginning(&wrong.into(), MOST), right: beginning(&right.into(), MOST), at_key: false }
     }
 
     /// A key that is wrong, whatever its value.

@@ -81,11 +81,16 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
 }
 
 /// Characters of a file that a message quotes at most.
-const QUOTED: usize = 400;
+const QUOTED: usize = 80;
 
-/// A text that a message may quote: what is longer than anybody reads is cut.
+/// What a message quotes of a text in a file.
 pub fn excerpt(text: &str) -> String {
-    match text.char_indices().nth(QUOTED) {
+    beginning(text, QUOTED)
+}
+
+/// A text of at most so many characters, or its beginning.
+pub fn beginning(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
     }

@@ -20,6 +20,7 @@ mod fit_tyre;
 mod half_space_closed_forms;
 mod hard_cases;
 mod histories;
+mod hostile;
 mod influence;
 mod layers;
 mod line_contact;

@@ -69,22 +69,25 @@ pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -
     map.check(&[("modulus", modulus), ("tolerance", limits.tolerance), pressed])?;
     let peak = map.peak();
     let area = map.dx * map.dy;
+    // At most what a load on a single cell penetrates, twice over.
+    let deepest = match control {
+        Control::Load(load) => 2.0 * load / (modulus * area.sqrt()),
+        Control::Penetration(penetration) => penetration,
+    };
+    let highest = map.heights.iter().fold(0.0, |most: f64, height| most.max(height.abs()));
+    if deepest <= RESOLVED * f64::EPSILON * highest {
+        return Err(HalfSpaceError::Unresolved { penetration: deepest, highest });
+    }
     let constraint = match control {
         Control::Load(load) => Constraint::Sum(load / (modulus * area)),
         Control::Penetration(penetration) => Constraint::Plane(peak - penetration),
     };
     let (pressure, progress) = solve_level(map, constraint, limits, true)?;
-    let (penetration, highest) =
-        (peak - progress.plane, map.heights.iter().fold(0.0, |most: f64, z| most.max(z.abs())));
-    let needed = RESOLVED * f64::EPSILON * highest;
-    if penetration.is_nan() || penetration <= needed {
-        return Err(HalfSpaceError::Unresolved { penetration, highest });
-    }
     let touching = pressure.iter().filter(|&&p| p > 0.0).count();
     let sum: f64 = pressure.iter().sum();
     Ok(Indentation {
         load: sum * modulus * area,
-        penetration,
+        penetration: peak - progress.plane,
         area_fraction: touching as f64 / map.extent.cells() as f64,
         iterations: progress.iterations,
         convolutions: progress.convolutions,

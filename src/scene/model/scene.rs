@@ -18,7 +18,8 @@ keys! {
     Scene {
         /// Free text, shown in results and plots.
         title: String = String::new() => Text,
-        /// Whether numbers are tried that no tyre, road or run has, up to a thousand times outside of what is plausible.
+        /// Whether numbers are tried that no tyre, road or run has: up to a thousand times outside of what is
+        /// plausible.
         #[serde(skip_serializing_if = "is_default")]
         allow_implausible: bool = false => Flag,
         /// The tyre: given in place or, in the file, by the path of a tyre file.

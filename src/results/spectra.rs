@@ -77,6 +77,6 @@ mod tests {
         }
         assert_eq!(read_force_levels(&text).unwrap(), levels);
         assert_eq!(read_force_levels("a,b\n1,2\n"), None);
-        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,1\n"), "{text}");
+        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0\n"), "{text}");
     }
 }

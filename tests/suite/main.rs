@@ -17,6 +17,7 @@ mod convergence;
 mod curved;
 mod determinism;
 mod fit_tyre;
+mod fuzzing;
 mod half_space_closed_forms;
 mod hard_cases;
 mod histories;

@@ -11,17 +11,19 @@ use crate::scene::{LoadedScene, Numerics, Scene, SceneError, short};
 use crate::tyre::influence::Waves;
 use crate::tyre::layers::material::shear_modulus;
 use crate::tyre::layers::surface_asymptote::thickness_limit;
+use crate::tyre::poles::expected_fit;
 
 /// Tolerance of the sums that a plan presses the tyre onto a smooth road with.
 pub(super) const COARSE_TOLERANCE: f64 = 1e-3;
-/// Terms that the sums of a plan may have: some thousand times those of a car tyre, a second or two.
-const MOST_TERMS: f64 = 5e6;
+/// Evaluations of the compliance that the sums of a plan may take, on one core some seconds: twenty times those of a
+/// curved car tyre.
+const MOST_EVALUATIONS: f64 = 5e7;
 /// Tension of the outermost layer over its shear modulus from which on no bound on short waves is known.
 const LARGEST_PRESTRESS: f64 = 0.3;
 /// Lobes of a strip's weights across that a bound on the rest asks for.
 const LOBES: f64 = 20.0;
 /// Terms of the sums over both kinds of waves that a scene fixes itself, for one time step and one wavenumber.
-const MOST_FIXED: f64 = 1e7;
+const MOST_FIXED: f64 = 1e6;
 
 /// Checks that the sums of a plan end.
 ///
@@ -54,19 +56,22 @@ pub(super) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneErro
     }
     let waves = Waves::new(tyre);
     let around = thickness_limit(tread.thickness, COARSE_TOLERANCE) / waves.kx(1) + 1.0;
-    let mut terms = around * (0.5 * lateral / waves.ky(1) + 1.0);
-    let mut most = MOST_TERMS;
-    if let Numerics { lateral_terms: Some(across), wavenumber_aliases, .. } = *numerics {
-        let fixed = across as f64 * (2.0 * wavenumber_aliases.unwrap_or(1) as f64 + 1.0);
-        if fixed > MOST_FIXED {
-            (terms, most) = (fixed, MOST_FIXED);
-            (key, right) =
-                ("numerics.lateral_terms".to_owned(), "fewer of them, or leave them to the tolerance".into());
-        }
+    let each = if tyre.curvature { expected_fit::WAVE_AT_REST } else { 1.0 };
+    let mut terms = each * around * (0.5 * lateral / waves.ky(1) + 1.0);
+    let mut most = MOST_EVALUATIONS;
+    let Numerics { lateral_terms, wavenumber_aliases, .. } = *numerics;
+    let fixed = lateral_terms.unwrap_or(1) as f64 * (2.0 * wavenumber_aliases.unwrap_or(0) as f64 + 1.0);
+    if fixed > MOST_FIXED {
+        (terms, most) = (fixed, MOST_FIXED);
+        let name = if lateral_terms.is_some() { "lateral_terms" } else { "wavenumber_aliases" };
+        (key, right) = (format!("numerics.{name}"), "fewer of them, or leave them to the tolerance".to_owned());
     }
     if terms <= most {
         return Ok(());
     }
-    let wrong = format!("sums over the tyre's waves would have {terms:.1e} terms, and {most:.0e} are summed at most");
+    let wrong = format!(
+        "sums over the tyre's waves would take {terms:.1e} evaluations of its compliance, and {most:.0e} are done at \
+         most"
+    );
     Err(loaded.complain(&key, wrong, right).into())
 }

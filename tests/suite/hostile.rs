@@ -109,7 +109,7 @@ fn sums_that_would_not_end_are_refused_before_they_begin() {
     refused(folder_with(&tense).path(), &["plan", "scene.toml"], &["tyre.layers[1].tension", "no end"]);
     let allowed = |changes: &[(&str, &str)]| format!("allow_implausible = true\n{}", edit(&smooth, changes));
     let thin = allowed(&[("tyre.layers.1.thickness", "1e-6")]);
-    refused(folder_with(&thin).path(), &["plan", "scene.toml"], &["tyre.layers[1].thickness", "terms"]);
+    refused(folder_with(&thin).path(), &["plan", "scene.toml"], &["tyre.layers[1].thickness", "evaluations"]);
     let many = [("numerics.lateral_terms", "100000"), ("numerics.wavenumber_aliases", "100000")];
     refused(folder_with(&allowed(&many)).path(), &["run", "scene.toml"], &["numerics.lateral_terms", "fewer"]);
 }

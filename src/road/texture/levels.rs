@@ -13,6 +13,9 @@ use super::profile::remove_line;
 /// Reference height of texture levels \[m\].
 const REFERENCE_HEIGHT: f64 = 1e-6;
 
+/// Level that stands for none, dB re 1e-6 m: a hundred-thousandth of a micrometre.
+pub const LOWEST_LEVEL: f64 = -100.0;
+
 /// Exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
 pub fn mid_wavelength(band: i32) -> f64 {
     10_f64.powf(f64::from(band) / 10.0)
@@ -55,7 +58,7 @@ pub struct BandFit {
     pub wavelength: f64,
     /// Level asked for, dB re 1e-6 m.
     pub target: f64,
-    /// Level of the surface (expectation), dB re 1e-6 m.
+    /// Level of the surface (expectation), dB re 1e-6 m; [`LOWEST_LEVEL`] where it has nothing.
     pub fitted: f64,
 }
 

@@ -83,7 +83,7 @@ pub fn crg_binary() -> Vec<u8> {
         let z = 1e-3 * height(row) as f32;
         [0.001, z, z, z].into_iter().for_each(|value| bytes.extend(value.to_be_bytes()));
     }
-    while (bytes.len() - begin) % 80 != 0 {
+    while !(bytes.len() - begin).is_multiple_of(80) {
         bytes.extend(f32::NAN.to_be_bytes());
     }
     bytes

@@ -181,6 +181,22 @@ pub enum RoadError {
         /// Bytes allowed.
         limit: u64,
     },
+    /// A trend that is too long for the road, or for its spacing.
+    #[error(
+        "{}: road.longest_wavelength = {longest} m is too long for a road of {length} m, known every {spacing} m: \
+         leave it out, or remove shorter waves, too",
+        path.display()
+    )]
+    Trend {
+        /// The file.
+        path: PathBuf,
+        /// What is asked for.
+        longest: f64,
+        /// Length of the road.
+        length: f64,
+        /// Spacing of its rows.
+        spacing: f64,
+    },
     /// More heights than fit in memory.
     #[error(
         "the road's heights need {needed} bytes, more than the {limit} that the run may use (numerics.memory_limit): \

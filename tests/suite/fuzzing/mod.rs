@@ -26,6 +26,8 @@ mod scenes;
 
 /// Longest that a parser may take for a file of some kilobytes, in any build.
 const LONGEST: Duration = Duration::from_secs(20);
+/// What is told of, and looked at.
+const TOLD: Duration = Duration::from_secs(1);
 /// What opening a road or solving a case may use \[bytes\].
 const MEMORY: u64 = 1 << 24;
 
@@ -174,6 +176,9 @@ fn feed(target: &Target, seed: u64, executions: u64, time: Duration) -> (u64, Du
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (target.feed)(folder.path(), &bytes)));
         let taken = start.elapsed();
+        if taken > slowest && taken > TOLD {
+            println!("{}: {taken:.1?} for mutant {number} of seed {seed}", target.name);
+        }
         slowest = slowest.max(taken);
         let shown = String::from_utf8_lossy(&bytes[..bytes.len().min(4000)]).into_owned();
         assert!(outcome.is_ok(), "{} panics at mutant {number} of seed {seed}:\n{shown}", target.name);

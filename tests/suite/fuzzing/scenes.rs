@@ -132,7 +132,8 @@ fn planned(text: &str) -> String {
     outcome.map_or_else(|error| error.to_string().lines().next().unwrap_or_default().to_owned(), |()| "planned".into())
 }
 
-/// So many random scenes, those that take longer than `told` printed; the slowest first, with how long each took and what became of it.
+/// So many random scenes, those that take longer than `told` printed; the slowest first, with how long each took and
+/// what became of it.
 fn all_end(count: u64, seed: u64, told: Duration) -> Vec<(Duration, String, String)> {
     let schema = Scene::json_schema();
     let all = sections(&schema);

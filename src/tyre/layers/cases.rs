@@ -19,6 +19,9 @@ use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
 use crate::scene::{Cavity, Foundation, Law, Layer, Material};
 
+/// Steps through the layers of a curved tyre at most: some seconds.
+const MOST_STEPS: f64 = 1e6;
+
 /// What can be wrong with a file of cases.
 #[derive(Debug, Error)]
 pub enum CasesError {
@@ -194,7 +197,13 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
         let s = Complex64::new(case.s[0], case.s[1]);
         let answer = match (asked, case) {
             (Asked::Flat(stack), CaseEntry { kx: Some(kx), ky: Some(ky), .. }) => stack.at(s).full(*kx, *ky),
-            (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => stack.compliance(*n, *m, s, FINE_STEP),
+            (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => {
+                let steps = stack.steps(*n, *m, s, FINE_STEP);
+                if steps.is_nan() || steps > MOST_STEPS {
+                    return Err(refuse("its wave is too short for its layers: there are millions in their thickness"));
+                }
+                stack.compliance(*n, *m, s, FINE_STEP)
+            }
             (Asked::Flat(_), _) => return Err(refuse("a case of a flat tyre has kx and ky")),
             (Asked::Curved(_), _) => return Err(refuse("a case of a curved tyre has n and m")),
         };

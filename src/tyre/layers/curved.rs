@@ -336,10 +336,14 @@ fn inverse(a: Matrix3) -> Matrix3 {
     std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant))
 }
 
+/// Squarings of the largest matrix of finite numbers.
+const MOST_SQUARINGS: f64 = 1024.0;
+
 /// exp of a matrix: its series at a 2^-k of it, squared k times.
 fn exponential(mut matrix: Matrix6) -> Matrix6 {
     let norm = matrix.iter().map(|row| row.iter().map(|entry| entry.norm()).sum::<f64>()).fold(0.0, f64::max);
-    let squarings = if norm > 0.5 { (2.0 * norm).log2().ceil() as i32 } else { 0 };
+    // What is larger, or no number, has no exponential either.
+    let squarings = if norm > 0.5 { (2.0 * norm).log2().ceil().min(MOST_SQUARINGS) as i32 } else { 0 };
     let scale = 2.0_f64.powi(-squarings);
     matrix.iter_mut().flatten().for_each(|entry| *entry *= scale);
     let mut result = identity();

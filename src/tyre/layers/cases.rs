@@ -19,8 +19,8 @@ use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
 use crate::scene::{Cavity, Foundation, Law, Layer, Material};
 
-/// Steps through the layers of a curved tyre at most: some seconds.
-const MOST_STEPS: f64 = 1e6;
+/// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
+const MOST_STEPS: f64 = 1e4;
 
 /// What can be wrong with a file of cases.
 #[derive(Debug, Error)]
@@ -200,7 +200,7 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
             (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => {
                 let steps = stack.steps(*n, *m, s, FINE_STEP);
                 if steps.is_nan() || steps > MOST_STEPS {
-                    return Err(refuse("its wave is too short for its layers: there are millions in their thickness"));
+                    return Err(refuse("its wave is too short for its layers: there are thousands in their thickness"));
                 }
                 stack.compliance(*n, *m, s, FINE_STEP)
             }

@@ -173,6 +173,8 @@ fn feed(target: &Target, seed: u64, executions: u64, time: Duration) -> (u64, Du
             return (number, slowest);
         }
         let bytes = mutants::mutant(&target.corpus, &mut random);
+        // What does not end at all is found here.
+        fs::write(folder.path().join("mutant"), &bytes).unwrap();
         let start = Instant::now();
         let outcome = catch_unwind(AssertUnwindSafe(|| (target.feed)(folder.path(), &bytes)));
         let taken = start.elapsed();

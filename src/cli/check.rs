@@ -4,10 +4,11 @@ use clap::Args;
 use tyrewave::plan::Plan;
 use tyrewave::results::table::{Report, row, words};
 use tyrewave::run::prepare::open_road;
-use tyrewave::scene::{LoadedScene, Scene, Setting};
+use tyrewave::scene::{LoadedScene, Setting};
 
 use super::context::Context;
 use super::error::CliError;
+use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Everything that can be known without running: keys and values, the tyre's file, what fits together, memory and time \
@@ -35,7 +36,8 @@ impl CheckArguments {
         let mut rows = Vec::new();
         let mut notes = Report::default();
         for path in &self.scenes {
-            let loaded = Scene::load_with(path, &self.settings)?;
+            let file = SceneFile { scene: path.clone(), settings: self.settings.clone() };
+            let loaded = context.load(&file)?;
             let plan = checked(&loaded)?;
             let effects = plan.decisions.rows.iter().filter(|decision| decision.on).map(|decision| decision.effect);
             let effects = effects.collect::<Vec<_>>().join(", ");

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::tyre::layers::cases;
 
 use super::context::print;
@@ -30,7 +31,7 @@ impl ComplianceArguments {
     /// Prints the cases with their computed matrices.
     pub fn execute(self) -> Result<(), CliError> {
         let path = self.cases;
-        let text = std::fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let answer = cases::evaluate(&text).map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
         print(&format!("{answer:#}\n"))
     }

@@ -6,11 +6,13 @@ use indicatif::ProgressBar;
 use terminal_size::{Width, terminal_size_of};
 use tyrewave::counters::AllocationProbe;
 use tyrewave::results::table::Report;
+use tyrewave::scene::{LoadedScene, Reach, Scene};
 
 use super::error::CliError;
 use super::interrupt::Interrupt;
 use super::options::GlobalOptions;
 use super::progress::{TerminalProgress, pieces};
+use super::scene_file::SceneFile;
 
 /// What a command needs to know beside its own arguments.
 #[derive(Debug)]
@@ -27,6 +29,12 @@ pub struct Context {
 }
 
 impl Context {
+    /// A scene file, whose tyre and road are where the options let them be.
+    pub fn load(&self, file: &SceneFile) -> Result<LoadedScene, CliError> {
+        let reach = if self.options.allow_outside { Reach::Anywhere } else { Reach::Folder };
+        Ok(Scene::load_with(&file.scene, &file.settings, reach)?)
+    }
+
     /// Progress as the options want it.
     pub fn progress(&self) -> TerminalProgress {
         TerminalProgress::new(self.options.quiet)

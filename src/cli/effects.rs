@@ -46,7 +46,7 @@ pub struct EffectsArguments {
 impl EffectsArguments {
     /// Compares and prints the tables.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let mut side = self.place.open("effects")?;
+        let mut side = self.place.open("effects", context)?;
         side.loaded.check_time_domain()?;
         let duration = self.duration.unwrap_or(side.loaded.scene.rolling.duration.min(LONGEST));
         let mut progress = context.progress();

@@ -9,7 +9,7 @@ use tyrewave::results::{PlotError, ResultsError};
 use tyrewave::road::slices::SliceError;
 use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
-use tyrewave::storage::CacheError;
+use tyrewave::storage::{CacheError, InputError};
 use tyrewave::study::sweep::SweepError;
 
 /// Exit code of a run that failed on its way.
@@ -62,6 +62,11 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// The error of reading a file that was named on the command line.
+    pub fn reading(path: &Path) -> impl FnOnce(InputError) -> Self {
+        move |error| Self::Read { path: path.to_owned(), source: error.into() }
+    }
+
     /// The exit code that this error ends the program with.
     pub fn exit_code(&self) -> u8 {
         match self {

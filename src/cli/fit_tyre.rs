@@ -9,6 +9,7 @@ use tyrewave::counters::Stage;
 use tyrewave::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
 use tyrewave::results::table::{Report, aligned, csv, row};
 use tyrewave::scene::{LoadedScene, SceneError, Tyre};
+use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::fit_tyre::measured::{Point, read};
 use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
 
@@ -74,10 +75,10 @@ impl FitTyreArguments {
     /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { mobility: path, place, fix, free, level_error, phase_error } = self;
-        let mut side = place.open("fit-tyre")?;
+        let mut side = place.open("fit-tyre", context)?;
         let free = free_parameters(&side.loaded, &fix, &free)?;
         let start = &side.loaded.scene.tyre;
-        let bytes = std::fs::read(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let bytes = input::read(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let in_file = |error: &dyn std::fmt::Display| CliError::Usage(format!("{}: {error}", path.display()));
         let points = read(&bytes, start.width).map_err(|error| in_file(&error))?;
         let uncertainty = Uncertainty { level: level_error, phase: phase_error };
@@ -129,14 +130,12 @@ fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) 
     }
     let tyre = &loaded.scene.tyre;
     let missing = free.iter().filter(|parameter| parameter.value(tyre).is_none());
-    let diagnostics: Vec<_> = missing
-        .map(|parameter| {
-            let wrong = format!("{} cannot be fitted from 0, or from what is not there", parameter.name());
-            loaded.complain(&parameter.key(tyre), wrong, "start from a positive value, or leave it out of --free")
-        })
-        .collect();
-    if !diagnostics.is_empty() {
-        return Err(SceneError::Invalid { diagnostics }.into());
+    let mut diagnostics = missing.map(|parameter| {
+        let wrong = format!("{} cannot be fitted from 0, or from what is not there", parameter.name());
+        loaded.complain(&parameter.key(tyre), wrong, "start from a positive value, or leave it out of --free")
+    });
+    if let Some(first) = diagnostics.next() {
+        return Err(SceneError::from(first).into());
     }
     let wanted = |parameter: &Parameter| {
         let asked = free.contains(parameter) || (parameter.is_usually_free() && !fix.contains(parameter));

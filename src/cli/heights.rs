@@ -1,10 +1,8 @@
 //! Heights given on the command line: a `.npy` array of one or two dimensions.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
-use npyz::{DType, NpyFile, Order, TypeChar};
+use tyrewave::storage::array::{Array, ArrayError};
 
 use super::error::CliError;
 
@@ -37,29 +35,19 @@ impl Heights {
         sizes: fn(&[u64]) -> Option<(u64, u64)>,
         cell: [f64; 2],
     ) -> Result<Self, CliError> {
-        let file = File::open(path).map_err(|source| CliError::Read { path: path.to_owned(), source })?;
         let name = path.display();
-        let fault = |error| CliError::Usage(format!("{name} is not a complete .npy array: {error}"));
-        let npy = NpyFile::new(BufReader::new(file)).map_err(fault)?;
-        let Some((rows, columns)) = sizes(npy.shape()).filter(|&(rows, columns)| rows > 0 && columns > 0) else {
-            let shape = npy.shape();
+        let fault = |error| match error {
+            ArrayError::Io(source) => CliError::Read { path: path.to_owned(), source },
+            other => CliError::Usage(format!("{name}: {other}")),
+        };
+        let array = Array::open(path).map_err(fault)?;
+        let Some((rows, columns)) = sizes(array.shape()).filter(|&(rows, columns)| rows > 0 && columns > 0) else {
+            let shape = array.shape();
             let wrong = format!("{name} has shape {shape:?}: {wanted} with at least one height is needed");
             return Err(CliError::Usage(wrong));
         };
-        let (rows, columns, order, kind) = (rows as usize, columns as usize, npy.order(), npy.dtype());
-        let plain = if let DType::Plain(plain) = &kind { Some((plain.type_char(), plain.size_field())) } else { None };
-        let stored: Vec<f64> = match plain {
-            Some((TypeChar::Float, 8)) => npy.into_vec().map_err(fault)?,
-            Some((TypeChar::Float, 4)) => npy.into_vec::<f32>().map_err(fault)?.into_iter().map(f64::from).collect(),
-            Some((TypeChar::Int, 8)) => npy.into_vec::<i64>().map_err(fault)?.into_iter().map(|z| z as f64).collect(),
-            Some((TypeChar::Int, 4)) => npy.into_vec::<i32>().map_err(fault)?.into_iter().map(f64::from).collect(),
-            _ => return Err(CliError::Usage(format!("{name} holds {}: heights must be real numbers", kind.descr()))),
-        };
-        let place = |place: usize| place % columns * rows + place / columns;
-        let values = match order {
-            Order::C => stored,
-            Order::Fortran => (0..rows * columns).map(|index| stored[place(index)]).collect(),
-        };
+        let (rows, columns) = (rows as usize, columns as usize);
+        let values = array.into_values().map_err(fault)?;
         Self { values, rows, columns }.checked(path, cell)
     }
 
@@ -118,21 +106,16 @@ mod tests {
     }
 
     #[test]
-    fn arrays_of_either_order_and_type_are_read_alike() {
+    fn arrays_of_another_shape_or_none_at_all_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("z.npy");
-        let write = |order, values: &[f32]| {
-            let mut bytes = Vec::new();
-            let options = npyz::WriteOptions::new().default_dtype().order(order).shape(&[2, 3]).writer(&mut bytes);
-            let mut writer = options.begin_nd().unwrap();
-            writer.extend(values).unwrap();
-            writer.finish().unwrap();
-            std::fs::write(&path, bytes).unwrap();
-            Heights::read_grid(&path, [1.0; 2]).unwrap()
-        };
-        let expected = grid(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 3);
-        assert_eq!(write(Order::C, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]), expected);
-        assert_eq!(write(Order::Fortran, &[0.0, 3.0, 1.0, 4.0, 2.0, 5.0]), expected);
+        let mut bytes = Vec::new();
+        let options = npyz::WriteOptions::new().default_dtype().shape(&[2, 3]).writer(&mut bytes);
+        let mut writer = options.begin_nd().unwrap();
+        writer.extend([0.0_f32, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+        writer.finish().unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(Heights::read_grid(&path, [1.0; 2]).unwrap(), grid(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 3));
         let wrong = |error: Result<Heights, CliError>| error.unwrap_err().to_string();
         assert!(wrong(Heights::read_row(&path, [1.0; 2])).contains("has shape [2, 3]"));
         std::fs::write(&path, b"heights").unwrap();

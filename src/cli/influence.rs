@@ -68,7 +68,7 @@ struct View<'a> {
 impl InfluenceArguments {
     /// Fits (or takes from the cache), checks, draws.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let mut side = self.place.open("influence")?;
+        let mut side = self.place.open("influence", context)?;
         let loaded = side.loaded.clone();
         let (title, scene, stop) = (loaded.title(), &loaded.scene, context.interrupt.flag());
         let mut progress = context.progress();

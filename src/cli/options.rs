@@ -27,6 +27,9 @@ pub struct GlobalOptions {
     /// Answer with JSON instead of text and tables.
     #[arg(long, global = true)]
     pub json: bool,
+    /// Let a scene name a tyre and a road outside its own folder.
+    #[arg(long, global = true)]
+    pub allow_outside: bool,
     /// When to colour messages; auto: on a terminal, unless the environment variable NO_COLOR is set.
     #[arg(long, global = true, value_name = "WHEN", default_value_t = ColorChoice::Auto)]
     pub color: ColorChoice,

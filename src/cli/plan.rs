@@ -46,7 +46,7 @@ impl PlanArguments {
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let process = resident_memory().unwrap_or_default() as f64;
-        let loaded = self.scene.load()?;
+        let loaded = context.load(&self.scene)?;
         let plan = checked(&loaded)?;
         let amounts = plan.amounts();
         let stop = context.interrupt.flag();

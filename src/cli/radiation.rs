@@ -12,6 +12,7 @@ use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, LinePlot, Series, ShareMap};
 use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
+use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::loads::Standing;
 use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
 
@@ -85,7 +86,7 @@ impl RadiationArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, highest, points } = self;
-        let mut side = place.open("radiation")?;
+        let mut side = place.open("radiation", context)?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let plan = Plan::new(&scene);
         let mut progress = context.progress();
@@ -337,7 +338,7 @@ impl RadiationCasesArguments {
     /// Prints what each case gives.
     pub fn execute(self) -> Result<(), CliError> {
         let path = self.cases;
-        let text = std::fs::read_to_string(&path).map_err(|source| CliError::Read { path: path.clone(), source })?;
+        let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let answer = cases::evaluate(&text, CASES_MEMORY)
             .map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
         print(&format!("{answer:#}\n"))

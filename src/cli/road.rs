@@ -37,7 +37,7 @@ pub struct RoadArguments {
 impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json`, `road.svg` and `texture_spectrum.svg`.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let mut side = Side::new(road_scene(&self.place.scene)?, self.place.target("road"))?;
+        let mut side = Side::new(road_scene(&self.place.scene, context)?, self.place.target("road"))?;
         let scene = &side.loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
@@ -54,10 +54,10 @@ impl RoadArguments {
 }
 
 /// A scene, or the default scene on the road that a file holds.
-fn road_scene(of: &SceneFile) -> Result<LoadedScene, CliError> {
+fn road_scene(of: &SceneFile, context: &Context) -> Result<LoadedScene, CliError> {
     let path = &of.scene;
     if path.extension().is_none_or(|ending| ending.eq_ignore_ascii_case("toml")) {
-        return of.load();
+        return context.load(of);
     }
     let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
     let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &of.settings)?, &axes)?;

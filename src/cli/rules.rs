@@ -60,7 +60,7 @@ impl RulesArguments {
     /// Compares, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, work, substeps, finest, highest, duration } = self;
-        let mut side = place.open("rules")?;
+        let mut side = place.open("rules", context)?;
         side.loaded.check_time_domain()?;
         let stop = context.interrupt.flag();
         let mut progress = context.progress();

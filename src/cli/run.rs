@@ -48,7 +48,7 @@ pub struct RunArguments {
 impl RunArguments {
     /// Runs the scene and says where the results are.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let loaded = self.scene.load()?;
+        let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
         let page = self.report.then(|| begin_page(&beside(&options.target))).transpose()?;

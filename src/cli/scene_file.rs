@@ -4,9 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use clap::Args;
-use tyrewave::scene::{LoadedScene, Scene, Setting};
-
-use super::error::CliError;
+use tyrewave::scene::Setting;
 
 /// A scene, and settings in place of its own.
 #[derive(Clone, Debug, Args)]
@@ -20,11 +18,6 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// Reads and checks the scene.
-    pub fn load(&self) -> Result<LoadedScene, CliError> {
-        Ok(Scene::load_with(&self.scene, &self.settings)?)
-    }
-
     /// The scene's name: its file's without the ending.
     pub fn name(&self) -> OsString {
         self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned()

@@ -41,8 +41,8 @@ pub struct Side {
 
 impl Place {
     /// Reads the scene. A place that cannot be written to is refused now, not after the work.
-    pub fn open(self, command: &str) -> Result<Side, CliError> {
-        let loaded = self.scene.load()?;
+    pub fn open(self, command: &str, context: &Context) -> Result<Side, CliError> {
+        let loaded = context.load(&self.scene)?;
         Side::new(loaded, self.target(command))
     }
 

@@ -94,7 +94,7 @@ impl SlicesArguments {
     /// Computes, draws and tabulates.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, at, slices, calibrate, patches } = self;
-        let mut side = place.open("slices")?;
+        let mut side = place.open("slices", context)?;
         let loaded = &side.loaded;
         let sample = side.meter.time(Stage::Road, || sample(loaded, at, slices))?;
         let tolerance = loaded.scene.contact.slice_tolerance;

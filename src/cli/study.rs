@@ -64,7 +64,7 @@ pub struct StudyArguments {
 impl StudyArguments {
     /// Studies, writes and prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let mut side = self.place.open("study")?;
+        let mut side = self.place.open("study", context)?;
         let loaded = &side.loaded;
         loaded.check_time_domain()?;
         let defaults = StudyOptions::of(&loaded.scene);

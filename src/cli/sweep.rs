@@ -98,7 +98,7 @@ fn values(text: &str) -> Result<Values, String> {
 impl SweepArguments {
     /// Runs the sweep and prints its table.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let base = self.place.scene.load()?;
+        let base = context.load(&self.place.scene)?;
         let loads = self.load.map_or(Vec::new(), |loads| loads.0);
         let axes = Axes { speeds: self.speed.0, loads, roads: self.road };
         let variants = variants(&base, &axes)?;

@@ -103,7 +103,7 @@ impl TyreArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points } = self;
-        let mut side = place.open("tyre")?;
+        let mut side = place.open("tyre", context)?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let tyre = &scene.tyre;
         if rolls {

@@ -39,6 +39,17 @@ pub enum HalfSpaceError {
         /// Its columns.
         columns: usize,
     },
+    /// A penetration beside which the heights are too large to be told from each other.
+    #[error(
+        "a penetration of {penetration:e} m is lost in the rounding of heights up to {highest:e} m: take a spike or an \
+         offset out of the heights, or press harder"
+    )]
+    Unresolved {
+        /// Penetration \[m\].
+        penetration: f64,
+        /// Largest magnitude of a height \[m\].
+        highest: f64,
+    },
     /// The iteration did not reach its tolerance.
     #[error(
         "no convergence in {iterations} iterations: the contact conditions are violated by {residual:.1e} of the \

@@ -1,13 +1,13 @@
 //! Counters of two records side by side.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::error::PerformanceError;
 use super::record::RecordedWorkload;
+use crate::storage::input::{self, TABLE_BYTES};
 
 /// A change that somebody has looked at and wants.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -40,7 +40,7 @@ impl AcceptedChanges {
     /// # Errors
     /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
     pub fn read(path: &Path) -> Result<Self, PerformanceError> {
-        let text = match fs::read_to_string(path) {
+        let text = match input::read_text(path, TABLE_BYTES).map_err(std::io::Error::from) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
             other => other.map_err(PerformanceError::reading(path))?,
         };
@@ -130,6 +130,8 @@ pub fn differences(
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn with(counters: &[(&str, u64)]) -> RecordedWorkload {

@@ -10,6 +10,7 @@ use super::error::PerformanceError;
 use super::measure::{Found, Measurement};
 use super::stamp::Stamp;
 use crate::storage::PendingFile;
+use crate::storage::input::{self, TABLE_BYTES};
 
 /// What `format` says in a record.
 const FORMAT: &str = "tyrewave profile";
@@ -79,7 +80,8 @@ impl Record {
     /// # Errors
     /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
     pub fn read(path: &Path) -> Result<Self, PerformanceError> {
-        let text = fs::read_to_string(path).map_err(PerformanceError::reading(path))?;
+        let text =
+            input::read_text(path, TABLE_BYTES).map_err(|error| PerformanceError::reading(path)(error.into()))?;
         let nonsense = |wrong: String, right| PerformanceError::Nonsense { path: path.to_owned(), wrong, right };
         let record: Self = serde_json::from_str(&text)
             .map_err(|error| nonsense(format!("not a record: {error}"), "`tyrewave profile record` makes them"))?;

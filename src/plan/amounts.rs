@@ -13,6 +13,7 @@ use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::Decisions;
+use crate::plan::feasible::COARSE_TOLERANCE;
 use crate::plan::unit::Unit;
 use crate::plan::{CHUNK_ROWS, Plan, Sound};
 use crate::radiation::SetUpCost;
@@ -28,8 +29,6 @@ use crate::tyre::poles::expected_fit;
 
 /// Elements of the static solution that patch and window are expected from.
 const COARSE: usize = 384;
-/// Its tolerance.
-const COARSE_TOLERANCE: f64 = 1e-3;
 /// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
 const PEAKS: f64 = 1e-3;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
@@ -248,6 +247,7 @@ impl Amounts {
                 self.hold("heights of the road", 8.0 * length * across);
             }
         }
+        self.hold("cells of a piece of road", 8.0 * CHUNK_ROWS as f64 * lattice.along as f64 * across);
         let (unit, cells) = match plan.decisions.slices {
             Slices::HalfSpace => (Unit::HalfSpacePair, rows * lattice.cells() as f64 * across),
             Slices::Winkler | Slices::None => (Unit::SpringCell, rows * lattice.cells() as f64),

@@ -13,6 +13,7 @@
 mod amounts;
 pub(crate) mod cells;
 pub mod decisions;
+mod feasible;
 mod forecast;
 pub mod front;
 mod inflation;
@@ -108,9 +109,10 @@ impl Plan {
     /// The plan of a loaded scene, what it leaves open decided; a fit expected where there is one.
     ///
     /// # Errors
-    /// As [`settled`].
+    /// As [`settled`]; a tyre whose sums over waves have no end, or too many terms.
     pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
         let (scene, mut choices) = settle::decide(loaded)?;
+        feasible::check(loaded, &scene)?;
         choices.extend(inflation::choices(&scene.tyre));
         let mut plan = Self::new(&scene);
         choices.extend(plan.lateral_choices());

@@ -196,7 +196,7 @@ fn check_elements(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError>
         loaded.complain(&format!("outputs.vibration.elements[{index}]"), wrong, right)
     };
     let diagnostics: Vec<Diagnostic> = wanted.filter(|(_, element)| **element >= count).map(complain).collect();
-    if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
+    if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
 }
 
 /// A length in mm, to a hundredth.

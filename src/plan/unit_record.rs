@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::unit::UnitCosts;
 use crate::counters::machine::{instruction_set, processor};
 use crate::numeric::digest::sha256;
+use crate::storage::input::{self, TABLE_BYTES};
 use crate::storage::{Cache, PendingFile};
 
 /// Name of the record in the cache folder.
@@ -23,7 +24,7 @@ struct Record {
 /// Costs measured before, by this build on this kind of processor; typical ones where there are none.
 pub fn known() -> UnitCosts {
     let read = || {
-        let record: Record = serde_json::from_slice(&fs::read(file()?).ok()?).ok()?;
+        let record: Record = serde_json::from_slice(&input::read(&file()?, TABLE_BYTES).ok()?).ok()?;
         (record.machine == machine()).then_some(record.costs)
     };
     read().unwrap_or_default()

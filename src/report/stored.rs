@@ -1,7 +1,5 @@
 //! A results folder, read again.
 
-use std::fs::{self, File};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -15,9 +13,8 @@ use crate::results::spectra::SPECTRA_FILE;
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
 use crate::results::vibration::VIBRATION_FILE;
 use crate::scene::{LoadedScene, Scene, SceneError};
-
-/// Files larger than this are none of ours: summaries, tables and pictures are far below.
-const MOST_BYTES: u64 = 64 << 20;
+use crate::storage::array::Array;
+use crate::storage::input::{self, TABLE_BYTES};
 
 /// Why a folder cannot be reported on.
 #[derive(Debug, Error)]
@@ -137,8 +134,7 @@ impl Stored {
         if !path.is_file() {
             return Ok(None);
         }
-        let bytes = read_bytes(&path)?;
-        let column = npyz::NpyFile::new(bytes.as_slice()).and_then(|file| file.into_vec::<f64>());
+        let column = Array::open(&path).and_then(Array::into_values);
         column.map(Some).map_err(|error| StoredError::Content { path, reason: error.to_string() })
     }
 
@@ -188,16 +184,7 @@ fn levels(text: &str, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> {
 }
 
 fn read_bytes(path: &Path) -> Result<Vec<u8>, StoredError> {
-    let failed = |source| StoredError::Read { path: path.to_owned(), source };
-    let file = File::open(path).map_err(failed)?;
-    let is_file = fs::metadata(path).map_err(failed)?.is_file();
-    let mut bytes = Vec::new();
-    let read = if is_file { file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)? as u64 } else { 0 };
-    if !is_file || read > MOST_BYTES {
-        let reason = if is_file { "it is too large" } else { "it is no file" }.to_owned();
-        return Err(StoredError::Content { path: path.to_owned(), reason });
-    }
-    Ok(bytes)
+    input::read(path, TABLE_BYTES).map_err(|error| StoredError::Read { path: path.to_owned(), source: error.into() })
 }
 
 fn read_text(path: &Path) -> Result<String, StoredError> {

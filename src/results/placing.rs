@@ -19,6 +19,7 @@ use super::error::ResultsError;
 use super::summary::{FORMAT, Marker, SUMMARY_FILE};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, partial_folders};
 use crate::storage::flat_folder::{self, entries};
+use crate::storage::input::{self, TABLE_BYTES};
 
 /// What an unfinished run needs and a finished one does not; the lock is the last to go.
 pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
@@ -105,7 +106,7 @@ fn mark(folder: &Path) -> Option<PathBuf> {
 
 /// The part of a folder's summary that says whose it is, where there is one of ours.
 fn marker(folder: &Path) -> Option<Marker> {
-    let bytes = fs::read(folder.join(SUMMARY_FILE)).ok()?;
+    let bytes = input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?;
     serde_json::from_slice::<Marker>(&bytes).ok().filter(|marker| marker.format == FORMAT)
 }
 

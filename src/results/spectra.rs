@@ -13,7 +13,7 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
 /// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
 /// re 1 N\], 1 where the run vouches for the level and 0 beyond. Numbers are written so that reading gives the same
-/// bits; the level of silence is `-inf`.
+/// bits; silence has no level, and its cell is empty.
 pub fn force_levels_csv(levels: &[BandLevel]) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
@@ -31,12 +31,13 @@ pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
     struct Line {
         mid_frequency_hz: f64,
         mean_square_n2: f64,
-        level_db_re_1n: f64,
+        level_db_re_1n: Option<f64>,
         valid: f64,
     }
     let level = |line: Result<Line, csv::Error>| {
         let Line { mid_frequency_hz, mean_square_n2: mean_square, level_db_re_1n: level, valid } = line.ok()?;
         let band = ThirdOctaveBand::containing(mid_frequency_hz)?;
+        let level = level.unwrap_or(f64::NEG_INFINITY);
         Some(BandLevel { band, mean_square, level, valid: valid > 0.0 })
     };
     csv::Reader::from_reader(text.as_bytes()).into_deserialize().map(level).collect()
@@ -57,8 +58,10 @@ mod tests {
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
         let text = force_levels_csv(&levels);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let rows: Vec<Vec<f64>> =
-            reader.records().map(|row| row.unwrap().iter().map(|field| field.parse().unwrap()).collect()).collect();
+        let rows: Vec<Vec<f64>> = reader
+            .records()
+            .map(|row| row.unwrap().iter().map(|field| field.parse().unwrap_or(f64::NEG_INFINITY)).collect())
+            .collect();
         assert_eq!(rows.len(), 3);
         for (row, level) in rows.iter().zip(&levels) {
             let expected = [
@@ -74,6 +77,6 @@ mod tests {
         }
         assert_eq!(read_force_levels(&text).unwrap(), levels);
         assert_eq!(read_force_levels("a,b\n1,2\n"), None);
-        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains("-inf"), "{text}");
+        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0\n"), "{text}");
     }
 }

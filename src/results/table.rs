@@ -11,15 +11,20 @@ const GAP: usize = 1;
 
 /// The cells of a row, from the left: whatever can be shown, one after the other.
 pub trait Cells {
-    /// Their texts. Numbers are written so that reading gives the same bits.
+    /// Their texts. Numbers are written so that reading gives the same bits; where there is none (the level of silence,
+    /// the mean of nothing) the cell is empty.
     fn texts(self) -> Vec<String>;
 }
 
 impl<R: IntoIterator<Item: ToString>> Cells for R {
     fn texts(self) -> Vec<String> {
-        self.into_iter().map(|cell| cell.to_string()).collect()
+        let text = |cell: R::Item| Some(cell.to_string()).filter(|text| !NO_NUMBERS.contains(&text.trim()));
+        self.into_iter().map(|cell| text(cell).unwrap_or_default()).collect()
     }
 }
+
+/// How what is no number is written.
+const NO_NUMBERS: [&str; 3] = ["-inf", "inf", "NaN"];
 
 /// A row of cells of many kinds.
 pub fn row<const COUNT: usize>(cells: [&dyn fmt::Display; COUNT]) -> Vec<String> {
@@ -229,6 +234,14 @@ pub fn grouped(number: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_number_is_an_empty_cell() {
+        let levels = [[1.5, f64::NEG_INFINITY, f64::NAN], [f64::INFINITY, -0.0, 2.0]];
+        assert_eq!(csv(["a", "b", "c"], levels), "a,b,c\n1.5,,\n,-0,2\n");
+        let shown = numbers(["level"], [[format!("{:8.1}", f64::NEG_INFINITY)]]);
+        assert!(!shown.within(80).contains("inf"), "{}", shown.within(80));
+    }
 
     #[test]
     fn thousands_are_grouped() {

@@ -74,6 +74,7 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
     if let Some((_, end)) = surface.extent() {
         elements = elements.min((end / lattice.dx + 1e-6).floor() as usize + 1);
     }
+    limits.check(elements as f64 * lattice.along as f64 * lattice.columns as f64)?;
     let mut heights = vec![0.0; elements * lattice.cells()];
     surface.heights(0, elements, &mut heights)?;
     let (low, high) =
@@ -131,6 +132,7 @@ impl Profiles {
         // cells.
         let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
         let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
+        limits.check(rows as f64 * own.columns as f64)?;
         let mut heights = vec![0.0; rows * own.columns];
         RoadSurface::on(own, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
         let column = |column: usize| heights.iter().skip(column).step_by(own.columns).copied().collect();

@@ -181,6 +181,33 @@ pub enum RoadError {
         /// Bytes allowed.
         limit: u64,
     },
+    /// A trend that is too long for the road, or for its spacing.
+    #[error(
+        "{}: road.longest_wavelength = {longest} m is too long for a road of {length} m, known every {spacing} m: \
+         leave it out, or remove shorter waves, too",
+        path.display()
+    )]
+    Trend {
+        /// The file.
+        path: PathBuf,
+        /// What is asked for.
+        longest: f64,
+        /// Length of the road.
+        length: f64,
+        /// Spacing of its rows.
+        spacing: f64,
+    },
+    /// More heights than fit in memory.
+    #[error(
+        "the road's heights need {needed} bytes, more than the {limit} that the run may use (numerics.memory_limit): \
+         a coarser spacing, or fewer and larger cells"
+    )]
+    TooManyHeights {
+        /// Bytes needed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
     /// The output buffer does not have rows x columns entries.
     #[error("the height buffer has {found} entries, {needed} are needed")]
     BufferSize {

@@ -2,6 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::storage::InputError;
+use crate::storage::array::ArrayError;
+
 /// A fault of a file. Its messages are what a user reads behind the file's name; lengths in metres unless they say
 /// otherwise.
 #[derive(Debug, thiserror::Error)]
@@ -20,8 +23,8 @@ pub enum FileFault {
     /// No records, as the CSV reader says with the position.
     #[error(transparent)]
     Columns(#[from] csv::Error),
-    #[error("no column {name:?}; the file has: {}", available.join(", "))]
-    NoSuchColumn { name: String, available: Vec<String> },
+    #[error("no column {name:?}; the file has: {available}")]
+    NoSuchColumn { name: String, available: String },
     #[error("line {line}: no unit in {found:?}: expected \"Distance (mm)\" and \"Depth (mm)\" or the like")]
     UnknownUnit { line: u64, found: String },
     #[error("{found} usable points, at least {needed} are needed")]
@@ -32,13 +35,21 @@ pub enum FileFault {
         allowed * 100.0
     )]
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
+    #[error("it is flat: it has no texture to make a surface like it")]
+    Flat,
     #[error("row {row}, column {column} is {value}")]
     Infinite { row: usize, column: usize, value: f64 },
     /// Heights that can hardly be metres.
     #[error("the heights span {span:.4} m, more than {allowed} m: are they in another unit (millimetres)?")]
     ImplausibleHeights { span: f64, allowed: f64 },
-    #[error("it is not a complete .npy array: {0}")]
-    Npy(std::io::Error),
+    /// Points so near each other, or so far, that they can hardly be measured.
+    #[error(
+        "its points are {spacing:e} m apart, and no road is measured so: from {least:e} to {most} m is plausible; is \
+         the unit of its distances right, or a scale?"
+    )]
+    ImplausibleSpacing { spacing: f64, least: f64, most: f64 },
+    #[error(transparent)]
+    Npy(ArrayError),
     #[error("a grid needs a two-dimensional array (rows along x, columns across), this one has the shape {shape:?}")]
     NpyShape { shape: Vec<u64> },
     #[error("a grid needs float64 or float32 heights, this array holds {found}")]
@@ -123,4 +134,23 @@ pub enum LikelyCause {
     /// The file simply stops.
     #[error(". The file ends too early: it was cut off")]
     Truncated,
+}
+
+impl From<InputError> for FileFault {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Io(source) => Self::Io(source),
+            InputError::TooLarge { found, limit } => Self::TooLarge { needed: found, limit },
+        }
+    }
+}
+
+impl From<ArrayError> for FileFault {
+    fn from(error: ArrayError) -> Self {
+        match error {
+            ArrayError::Io(source) => Self::Io(source),
+            ArrayError::Type { found } => Self::NpyType { found },
+            other @ ArrayError::Damaged(_) => Self::Npy(other),
+        }
+    }
 }

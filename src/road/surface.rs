@@ -27,6 +27,17 @@ impl Default for Limits {
     }
 }
 
+impl Limits {
+    /// Refuses so many heights in memory where they would be more than is allowed.
+    ///
+    /// # Errors
+    /// [`RoadError::TooManyHeights`].
+    pub fn check(self, heights: f64) -> Result<(), RoadError> {
+        let needed = (size_of::<f64>() as f64 * heights) as u64;
+        if needed > self.bytes { Err(RoadError::TooManyHeights { needed, limit: self.bytes }) } else { Ok(()) }
+    }
+}
+
 /// An opened road on the run's lattice.
 pub struct RoadSurface {
     lattice: Lattice,
@@ -78,6 +89,9 @@ impl RoadSurface {
                 Heights::Drawn { texture: Box::new(texture), patches: Box::default() }
             }
             Source::Measured(map, at_end) => {
+                if map.dy > 0.0 {
+                    limits.check(map.rows() as f64 * lattice.columns as f64)?;
+                }
                 report.length = Some(map.end());
                 report.spacing = Some(map.dx);
                 report.lateral_spacing = (map.dy > 0.0).then_some(map.dy);

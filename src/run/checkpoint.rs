@@ -4,7 +4,6 @@
 //! beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out with
 //! the same bits: then the run goes on as if it had never stopped.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -28,6 +27,7 @@ use crate::run::record::RecordState;
 use crate::run::road_ahead::RoadState;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
+use crate::storage::input::{self, SCENE_BYTES};
 use crate::storage::sealed_file::Body;
 
 /// What a checkpoint belongs to.
@@ -99,8 +99,8 @@ impl Checkpoint {
         let (owner, steps, written): (Owner, u64, WrittenArrays) =
             body.take().map_err(|error| unusable(error.into()))?;
         let scene_path = folder.join(SCENE_FILE);
-        let scene =
-            std::fs::read_to_string(&scene_path).map_err(|source| CheckpointError::Io { path: scene_path, source })?;
+        let scene = input::read_text(&scene_path, SCENE_BYTES)
+            .map_err(|error| CheckpointError::Io { path: scene_path, source: error.into() })?;
         if owner.scene != sha256(&[&scene]) {
             return Err(unusable(Unusable::Scene).into());
         }
@@ -234,7 +234,7 @@ fn influence_digest(prepared: &Prepared) -> String {
 }
 
 fn file_digest(path: &Path) -> std::io::Result<String> {
-    let mut reader = BufReader::with_capacity(1 << 16, File::open(path)?);
+    let mut reader = BufReader::with_capacity(1 << 16, input::open(path)?.0);
     let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
     loop {
         match reader.read(&mut block)? {

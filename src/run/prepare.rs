@@ -305,6 +305,8 @@ pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
         RoadError::Spacing { .. } | RoadError::TextureTooLarge { .. } => {
             ("road.spacing", "a spacing that suits the wavelengths")
         }
+        RoadError::Trend { .. } => ("road.longest_wavelength", "a shorter wavelength, or none"),
+        RoadError::TooManyHeights { .. } => ("road", "a coarser spacing, fewer cells, or a larger memory_limit"),
         RoadError::Moments { .. } => ("road.kurtosis", "a kurtosis in that range, or less skewness"),
         RoadError::PowerLaw { .. } | RoadError::TwoSpectra => ("road.power_law", "one valid spectrum"),
         RoadError::MissingUnit { key, .. } => (*key, "\"m\", \"mm\" or \"um\""),

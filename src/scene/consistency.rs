@@ -10,6 +10,7 @@ use super::{
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let scene = Scene::read(table)?;
+    load(&scene, table)?;
     cells(&scene, table)?;
     let effects = [texture(&scene, table), centrifugal_tension(&scene, table), vibration_effects(&scene, table)];
     effects.into_iter().collect::<Option<()>>()?;
@@ -23,6 +24,21 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
         }
         _ => Some(scene),
     }
+}
+
+/// Forces on a strip as wide as the tread's and as long as the tyre's radius, from the lightest toy to a wheel of steel
+/// \[N/m^2\].
+const LOADED: [f64; 2] = [300.0, 1e8];
+
+/// Complains about a load that no tyre of this size has; `None` then.
+fn load(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Some((load, _)) = scene.rolling.axle.load() else { return Some(()) };
+    let area = scene.tyre.contact_width * scene.tyre.radius();
+    // In whole decades: the numbers are no exacter.
+    let least = 10_f64.powf((LOADED[0] * area).log10().floor());
+    let most = 10_f64.powf((LOADED[1] * area).log10().ceil());
+    let fits = (least / table.slack()..=most * table.slack()).contains(&load);
+    if fits { Some(()) } else { table.complain("rolling.axle.load", Problem::implausible(load, [least, most], "N")) }
 }
 
 /// Complains about what contact over cells does not have yet, or cannot have; `None` then.

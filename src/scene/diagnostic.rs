@@ -25,6 +25,13 @@ impl Source {
         let column = before.rsplit('\n').next().unwrap_or(before).chars().count() + 1;
         (line, column)
     }
+
+    /// Bytes of the line that a byte lies in, without its end.
+    pub fn line(&self, byte: usize) -> Range<usize> {
+        let (before, after) = self.text.split_at_checked(byte).unwrap_or((&self.text, ""));
+        let begin = before.rfind('\n').map_or(0, |end| end + 1);
+        begin..before.len() + after.find('\n').unwrap_or(after.len())
+    }
 }
 
 /// A mistake, the key it concerns, and its place in a file.
@@ -70,7 +77,9 @@ impl Diagnostic {
     /// The message with the lines concerned, the place marked, and what would be right; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
-        let annotation = AnnotationKind::Primary.span(self.span.clone()).label(self.problem.right());
+        // What begins where a text in quotes does not end would be the rest of the file.
+        let end = self.span.end.min(self.source.line(self.span.start).end).max(self.span.start);
+        let annotation = AnnotationKind::Primary.span(self.span.start..end).label(self.problem.right());
         let snippet = Snippet::source(self.source.text.as_str()).path(self.file()).annotation(annotation);
         renderer.render(&[Level::ERROR.primary_title(self.title()).element(snippet)])
     }

@@ -1,7 +1,7 @@
 //! Where each key of a scene stands, so that any complaint, from the reader or from a later stage, points into the
 //! file.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -105,11 +105,10 @@ impl Document {
 
     /// The key whose definition a byte of `source` belongs to: the last one that begins at or before it, in its line.
     pub(super) fn key_at(&self, source: &Arc<Source>, byte: usize) -> Option<&str> {
-        let line = source.position(byte).0;
-        let keys =
-            self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source) && place.key.start <= byte);
+        let line = source.line(byte).start;
+        let keys = self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source));
         let (path, _) = keys
-            .filter(|(_, place)| source.position(place.key.start).0 == line)
+            .filter(|(_, place)| (line..=byte).contains(&place.key.start))
             .max_by_key(|(path, place)| (place.key.start, path.len()))?;
         Some(path)
     }
@@ -139,21 +138,29 @@ fn parent(path: &str) -> Option<&str> {
     path.rfind(['.', '[']).map(|end| &path[..end])
 }
 
+/// Complaints that are held while a scene is read; of a file that gives more nobody wants to know which come first.
+const MOST_HELD: usize = 512;
+
 /// The complaints collected while one scene is read.
 #[derive(Debug)]
 pub(super) struct Complaints<'a> {
     document: &'a Document,
+    /// By how much values may lie outside what is plausible.
+    pub(super) slack: f64,
     found: RefCell<Vec<Diagnostic>>,
+    /// Complaints that are not held.
+    more: Cell<usize>,
 }
 
 impl<'a> Complaints<'a> {
-    pub(super) fn new(document: &'a Document) -> Self {
-        Self { document, found: RefCell::new(Vec::new()) }
+    /// Of a scene whose values may lie outside what is plausible by a factor of `slack`.
+    pub(super) fn new(document: &'a Document, slack: f64) -> Self {
+        Self { document, slack, found: RefCell::default(), more: Cell::new(0) }
     }
 
     /// As many more about the same scene, which nobody hears.
     pub(super) fn unheard(&self) -> Self {
-        Self::new(self.document)
+        Self::new(self.document, self.slack)
     }
 
     /// Whether a key is in the file.
@@ -161,15 +168,25 @@ impl<'a> Complaints<'a> {
         self.document.has(key)
     }
 
-    /// Adds a complaint.
-    pub(super) fn add(&self, key: &str, problem: Problem) {
-        self.found.borrow_mut().push(self.document.diagnose(key, problem));
+    /// Adds a complaint, made only if it is held.
+    pub(super) fn add_with(&self, key: &str, problem: impl FnOnce() -> Problem) {
+        if self.found.borrow().len() < MOST_HELD {
+            let diagnostic = self.document.diagnose(key, problem());
+            self.found.borrow_mut().push(diagnostic);
+        } else {
+            self.more.set(self.more.get() + 1);
+        }
     }
 
-    /// All complaints in the order of the text, those in the scene's own file first.
-    pub(super) fn finish(self) -> Vec<Diagnostic> {
+    /// Adds a complaint.
+    pub(super) fn add(&self, key: &str, problem: Problem) {
+        self.add_with(key, || problem);
+    }
+
+    /// All complaints in the order of the text, those in the scene's own file first, and how many more there were.
+    pub(super) fn finish(self) -> (Vec<Diagnostic>, usize) {
         let mut found = self.found.into_inner();
         found.sort_by_key(|diagnostic| (!Arc::ptr_eq(&diagnostic.source, &self.document.root), diagnostic.span.start));
-        found
+        (found, self.more.get())
     }
 }

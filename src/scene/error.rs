@@ -7,6 +7,9 @@ use annotate_snippets::{Level, Renderer};
 
 use super::Diagnostic;
 
+/// Mistakes that are told; more of them help nobody.
+const MOST_TOLD: usize = 16;
+
 /// Why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -41,10 +44,12 @@ pub enum SceneError {
         line: usize,
     },
     /// The text does not describe a scene; all mistakes that could be found, in the order of the file.
-    #[error("{}", one_per_line(diagnostics))]
+    #[error("{}{}", one_per_line(diagnostics), and_more("\n", *more))]
     Invalid {
-        /// The mistakes; at least one.
+        /// The mistakes; at least one, and no more than people read.
         diagnostics: Vec<Diagnostic>,
+        /// How many there are beyond these.
+        more: usize,
     },
     /// The scene cannot be written as TOML (a number beyond 63 bits, a path that is not UTF-8).
     #[error("the scene cannot be written as TOML: {source}")]
@@ -61,10 +66,17 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Of mistakes, at least one, beside `more` that are not told.
+    pub(crate) fn invalid(mut diagnostics: Vec<Diagnostic>, more: usize) -> Self {
+        let more = more + diagnostics.len().saturating_sub(MOST_TOLD);
+        diagnostics.truncate(MOST_TOLD);
+        Self::Invalid { diagnostics, more }
+    }
+
     /// The mistakes found in the text; empty if it could not be read at all.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         match self {
-            Self::Invalid { diagnostics } => diagnostics,
+            Self::Invalid { diagnostics, .. } => diagnostics,
             _ => &[],
         }
     }
@@ -77,8 +89,9 @@ impl SceneError {
     /// The message for people: lines of the file, places marked; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         match self {
-            Self::Invalid { diagnostics } => {
-                diagnostics.iter().map(|diagnostic| diagnostic.render(colour)).collect::<Vec<_>>().join("\n\n")
+            Self::Invalid { diagnostics, more } => {
+                let shown: Vec<_> = diagnostics.iter().map(|diagnostic| diagnostic.render(colour)).collect();
+                shown.join("\n\n") + &and_more("\n\n", *more)
             }
             other => {
                 let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
@@ -100,8 +113,13 @@ impl SceneError {
 
 impl From<Diagnostic> for SceneError {
     fn from(diagnostic: Diagnostic) -> Self {
-        Self::Invalid { diagnostics: vec![diagnostic] }
+        Self::invalid(vec![diagnostic], 0)
     }
+}
+
+/// What stands behind the mistakes that are told.
+fn and_more(before: &str, more: usize) -> String {
+    if more == 0 { String::new() } else { format!("{before}and {more} more") }
 }
 
 fn one_per_line(diagnostics: &[Diagnostic]) -> String {

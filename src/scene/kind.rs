@@ -22,32 +22,44 @@ pub struct Bounds {
     low: Bound<f64>,
     high: Bound<f64>,
     unit: &'static str,
+    /// Where its magnitude lies, unless it is 0, in anything that is meant.
+    plausible: Option<[f64; 2]>,
 }
 
 impl Bounds {
+    const fn new(low: Bound<f64>, high: Bound<f64>, unit: &'static str) -> Self {
+        Self { low, high, unit, plausible: None }
+    }
+
     /// Any finite number.
     pub const fn any(unit: &'static str) -> Self {
-        Self { low: Bound::Unbounded, high: Bound::Unbounded, unit }
+        Self::new(Bound::Unbounded, Bound::Unbounded, unit)
     }
 
     /// Numbers above zero.
     pub const fn positive(unit: &'static str) -> Self {
-        Self { low: Bound::Excluded(0.0), high: Bound::Unbounded, unit }
+        Self::new(Bound::Excluded(0.0), Bound::Unbounded, unit)
     }
 
     /// Zero and above.
     pub const fn not_negative(unit: &'static str) -> Self {
-        Self { low: Bound::Included(0.0), high: Bound::Unbounded, unit }
+        Self::new(Bound::Included(0.0), Bound::Unbounded, unit)
     }
 
     /// Between two limits that are themselves not accepted.
     pub const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
-        Self { low: Bound::Excluded(low), high: Bound::Excluded(high), unit }
+        Self::new(Bound::Excluded(low), Bound::Excluded(high), unit)
     }
 
     /// Between two limits that are themselves accepted.
     pub const fn between(low: f64, high: f64, unit: &'static str) -> Self {
-        Self { low: Bound::Included(low), high: Bound::Included(high), unit }
+        Self::new(Bound::Included(low), Bound::Included(high), unit)
+    }
+
+    /// The same, and what of it is plausible, from toys to earth movers: numbers of another magnitude, 0 apart, are
+    /// asked about unless the scene allows them.
+    pub const fn plausible(self, least: f64, most: f64) -> Self {
+        Self { plausible: Some([least, most]), ..self }
     }
 
     fn contains(&self, value: f64) -> bool {
@@ -79,8 +91,16 @@ impl fmt::Display for Bounds {
 
 impl Bounds {
     fn inside_or_complain(&self, number: f64, value: &Value<'_>) -> Option<f64> {
-        let fits = number.is_finite() && self.contains(number);
-        if fits { Some(number) } else { value.complain(Problem::out_of_range(number, &self.to_string())) }
+        if !(number.is_finite() && self.contains(number)) {
+            return value.complain(Problem::out_of_range(number, &self.to_string()));
+        }
+        let (size, slack) = (number.abs(), value.slack());
+        match self.plausible {
+            Some(range @ [least, most]) if number != 0.0 && !(least / slack..=most * slack).contains(&size) => {
+                value.complain(Problem::implausible(number, range, self.unit))
+            }
+            _ => Some(number),
+        }
     }
 }
 
@@ -115,6 +135,9 @@ impl Kind for Bounds {
                 Bound::Unbounded => {}
             }
         }
+        if let Some([least, most]) = self.plausible {
+            schema["title"] = format!("{self}; from {} to {} is plausible", short(least), short(most)).into();
+        }
         schema
     }
 }
@@ -123,13 +146,18 @@ fn whole(integer: &DeInteger<'_>) -> Option<i128> {
     i128::from_str_radix(integer.as_str(), integer.radix()).ok()
 }
 
-/// A whole number of at least so much.
+/// A whole number of at least so much, and at most so much.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Whole<T>(u64, PhantomData<T>);
+pub(super) struct Whole<T>(u64, u64, PhantomData<T>);
 
 impl<T> Whole<T> {
     pub(super) const fn least(least: u64) -> Self {
-        Self(least, PhantomData)
+        Self::between(least, u64::MAX)
+    }
+
+    /// Both limits accepted.
+    pub(super) const fn between(least: u64, most: u64) -> Self {
+        Self(least, most, PhantomData)
     }
 }
 
@@ -137,7 +165,8 @@ impl<T: TryFrom<i128> + Serialize> Kind for Whole<T> {
     type Output = T;
 
     fn wanted(&self) -> String {
-        format!("a whole number of at least {}", self.0)
+        let most = if self.1 == u64::MAX { String::new() } else { format!(" and at most {}", self.1) };
+        format!("a whole number of at least {}{most}", self.0)
     }
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
@@ -147,11 +176,18 @@ impl<T: TryFrom<i128> + Serialize> Kind for Whole<T> {
             return value.complain(Problem::too_small(small, self.0));
         }
         let too_large = || Problem::too_large(&integer.to_string(), &self.wanted());
+        if self.1 < u64::MAX && number.is_some_and(|number| number > i128::from(self.1)) {
+            return value.complain(Problem::new(format!("{integer} is too large"), format!("write {}", self.wanted())));
+        }
         number.and_then(|number| T::try_from(number).ok()).or_else(|| value.complain(too_large()))
     }
 
     fn schema(&self) -> Json {
-        json!({ "type": "integer", "minimum": self.0 })
+        let mut schema = json!({ "type": "integer", "minimum": self.0 });
+        if self.1 < u64::MAX {
+            schema["maximum"] = self.1.into();
+        }
+        schema
     }
 }
 

@@ -4,7 +4,7 @@
 //! 2. A tyre given by its file is read and put in the place of the path.
 //! 3. The place of every key is noted, for this and for later complaints.
 //! 4. The tree is read key by key; all mistakes are collected.
-//! 5. File paths are made absolute, from the scene's folder.
+//! 5. File paths are made absolute, from the scene's folder, which they may not leave unless [`Reach`] says so.
 //!
 //! What the scene leaves open keeps its default here: the plan decides about it, and asks [`LoadedScene::gives`].
 
@@ -20,17 +20,32 @@ use super::setting::Setting;
 use super::table::Table;
 use super::{Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
+use crate::storage::input::{self, SCENE_BYTES};
 
 /// Syntax errors looked at; more of them help nobody.
 const MOST_SYNTAX_ERRORS: usize = 16;
+/// How far outside of what is plausible a scene may go that says it wants to: what is further off is no tyre, and the
+/// numbers that follow from it leave what a computer can count to.
+const IMPLAUSIBLE: f64 = 1e3;
 
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
+const OUTSIDE: &str = "copy it there, or let this scene name any file: --allow-outside";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
 const NOT_TOML: &str = "write it as TOML: `key = value`, texts in quotes";
 const NOT_CAUSAL: [&str; 2] = [
     "the law \"hysteretic\" is not causal: the tread would move before it is touched",
     "use \"power-law\", \"prony\" or \"elastic\" here; \"hysteretic\" serves frequency-domain results only",
 ];
+
+/// Where the files that a scene names may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reach {
+    /// In the scene's folder and below, links followed: a scene from anywhere opens nothing else.
+    #[default]
+    Folder,
+    /// Anywhere.
+    Anywhere,
+}
 
 /// A checked scene and where it comes from.
 #[derive(Clone, Debug)]
@@ -49,24 +64,25 @@ pub struct LoadedScene {
 }
 
 impl Scene {
-    /// Reads and checks a scene file.
+    /// Reads and checks a scene file. The files that it names lie in its folder or below.
     ///
     /// # Errors
     /// The file cannot be read, or [`SceneError::Invalid`] with all mistakes that could be found in it.
     pub fn load(path: impl AsRef<Path>) -> Result<LoadedScene, SceneError> {
-        Self::load_with(path, &[])
+        Self::load_with(path, &[], Reach::Folder)
     }
 
-    /// As [`Self::load`], with settings in place of the scene's own; paths among them are relative to the scene, too.
+    /// As [`Self::load`], with settings in place of the scene's own, and a word on where the tyre and the road that it
+    /// names may be. Paths among the settings are relative to the scene, too.
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn load_with(path: impl AsRef<Path>, settings: &[Setting]) -> Result<LoadedScene, SceneError> {
+    pub fn load_with(path: impl AsRef<Path>, settings: &[Setting], reach: Reach) -> Result<LoadedScene, SceneError> {
         let path = path.as_ref();
         let text = read_text(path)?;
         let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
         let folder = absolute.parent().unwrap_or(&absolute).to_owned();
-        LoadedScene::new(text, path.to_owned(), folder, settings)
+        LoadedScene::new(text, path.to_owned(), folder, settings, reach)
     }
 
     /// Checks a scene in a text; `name` stands in messages where a file's name would. Paths in it are used as they are.
@@ -82,7 +98,7 @@ impl Scene {
     /// # Errors
     /// As [`Self::from_str`].
     pub fn from_str_with(text: &str, name: &str, settings: &[Setting]) -> Result<LoadedScene, SceneError> {
-        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), settings)
+        LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), settings, Reach::Anywhere)
     }
 
     /// The JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`, what has
@@ -117,7 +133,7 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::to_toml`] and [`Scene::from_str`]; lines are those of the scene as TOML.
     pub fn from_scene(scene: &Scene, name: &str) -> Result<Self, SceneError> {
-        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new(), &[])
+        Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new(), &[], Reach::Anywhere)
     }
 
     /// A scene that was loaded before: its settings as written and as used, both as TOML, and where they came from.
@@ -125,8 +141,8 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::from_str`].
     pub fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
-        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), &[])?;
-        let written = Self::new(written.to_owned(), path, PathBuf::new(), &[])?;
+        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), &[], Reach::Anywhere)?;
+        let written = Self::new(written.to_owned(), path, PathBuf::new(), &[], Reach::Anywhere)?;
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
@@ -215,10 +231,16 @@ impl LoadedScene {
         let [wrong, right] = NOT_CAUSAL;
         let complain = |(layer, _)| self.complain(&format!("tyre.layers[{layer}].material.law"), wrong, right);
         let diagnostics: Vec<_> = acausal.map(complain).collect();
-        if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::Invalid { diagnostics }) }
+        if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
     }
 
-    fn new(text: String, path: PathBuf, folder: PathBuf, settings: &[Setting]) -> Result<Self, SceneError> {
+    fn new(
+        text: String,
+        path: PathBuf,
+        folder: PathBuf,
+        settings: &[Setting],
+        reach: Reach,
+    ) -> Result<Self, SceneError> {
         let source = Arc::new(Source { name: path.display().to_string(), text });
         let mut root = parse(&source)?;
         let mut document = Document::new(&source, root.get_ref());
@@ -227,9 +249,12 @@ impl LoadedScene {
         tyre.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
 
         let (tyre_source, tyre_error) = match root.get_ref().get("tyre").map(Spanned::get_ref) {
-            Some(DeValue::String(tyre_path)) => match tyre_file(&folder, tyre_path) {
-                Ok(tyre_source) => (Some(tyre_source), None),
-                Err(error) => (None, Some(error)),
+            Some(DeValue::String(tyre_path)) => match outside(&folder, Path::new(tyre_path.as_ref()), reach) {
+                Some(problem) => (None, Some(problem)),
+                None => match tyre_file(&folder, tyre_path) {
+                    Ok(tyre_source) => (Some(tyre_source), None),
+                    Err(error) => (None, Some(Problem::new(error.to_string(), NO_TYRE_FILE))),
+                },
             },
             _ => (None, None),
         };
@@ -241,19 +266,24 @@ impl LoadedScene {
             }
         }
         within.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
-        let complaints = Complaints::new(&document);
-        if let Some(error) = tyre_error {
-            complaints.add("tyre", Problem::new(error.to_string(), NO_TYRE_FILE));
+        let allowed = root.get_ref().get("allow_implausible").and_then(|allowed| allowed.get_ref().as_bool());
+        let slack = if allowed == Some(true) { IMPLAUSIBLE } else { 1.0 };
+        let complaints = Complaints::new(&document, slack);
+        if let Some(problem) = tyre_error {
+            complaints.add("tyre", problem);
         }
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
         let scene = consistency::scene(&mut table);
         table.finish();
-        let diagnostics = complaints.finish();
+        let (diagnostics, more) = complaints.finish();
         let mut scene = match scene {
             Some(scene) if diagnostics.is_empty() => scene,
-            _ => return Err(SceneError::Invalid { diagnostics }),
+            _ => return Err(SceneError::invalid(diagnostics, more)),
         };
         let road_file = scene.road.file().map(Path::to_owned);
+        if let Some(problem) = road_file.as_ref().and_then(|file| outside(&folder, file, reach)) {
+            return Err(document.diagnose("road.file", problem).into());
+        }
         if let Some(file) = scene.road.file_mut()
             && !folder.as_os_str().is_empty()
         {
@@ -264,13 +294,20 @@ impl LoadedScene {
     }
 }
 
+/// What is wrong with a file outside the scene's folder, links followed. Of one that is not there, nothing: that is
+/// told when it is read.
+fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
+    if reach == Reach::Anywhere {
+        return None;
+    }
+    let (root, real) = (folder.canonicalize().ok()?, folder.join(file).canonicalize().ok()?);
+    let wrong = || format!("\"{}\" is outside the scene's folder, {}", real.display(), root.display());
+    (!real.starts_with(&root)).then(|| Problem::new(wrong(), OUTSIDE))
+}
+
 /// Reads a file as UTF-8.
 fn read_text(path: &Path) -> Result<String, SceneError> {
-    // Reading a folder fails with a different error on each system.
-    if path.is_dir() {
-        return Err(SceneError::Folder { path: path.to_owned() });
-    }
-    let bytes = std::fs::read(path).map_err(|source| SceneError::reading(path, source))?;
+    let bytes = input::read(path, SCENE_BYTES).map_err(|error| SceneError::reading(path, error.into()))?;
     String::from_utf8(bytes).map_err(|error| {
         let byte = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..byte].iter().filter(|&&byte| byte == b'\n').count() + 1;
@@ -294,11 +331,12 @@ fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
     let document = Document::new(source, table.get_ref());
     // A file that is something else altogether, such as a table of numbers, has an error in each line.
     errors.sort_by_key(|error| error.span().map(|span| span.start));
+    let more = errors.len().saturating_sub(MOST_SYNTAX_ERRORS);
     errors.truncate(MOST_SYNTAX_ERRORS);
     let mut diagnostics: Vec<_> = errors.iter().map(|error| syntax(source, &document, error)).collect();
     // After the first error of a line the parser is often out of step: the rest of the line would be noise.
     diagnostics.dedup_by_key(|diagnostic| diagnostic.line());
-    Err(SceneError::Invalid { diagnostics })
+    Err(SceneError::invalid(diagnostics, more))
 }
 
 fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) -> Diagnostic {

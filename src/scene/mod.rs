@@ -21,7 +21,7 @@ pub(crate) mod tests;
 pub use diagnostic::{Diagnostic, Source};
 pub use error::SceneError;
 pub use kind::Bounds;
-pub use load::{LoadedScene, settings_hash};
+pub use load::{LoadedScene, Reach, settings_hash};
 pub use model::*;
 pub use problem::Problem;
 pub(crate) use problem::short;

@@ -2,6 +2,11 @@
 
 use std::fmt;
 
+use crate::storage::input::beginning;
+
+/// Characters of either part of a message, which may quote what stands in the file.
+const MOST: usize = 1000;
+
 /// A mistake in a scene: [`Display`](fmt::Display) says what is wrong, [`Problem::right`] what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
@@ -20,7 +25,7 @@ impl fmt::Display for Problem {
 impl Problem {
     /// A value that is wrong.
     pub(super) fn new(wrong: impl Into<String>, right: impl Into<String>) -> Self {
-        Self { wrong: wrong.into(), right: right.into(), at_key: false }
+        Self { wrong: beginning(&wrong.into(), MOST), right: beginning(&right.into(), MOST), at_key: false }
     }
 
     /// A key that is wrong, whatever its value.
@@ -64,6 +69,14 @@ impl Problem {
         } else {
             Self::new(format!("{value} is not a finite number"), format!("write {wanted}"))
         }
+    }
+
+    /// A number that is possible and hardly meant.
+    pub(super) fn implausible(value: f64, [least, most]: [f64; 2], unit: &str) -> Self {
+        let (value, least, most) = (short(value), short(least), short(most));
+        let space = if unit.is_empty() { "" } else { " " };
+        let wrong = format!("{value}{space}{unit} is hardly meant: from {least} to {most}{space}{unit} is plausible");
+        Self::new(wrong, "is it in another unit? `allow_implausible = true` at the top of the scene lets it be tried")
     }
 
     /// A word that is not in the list.

@@ -55,7 +55,9 @@ pub(super) fn table<const COUNT: usize>(about: &str, keys: [(&str, &str, (Value,
 /// What may stand at a key, and whether it must be given: where there is no default.
 pub(super) fn key<T>(kind: &impl Kind<Output = T>, default: Option<T>) -> (Value, bool) {
     let mut schema = kind.schema();
-    schema["title"] = kind.wanted().into();
+    if schema["title"].is_null() {
+        schema["title"] = kind.wanted().into();
+    }
     let written = default.as_ref().map(|default| kind.written(default));
     // Tables tell their defaults key by key; nothing is not written as an empty array.
     if let Some(written) = written.filter(|written| !written.is_null() && !written.is_object() && *written != json!([]))

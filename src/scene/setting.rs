@@ -59,7 +59,7 @@ impl Setting {
         let invalid = |problem| {
             let span = 0..self.source.text.len();
             let diagnostic = Diagnostic { source: Arc::clone(&self.source), key: self.key.clone(), span, problem };
-            SceneError::Invalid { diagnostics: vec![diagnostic] }
+            SceneError::invalid(vec![diagnostic], 0)
         };
         let no_toml = |error: toml::de::Error| invalid(Problem::new(error.message(), "write it as TOML"));
         let value = DeValue::parse(&self.source.text).map_err(no_toml)?;

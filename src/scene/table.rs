@@ -61,6 +61,11 @@ impl<'a> Value<'a> {
         self.complain(Problem::new(format!("{found} cannot stand here"), format!("write {}", kind.wanted())))
     }
 
+    /// By how much the value may lie outside what is plausible.
+    pub(super) fn slack(&self) -> f64 {
+        self.complaints.slack
+    }
+
     /// An array of at least one item, each of a kind.
     pub(super) fn each<K: Kind>(&self, kind: &K, array: &impl Kind) -> Option<Vec<K::Output>> {
         let Some(items) = self.items() else { return self.wrong_type(array) };
@@ -138,6 +143,11 @@ impl<'a> Table<'a> {
             }
             _ => Some(()),
         }
+    }
+
+    /// By how much values may lie outside what is plausible.
+    pub(super) fn slack(&self) -> f64 {
+        self.complaints.slack
     }
 
     /// Whether a key is given.
@@ -220,11 +230,11 @@ impl<'a> Table<'a> {
             return;
         }
         let known = self.keys();
+        // A key that is already given cannot be the one that was meant.
+        let free: Vec<_> = known.iter().copied().filter(|known| !self.has(known)).collect();
         for key in self.entries.keys().map(|key| key.get_ref().as_ref()).filter(|key| !known.contains(key)) {
-            // A key that is already given cannot be the one that was meant.
-            let free: Vec<_> = known.iter().copied().filter(|known| !self.has(known)).collect();
-            let problem = Problem::unknown_key(self.title, nearest(key, &free), &known);
-            self.complaints.add(&join(&self.key, key), problem);
+            let problem = || Problem::unknown_key(self.title, nearest(key, &free), &known);
+            self.complaints.add_with(&join(&self.key, key), problem);
         }
     }
 }

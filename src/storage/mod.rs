@@ -1,5 +1,7 @@
 //! Files beside the results: whole ones, sealed ones, the states of runs, a cache, and tables that are read.
 //!
+//! - [`array`]: `.npy` arrays that are read;
+//! - [`input`]: files that are read: regular ones of a bounded size;
 //! - [`pending_file`]: files that are whole or not there;
 //! - [`sealed_file`]: the one binary format, for checkpoints and cache entries alike;
 //! - [`cache`]: results that take long, kept for the next run;
@@ -9,14 +11,17 @@
 //!
 //! None of them knows what the bytes mean: a type that is kept says so by deriving serde's traits.
 
+pub mod array;
 pub mod cache;
 pub mod flat_folder;
+pub mod input;
 pub mod pending_file;
 pub mod sealed_file;
 pub mod separated;
 pub mod state;
 
 pub use cache::{Cache, CacheEntry, CacheError, Cached, Kind};
+pub use input::InputError;
 pub use pending_file::PendingFile;
 pub use sealed_file::{Format, Unusable};
 pub use state::StateError;

@@ -18,11 +18,14 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use super::input;
 use super::pending_file::PendingFile;
 
 /// Bytes before the body and after it.
 const HEADER: usize = 8 + 4 + 8;
 const TRAILER: usize = 32;
+/// More bytes than any state of a run has that fits in memory.
+const LARGEST: u64 = 16_000_000_000;
 
 /// Why a sealed file is not used.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -87,7 +90,7 @@ impl Format {
     /// # Errors
     /// Of the file.
     pub fn read(&self, path: &Path) -> io::Result<Result<Body, Unusable>> {
-        let bytes = std::fs::read(path)?;
+        let bytes = input::read(path, LARGEST)?;
         Ok(self.check(&bytes).map(|()| Body { bytes, next: HEADER }))
     }
 

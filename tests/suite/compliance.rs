@@ -225,3 +225,25 @@ fn bad_case_files_are_refused() {
         cases::evaluate(r#"{"tyres": [], "cases": [{"tyre": "b", "kx": 1, "ky": 1, "s": [0, 1]}]}"#).unwrap_err();
     assert!(error.to_string().contains("'b'"), "{error}");
 }
+
+#[test]
+fn a_wave_that_would_take_for_ever_through_the_layers_is_refused() {
+    let with = |n: &str, s: &str, modulus: &str| {
+        let text = format!(
+            r#"{{"tyres": [{{"name": "t", "curved": true, "circumference": 1.95, "width": 0.2, "foundation":
+            {{"normal": 2e6, "tangential": 1e6}}, "layers": [{{"thickness": 0.01, "modulus": {modulus}, "poisson": 0.4,
+            "density": 1200}}]}}], "cases": [{{"tyre": "t", "n": {n}, "m": 2, "s": [0, {s}]}}]}}"#
+        );
+        cases::evaluate(&text).map_err(|error| error.to_string())
+    };
+    assert!(with("3", "900", "1e8").is_ok());
+    for (n, s) in [("6148914691236517206", "900"), ("3", "1e300")] {
+        let error = with(n, s, "1e8").unwrap_err();
+        assert!(error.contains("case 0") && error.contains("too short"), "{error}");
+    }
+    // Steps whose matrices are not finite are not squared two thousand million times.
+    for modulus in ["1e308", "1e-308"] {
+        let error = with("3", "900", modulus).unwrap_err();
+        assert!(error.contains("case 0"), "{error}");
+    }
+}

@@ -23,6 +23,9 @@ const COARSE_TOLERANCE: f64 = 1e-3;
 /// By how much of the penetration the box of a given load is guessed too large.
 const BOX_MARGIN: f64 = 0.1;
 
+/// Steps of rounding of the heights that a penetration must have to mean anything.
+const RESOLVED: f64 = 1e4;
+
 /// What presses the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
@@ -56,7 +59,8 @@ pub struct Indentation {
 /// # Errors
 /// [`HalfSpaceError::Shape`] unless there are nx ny > 0 heights; [`HalfSpaceError::NotPositive`] for a cell, modulus,
 /// tolerance, load or penetration that is not a positive number; [`HalfSpaceError::Hole`] for a height that is not
-/// finite; [`HalfSpaceError::NotConverged`] after too many iterations.
+/// finite; [`HalfSpaceError::Unresolved`] for a penetration that the heights' rounding hides;
+/// [`HalfSpaceError::NotConverged`] after too many iterations.
 pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -> Result<Indentation, HalfSpaceError> {
     let pressed = match control {
         Control::Load(load) => ("load", load),
@@ -65,6 +69,15 @@ pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -
     map.check(&[("modulus", modulus), ("tolerance", limits.tolerance), pressed])?;
     let peak = map.peak();
     let area = map.dx * map.dy;
+    // At most what a load on a single cell penetrates, twice over.
+    let deepest = match control {
+        Control::Load(load) => 2.0 * load / (modulus * area.sqrt()),
+        Control::Penetration(penetration) => penetration,
+    };
+    let highest = map.heights.iter().fold(0.0, |most: f64, height| most.max(height.abs()));
+    if deepest <= RESOLVED * f64::EPSILON * highest {
+        return Err(HalfSpaceError::Unresolved { penetration: deepest, highest });
+    }
     let constraint = match control {
         Control::Load(load) => Constraint::Sum(load / (modulus * area)),
         Control::Penetration(penetration) => Constraint::Plane(peak - penetration),

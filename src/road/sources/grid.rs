@@ -1,15 +1,11 @@
 //! Height maps given as a two-dimensional `.npy` array.
 
-use std::fs::File;
-use std::io::BufReader;
-
-use npyz::{DType, NpyFile, Order, TypeChar};
-
-use super::height_map::{HeightMap, LARGE_SPAN, fill_missing};
+use super::height_map::{HeightMap, LARGE_SPAN, fill_missing, plausible_spacing};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
 use crate::scene::GridRoad;
+use crate::storage::array::Array;
 
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.2;
@@ -22,20 +18,14 @@ pub fn columns(spec: &GridRoad) -> Result<usize, RoadError> {
     Ok(open(spec)?.1.1)
 }
 
-type Opened = (NpyFile<BufReader<File>>, (usize, usize), u64);
-
-/// The file behind its header, rows and columns, bytes per height.
-fn open(spec: &GridRoad) -> Result<Opened, RoadError> {
+/// The file behind its header, rows and columns.
+fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
     let path = &spec.file;
     let fault = |fault: FileFault| RoadError::file(path, fault);
-    let file = File::open(path).map_err(|source| fault(source.into()))?;
-    let found = NpyFile::new(BufReader::new(file)).map_err(|source| fault(FileFault::Npy(source)))?;
-    let bytes = match found.dtype() {
-        DType::Plain(kind) if kind.type_char() == TypeChar::Float && matches!(kind.size_field(), 4 | 8) => {
-            kind.size_field()
-        }
-        other => return Err(fault(FileFault::NpyType { found: other.descr() })),
-    };
+    let found = Array::open(path).map_err(|source| fault(source.into()))?;
+    if !found.is_of_floats() {
+        return Err(fault(FileFault::NpyType { found: found.type_name() }));
+    }
     let &[rows, columns] = found.shape() else {
         return Err(fault(FileFault::NpyShape { shape: found.shape().to_vec() }));
     };
@@ -43,7 +33,7 @@ fn open(spec: &GridRoad) -> Result<Opened, RoadError> {
     if rows < 2 || columns < 1 {
         return Err(fault(FileFault::TooFewPoints { found: shape.0.min(shape.1), needed: 2 }));
     }
-    Ok((found, shape, bytes))
+    Ok((found, shape))
 }
 
 /// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
@@ -55,26 +45,17 @@ pub fn read(spec: &GridRoad, contact_width: f64, limit: u64, report: &mut RoadRe
     let path = &spec.file;
     positive("road.dx", spec.dx)?;
     positive("road.dy", spec.dy)?;
-    let (file, (rows, columns), bytes) = open(spec)?;
+    let (file, (rows, columns)) = open(spec)?;
     let needed = (rows as u64).saturating_mul(columns as u64).saturating_mul(8);
     if needed > limit {
         return Err(RoadError::file(path, FileFault::TooLarge { needed, limit }));
     }
+    [spec.dx, spec.dy].into_iter().try_for_each(plausible_spacing).map_err(|fault| RoadError::file(path, fault))?;
     let width = columns as f64 * spec.dy;
     if width < contact_width * (1.0 - 1e-9) {
         return Err(RoadError::Narrow { path: path.clone(), needed: contact_width, available: width });
     }
-    let order = file.order();
-    let fault = |source| RoadError::file(path, FileFault::Npy(source));
-    let stored: Vec<f64> = if bytes == 8 {
-        file.into_vec().map_err(fault)?
-    } else {
-        file.into_vec::<f32>().map_err(fault)?.into_iter().map(f64::from).collect()
-    };
-    let mut heights = match order {
-        Order::C => stored,
-        Order::Fortran => (0..rows * columns).map(|index| stored[index % columns * rows + index / columns]).collect(),
-    };
+    let mut heights = file.into_values().map_err(|error| RoadError::file(path, error))?;
     if let Some(place) = heights.iter().position(|height| height.is_infinite()) {
         let (row, column) = (place / columns, place % columns);
         return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));

@@ -13,6 +13,14 @@ pub const LARGE_SPAN: f64 = 0.1;
 /// Largest span of heights that can be a texture's \[m\].
 const LARGEST_SPAN: f64 = 0.5;
 
+/// Spacings of any road that was measured \[m\]: from well below a laser's spot to well above a wheel.
+const SPACINGS: [f64; 2] = [1e-6, 10.0];
+
+/// How often the mean that is the trend may go over a road that is reflected at its ends.
+const MOST_TURNS: f64 = 100.0;
+/// Products that a trend may take: minutes.
+const MOST_PRODUCTS: f64 = 1e11;
+
 /// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the
 /// tyre's middle. A single column with `dy` = 0 is level across.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,15 +75,22 @@ impl HeightMap {
 
     /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of
     /// the rows. Wavelengths shorter than 0.8 `longest` stay as they are.
-    pub fn remove_trend(&mut self, longest: f64) {
+    ///
+    /// # Errors
+    /// [`RoadError::Trend`] for a wavelength so far beyond the road's length or spacing that it would take all memory.
+    pub fn remove_trend(&mut self, longest: f64) -> Result<(), RoadError> {
         let columns = self.columns;
         let lines: Vec<(f64, f64)> = self.heights.chunks_exact(columns).map(line_of).collect();
         // The kernel blocks from 0.5 cycles per unit on: a unit of half the shortest wavelength that must stay.
         let unit = 0.5 * 0.8 * longest / self.dx;
         if unit < 1.0 {
-            return;
+            return Ok(());
         }
         let kernel = WindowedSinc::resampling();
+        let taps = 2.0 * kernel.half_width() * unit;
+        if taps > MOST_TURNS * lines.len() as f64 || taps * lines.len() as f64 > MOST_PRODUCTS {
+            return Err(RoadError::Trend { path: self.path.clone(), longest, length: self.end(), spacing: self.dx });
+        }
         let mut weights = Vec::new();
         let rows = lines.len() as i64;
         for (r, row) in self.heights.chunks_exact_mut(columns).enumerate() {
@@ -90,7 +105,14 @@ impl HeightMap {
                 *height -= mean + slope * (c as f64 - 0.5 * (columns as f64 - 1.0));
             }
         }
+        Ok(())
     }
+}
+
+/// Refuses a spacing \[m\] that nobody measures with: a unit or a scale is wrong.
+pub fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
+    let [least, most] = SPACINGS;
+    if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }
 }
 
 /// Subtracts the least-squares plane from a row-major map.
@@ -240,7 +262,8 @@ mod tests {
             columns: 1,
             heights: (0..2001).map(|r| wave(r, 4.0) + wave(r, 0.2)).collect(),
         };
-        map.remove_trend(1.0);
+        map.remove_trend(1.0).unwrap();
+        assert!(matches!(map.remove_trend(1e6), Err(RoadError::Trend { .. })), "50 000 times the road's length");
         for (r, height) in map.heights.iter().enumerate() {
             assert!((height - wave(r, 0.2)).abs() < 2e-3, "row {r}: {height}");
         }

@@ -1,6 +1,6 @@
 //! Where roads come from, and the lattice that they want.
 //!
-//! Files are `read` within a bound of memory. A `profile`, a `grid` and an `opencrg` road become a
+//! Files are read within a bound of memory. A `profile`, a `grid` and an `opencrg` road become a
 //! [`height_map`]; a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
 
 mod grid;
@@ -8,7 +8,6 @@ pub mod height_map;
 pub mod made;
 pub(super) mod opencrg;
 pub(super) mod profile;
-mod read;
 
 use super::error::{RoadError, positive};
 use super::file_fault::FileFault;
@@ -72,7 +71,11 @@ fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<
     }
     let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
     spectrum.add(&map.heights);
-    let target = TargetSpectrum::measured(&spectrum.levels(longest, shortest))?;
+    let levels = spectrum.levels(longest, shortest);
+    if levels.is_empty() {
+        return Err(RoadError::file(&spec.file, FileFault::Flat));
+    }
+    let target = TargetSpectrum::measured(&levels)?;
     report.notes.push(RoadNote::MadeIsotropic { longest: target.longest(), shortest: target.shortest() });
     Ok(Design { target, shape: None, spacing, seed: spec.seed })
 }

@@ -7,14 +7,14 @@
 //! 4. Interpolate linearly to a uniform spacing, the mean of the file's, across dropouts as well.
 //! 5. Remove mean and linear slope. Road coordinate 0 is the first point used.
 
-use super::height_map::HeightMap;
-use super::read::read_file;
+use super::height_map::{HeightMap, plausible_spacing};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
 use crate::road::texture::remove_line;
 use crate::scene::{LengthUnit, ProfileRoad};
-use crate::storage::separated;
+use crate::storage::input::{self, excerpt};
+use crate::storage::{InputError, separated};
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
@@ -24,6 +24,9 @@ const SPIKE_FACTOR: f64 = 8.0;
 const MISSING_ALLOWED: f64 = 0.25;
 /// Fewest usable points.
 const FEWEST_POINTS: usize = 8;
+
+/// Bytes in memory that come of a byte of text, of points with a digit each.
+const GROWTH: u64 = 16;
 
 /// A point of the file: distance and height \[m\], height NaN if missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +42,12 @@ struct Point {
 pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
-    let bytes = read_file(path, limit).map_err(fault)?;
+    let bytes = input::read(path, limit / GROWTH).map_err(|error| match error {
+        InputError::TooLarge { found, .. } => {
+            fault(FileFault::TooLarge { needed: found.saturating_mul(GROWTH), limit })
+        }
+        other => fault(other.into()),
+    })?;
     let captif = captif_data(&bytes);
     let points = match captif {
         Some((offset, line)) => captif_points(&bytes[offset..], line).map_err(fault)?,
@@ -74,6 +82,7 @@ pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<H
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
     let (dx, mut heights) = uniform(&points, &mut report.notes).map_err(fault)?;
+    plausible_spacing(dx).map_err(fault)?;
     remove_line(&mut heights);
     report.notes.push(RoadNote::Levelled);
     let map = HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights };
@@ -116,7 +125,7 @@ fn captif_points(data: &[u8], first_line: u64) -> Result<Vec<Point>, FileFault> 
                     Some("mm") => 1e-3,
                     Some("m") => 1.0,
                     Some("um") => 1e-6,
-                    _ => return Err(FileFault::UnknownUnit { line, found: title }),
+                    _ => return Err(FileFault::UnknownUnit { line, found: excerpt(&title) }),
                 };
             }
             titles = false;
@@ -175,7 +184,7 @@ fn column_number(wanted: Option<&str>, default: usize, titles: &csv::ByteRecord)
         .iter()
         .position(|name| name == wanted)
         .or_else(|| wanted.parse::<usize>().ok().and_then(|number| number.checked_sub(1)).filter(|&n| n < names.len()))
-        .ok_or_else(|| FileFault::NoSuchColumn { name: wanted.to_owned(), available: names })
+        .ok_or_else(|| FileFault::NoSuchColumn { name: excerpt(wanted), available: excerpt(&names.join(", ")) })
 }
 
 fn parse(cell: &[u8]) -> Option<f64> {
@@ -196,7 +205,7 @@ fn point(record: &csv::ByteRecord, line: u64, columns: [usize; 2], factors: [f64
         match parse(cell) {
             Some(value) if value.is_finite() || (may_lack && value.is_nan()) => Ok(value * factors[index]),
             _ => {
-                let found = String::from_utf8_lossy(cell).into_owned();
+                let found = excerpt(&String::from_utf8_lossy(cell));
                 Err(FileFault::NotANumber { line, column: column + 1, role, found })
             }
         }

@@ -190,7 +190,7 @@ fn faulty_profiles_are_refused_with_the_place() {
     let large = Road::Profile(profile(write(&folder, "large.csv", b"0,1\n")));
     assert!(matches!(
         RoadSurface::open(&large, line(), Limits { bytes: 3 }),
-        Err(RoadError::File { fault: FileFault::TooLarge { needed: 4, limit: 3 }, .. })
+        Err(RoadError::File { fault: FileFault::TooLarge { needed: 64, limit: 3 }, .. })
     ));
 }
 

@@ -13,6 +13,9 @@ use super::profile::remove_line;
 /// Reference height of texture levels \[m\].
 const REFERENCE_HEIGHT: f64 = 1e-6;
 
+/// Level that stands for none, dB re 1e-6 m: a hundred-thousandth of a micrometre.
+pub const LOWEST_LEVEL: f64 = -100.0;
+
 /// Exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
 pub fn mid_wavelength(band: i32) -> f64 {
     10_f64.powf(f64::from(band) / 10.0)
@@ -55,7 +58,7 @@ pub struct BandFit {
     pub wavelength: f64,
     /// Level asked for, dB re 1e-6 m.
     pub target: f64,
-    /// Level of the surface (expectation), dB re 1e-6 m.
+    /// Level of the surface (expectation), dB re 1e-6 m; [`LOWEST_LEVEL`] where it has nothing.
     pub fitted: f64,
 }
 
@@ -131,10 +134,12 @@ impl ProfileSpectrum {
         level(self.energy(lower, upper))
     }
 
-    /// Levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first.
+    /// Levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first; a band without
+    /// any texture has no level and is left out.
     pub fn levels(&self, longest: f64, shortest: f64) -> Vec<TextureLevel> {
         bands_between(longest, shortest)
             .map(|band| TextureLevel { wavelength: mid_wavelength(band), level: self.level(band) })
+            .filter(|at| at.level.is_finite())
             .collect()
     }
 }

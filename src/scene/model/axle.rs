@@ -54,24 +54,27 @@ impl Axle {
     pub const LOAD_TOLERANCE: f64 = 0.01;
 }
 
+/// What it is on the tyre that bears it, is asked when the scene is read.
+const LOAD: Bounds = Bounds::positive("N").plausible(1e-3, 1e8);
+
 keys! {
     /// What holds the axle: a load, with or without a mass that moves, or a height.
     #[derive(Debug)]
     AxleKeys {
         /// Vertical load \[N\]: the height is found so that it is the mean force. Or give an `indentation`.
-        load: Option<f64> = None => Optional(Bounds::positive("N")),
+        load: Option<f64> = None => Optional(LOAD),
         /// How far the rigid tyre is pushed into the plane z = 0, and held there \[m\]. Or give a `load`.
-        indentation: Option<f64> = None => Optional(Bounds::not_negative("m")),
+        indentation: Option<f64> = None => Optional(Bounds::not_negative("m").plausible(1e-9, 5.0)),
         /// Relative tolerance of the mean force, of a load.
         tolerance: f64 = Axle::LOAD_TOLERANCE => Bounds::inside(0.0, 1.0, ""),
         /// Time over which an indentation rises linearly from zero \[s\].
-        ramp: f64 = 0.0 => Bounds::not_negative("s"),
+        ramp: f64 = 0.0 => Bounds::not_negative("s").plausible(1e-9, 1e6),
         /// Mass under a load that moves with the axle \[kg\]; without it the height stays as it was found.
-        mass: Option<f64> = None => Optional(Bounds::positive("kg")),
+        mass: Option<f64> = None => Optional(Bounds::positive("kg").plausible(1e-4, 1e7)),
         /// Stiffness of the spring above the mass \[N/m\].
-        stiffness: f64 = 0.0 => Bounds::not_negative("N/m"),
+        stiffness: f64 = 0.0 => Bounds::not_negative("N/m").plausible(1e-3, 1e12),
         /// Damping of the damper above the mass \[N s/m\].
-        damping: f64 = 0.0 => Bounds::not_negative("N s/m"),
+        damping: f64 = 0.0 => Bounds::not_negative("N s/m").plausible(1e-3, 1e10),
     }
 }
 
@@ -103,7 +106,7 @@ fn axle(table: &mut Table<'_>) -> Option<Axle> {
         (Some(load), None, Some(mass)) => Some(Axle::Mass { load, mass, stiffness, damping, tolerance }),
         (None, Some(indentation), _) => Some(Axle::Indentation { indentation, ramp }),
         (Some(_), Some(_), _) => table.complain("indentation", Problem::conflict("load")),
-        (None, None, Some(_)) => table.complain("load", Problem::missing(&Bounds::positive("N").wanted())),
+        (None, None, Some(_)) => table.complain("load", Problem::missing(&LOAD.wanted())),
         // A misspelt key explains why neither is there; it is enough to name that.
         (None, None, None) if table.has_unknown() => None,
         (None, None, None) => table.complain_here(Problem::empty(WANTED)),

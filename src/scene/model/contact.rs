@@ -7,6 +7,9 @@ use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Flag, OneOf, Optional, Whole};
 use crate::scene::table::{Nested, Table};
 
+/// Cells finer than any texture, and few enough that those of an element can be counted.
+const MOST_CELLS: u64 = 100_000;
+
 keys! {
     /// Contact laws.
     #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,18 +26,18 @@ keys! {
         /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
         #[serde(skip_serializing_if = "Option::is_none")]
-        local_compliance: Option<f64> = None => Optional(Bounds::positive("m/Pa")),
+        local_compliance: Option<f64> = None => Optional(Bounds::positive("m/Pa").plausible(1e-18, 1e-4)),
         /// Size of a cell across \[m\], `zone = "cells"` only; instead of `cells_across`. Default: a cell's length.
         #[serde(skip_serializing_if = "Option::is_none")]
-        cell: Option<f64> = None => Optional(Bounds::positive("m")),
+        cell: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-5, 1.0)),
         /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
         /// grid that fits exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
-        cells_across: Option<usize> = None => Optional(Whole::least(1)),
+        cells_across: Option<usize> = None => Optional(Whole::between(1, MOST_CELLS)),
         /// Cells along an element; default: as many as the road's texture asks for, each 2 mm at most (a grid that fits
         /// exactly keeps its own).
         #[serde(skip_serializing_if = "Option::is_none")]
-        cells_along: Option<usize> = None => Optional(Whole::least(1)),
+        cells_along: Option<usize> = None => Optional(Whole::between(1, MOST_CELLS)),
         /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it
         /// exact. The default is that of the standard preset: thinned curves err to the same side in every slice,
         /// 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
@@ -42,7 +45,7 @@ keys! {
         /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
         /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
         #[serde(skip_serializing_if = "Option::is_none")]
-        bedding_stiffness: Option<f64> = None => Optional(Bounds::positive("N/m^3")),
+        bedding_stiffness: Option<f64> = None => Optional(Bounds::positive("N/m^3").plausible(1e3, 1e16)),
         /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic
         /// tread.
         #[serde(skip_serializing_if = "std::ops::Not::not")]

@@ -10,7 +10,7 @@ use crate::scene::kind::{Bounds, Optional};
 use crate::scene::problem::short;
 use crate::scene::table::{Kind, Nested, Table};
 
-const LENGTH: Bounds = Bounds::positive("m");
+const LENGTH: Bounds = Bounds::positive("m").plausible(1e-3, 10.0);
 const ANGLE: Bounds = Bounds::any("rad");
 
 keys! {
@@ -20,10 +20,10 @@ keys! {
     Inflation {
         /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns; a flat one
         /// feels it through its sidewalls only.
-        pressure: f64 => Bounds::positive("Pa"),
+        pressure: f64 => Bounds::positive("Pa").plausible(1e3, 1e7),
         /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\]; a curved tyre's.
         #[serde(skip_serializing_if = "is_default")]
-        sidewall_mass: f64 = 0.0 => Bounds::not_negative("kg/m^2"),
+        sidewall_mass: f64 = 0.0 => Bounds::not_negative("kg/m^2").plausible(1e-3, 1e3),
         /// Radius r_s of a sidewall's arc \[m\].
         #[serde(skip_serializing_if = "Option::is_none")]
         sidewall_radius: Option<f64> = None => Optional(LENGTH),
@@ -32,7 +32,7 @@ keys! {
         sidewall_angle: Option<f64> = None => Optional(ANGLE),
         /// Shear stiffness G t of the wall \[N/m\].
         #[serde(skip_serializing_if = "is_default")]
-        sidewall_shear: f64 = 0.0 => Bounds::not_negative("N/m"),
+        sidewall_shear: f64 = 0.0 => Bounds::not_negative("N/m").plausible(1e-3, 1e9),
     }
 }
 
@@ -104,11 +104,11 @@ keys! {
         /// Depth between rim and tyre \[m\].
         depth: f64 => LENGTH,
         /// Density of the air \[kg/m^3\].
-        density: f64 => Bounds::positive("kg/m^3"),
+        density: f64 => Bounds::positive("kg/m^3").plausible(0.01, 1e3),
         /// Speed of sound c \[m/s\]; by default that in air at 20 degrees.
-        sound_speed: f64 = 343.0 => Bounds::positive("m/s"),
+        sound_speed: f64 = 343.0 => Bounds::positive("m/s").plausible(50.0, 5e3),
         /// Time of relaxation tau \[s\]: its waves have the loss factor w tau; 0 where nothing damps them.
-        relaxation: f64 = 0.0 => Bounds::not_negative("s"),
+        relaxation: f64 = 0.0 => Bounds::not_negative("s").plausible(1e-12, 1.0),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::scene::kind::{Bounds, Numbers, Optional, Whole};
 use crate::scene::problem::short;
 use crate::scene::table::{Nested, Table};
 
-const LENGTH: Bounds = Bounds::positive("m");
+const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
 /// 120 dB re 1e-6 m are one metre: nothing that a tyre rolls on, and far from overflow.
 const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
 /// Ratio of a third-octave band's mid-wavelength to its lower edge.
@@ -53,7 +53,7 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     PowerLawTexture {
         /// Root-mean-square height \[m\].
-        rms: f64 => LENGTH,
+        rms: f64 => Bounds::positive("m").plausible(1e-9, 1.0),
         /// Decay exponent of the one-sided profile spectrum.
         exponent: f64 => Bounds::between(0.0, 10.0, ""),
         /// Longest wavelength \[m\].

@@ -8,11 +8,11 @@ use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Numbers, OneOf};
 use crate::scene::table::{Kind, Nested, Table};
 
-const LOSS: Bounds = Bounds::not_negative("");
+pub(super) const LOSS: Bounds = Bounds::not_negative("").plausible(1e-9, 10.0);
 /// The corner may not be 0: the static stiffness of a power law would be 0.
-const FREQUENCY: Bounds = Bounds::positive("Hz");
-const WEIGHTS: Numbers = Numbers(Bounds::positive(""));
-const TIMES: Numbers = Numbers(Bounds::positive("s"));
+pub(super) const FREQUENCY: Bounds = Bounds::positive("Hz").plausible(1e-6, 1e7);
+const WEIGHTS: Numbers = Numbers(Bounds::positive("").plausible(1e-9, 1e6));
+const TIMES: Numbers = Numbers(Bounds::positive("s").plausible(1e-9, 1e6));
 
 keys! {
     /// An isotropic viscoelastic material.
@@ -23,12 +23,12 @@ keys! {
         /// How the modulus depends on frequency.
         law: Law = Law::default() => OneOf::new(),
         /// Young's modulus \[Pa\]: at the reference frequency (`power-law`), at rest (`prony`), or at all frequencies.
-        modulus: f64 => Bounds::positive("Pa"),
+        modulus: f64 => Bounds::positive("Pa").plausible(1e4, 1e12),
         /// Poisson's ratio, frequency independent. At -1 the shear modulus of an isotropic material is infinite, at 0.5
         /// its compressional one.
         poisson: f64 => Bounds::inside(-1.0, 0.5, ""),
         /// Density \[kg/m^3\].
-        density: f64 => Bounds::positive("kg/m^3"),
+        density: f64 => Bounds::positive("kg/m^3").plausible(1.0, 3e4),
         /// Loss factor eta (`power-law`, `hysteretic`) \[1\].
         loss_factor: f64 = 0.0 => LOSS,
         /// Frequency at which the modulus is as given (`power-law`) \[Hz\].

@@ -27,13 +27,13 @@ keys! {
         /// Elements N round the tyre; even.
         elements: usize = 512 => Elements,
         /// Time steps q per element rolled.
-        substeps: usize = 1 => Whole::least(1),
+        substeps: usize = 1 => Whole::between(1, MOST),
         /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
         time_rule: TimeRule = TimeRule::Sdirk2 => OneOf::new(),
         /// How the past is carried along; by default by poles, or as a sum where a `memory` is given.
         history: History = History::Modal => OneOf::new(),
         /// Length of the force history that is kept, `direct` only \[s\].
-        memory: f64 = 0.7 => Bounds::positive("s"),
+        memory: f64 = 0.7 => Bounds::positive("s").plausible(1e-6, 1e5),
         /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or
         /// to 0.003 of its largest where that is more. From what a fit in double precision can reach to what still is
         /// one.
@@ -46,20 +46,22 @@ keys! {
         contact_tolerance: f64 = 1e-12 => Bounds::between(1e-15, 1e-3, ""),
         /// A fixed number of odd lateral terms m, instead of the tolerance.
         #[serde(skip_serializing_if = "Option::is_none")]
-        lateral_terms: Option<usize> = None => Optional(Whole::least(1)),
+        lateral_terms: Option<usize> = None => Optional(Whole::between(1, MOST)),
         /// A fixed largest alias |p|, instead of the tolerance.
         #[serde(skip_serializing_if = "Option::is_none")]
-        wavenumber_aliases: Option<usize> = None => Optional(Whole::least(0)),
+        wavenumber_aliases: Option<usize> = None => Optional(Whole::between(0, MOST)),
         /// Largest number of cached factorisations; fewer where they would take more than 256 MB.
-        cached_factors: usize = 32 => Whole::least(1),
+        cached_factors: usize = 32 => Whole::between(1, MOST),
         /// Memory that the run may plan to use \[GB\].
-        memory_limit: f64 = 8.0 => Bounds::positive("GB"),
+        memory_limit: f64 = 8.0 => Bounds::positive("GB").plausible(1e-6, 1e6),
         /// Computing time on one core that the run may plan to use \[h\].
-        time_limit: f64 = 24.0 => Bounds::positive("h"),
+        time_limit: f64 = 24.0 => Bounds::positive("h").plausible(1e-6, 1e6),
     }
 }
 
-const FMAX: Bounds = Bounds::positive("Hz");
+/// Counts that more of would be refused for the time that they take, and whose products can be counted.
+const MOST: u64 = 1_000_000;
+const FMAX: Bounds = Bounds::positive("Hz").plausible(1.0, 1e5);
 
 pub(in crate::scene) const NUMERICS: Nested<Numerics> =
     Nested { title: "[numerics]", wanted: "the table [numerics]", schema: Numerics::schema, read: numerics };
@@ -192,11 +194,11 @@ keys! {
         #[serde(skip_serializing_if = "Option::is_none")]
         patch_span: Option<f64> = None => Optional(Bounds::positive("s")),
         /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
-        checkpoint_interval: f64 = 60.0 => Bounds::not_negative("s"),
+        checkpoint_interval: f64 = 60.0 => Bounds::not_negative("s").plausible(1e-6, 1e9),
         /// Time between two instants at which all cells are written to `cells.npy` \[s\], with
         /// `contact.zone = "cells"` only; none without it.
         #[serde(skip_serializing_if = "Option::is_none")]
-        cells_every: Option<f64> = None => Optional(Bounds::positive("s")),
+        cells_every: Option<f64> = None => Optional(Bounds::positive("s").plausible(1e-9, 1e6)),
         /// Vibration of the tyre; none is computed without it.
         #[serde(skip_serializing_if = "Option::is_none")]
         vibration: Option<Vibration> = None => Optional(VIBRATION),

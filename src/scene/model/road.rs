@@ -12,8 +12,8 @@ use crate::scene::kind::{Bounds, Column, Exactly, File, OneOf, Optional, Whole};
 use crate::scene::schema;
 use crate::scene::table::{Nested, Table};
 
-const LENGTH: Bounds = Bounds::positive("m");
-const COORDINATE: Bounds = Bounds::any("m");
+const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
+const COORDINATE: Bounds = Bounds::any("m").plausible(1e-9, 1e7);
 
 /// The road and what happens at its end.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

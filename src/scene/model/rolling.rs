@@ -12,15 +12,15 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Rolling {
         /// Speed \[km/h\].
-        speed_kmh: f64 => Bounds::positive("km/h"),
+        speed_kmh: f64 => Bounds::positive("km/h").plausible(0.01, 2e3),
         /// Time simulated after the warm-up \[s\].
-        duration: f64 => Bounds::positive("s"),
+        duration: f64 => Bounds::positive("s").plausible(1e-4, 1e6),
         /// Time simulated before anything counts towards a mean or a spectrum \[s\].
-        warm_up: f64 = Rolling::WARM_UP => Bounds::not_negative("s"),
+        warm_up: f64 = Rolling::WARM_UP => Bounds::not_negative("s").plausible(1e-6, 1e6),
         /// Road coordinate under the axle at t = 0 \[m\]; default: 0 on an endless road, just far enough in on a finite
         /// one.
         #[serde(skip_serializing_if = "Option::is_none")]
-        start: Option<f64> = None => Optional(Bounds::any("m")),
+        start: Option<f64> = None => Optional(Bounds::any("m").plausible(1e-9, 1e7)),
         /// What holds the axle.
         axle: Axle => AXLE,
     }

@@ -10,7 +10,7 @@ use super::rolling::{ROLLING, Rolling};
 use super::sound::{RADIATION, RECEIVERS, Radiation, Receiver};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::Text;
+use crate::scene::kind::{Flag, Text};
 
 keys! {
     /// A complete scene: what rolls, on what, how fast, and what is wanted from it.
@@ -18,6 +18,10 @@ keys! {
     Scene {
         /// Free text, shown in results and plots.
         title: String = String::new() => Text,
+        /// Whether numbers are tried that no tyre, road or run has: up to a thousand times outside of what is
+        /// plausible.
+        #[serde(skip_serializing_if = "is_default")]
+        allow_implausible: bool = false => Flag,
         /// The tyre: given in place or, in the file, by the path of a tyre file.
         tyre: Tyre => TyreKind,
         /// The road.

@@ -108,7 +108,7 @@ keys! {
         frequency_tolerance: f64 = 0.2 => Decibels(Bounds::between(1e-3, 6.0, "dB")),
         /// Lateral numbers of the tread's waves that are followed; of forces on cells, which are not even across, the
         /// odd ones between them, too.
-        lateral_waves: usize = 6 => Whole::least(1),
+        lateral_waves: usize = 6 => Whole::between(1, 1000),
         /// Radius of the shoulders, outside the tread's width \[m\].
         shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m"),
         /// Length of the contact patch that the body of the tyre has; that of the static contact where it is left out

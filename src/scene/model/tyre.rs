@@ -5,22 +5,26 @@ use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
 use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls};
-use super::material::{MATERIAL, Material};
+use super::material::{FREQUENCY, LOSS, MATERIAL, Material};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Exactly, File, Flag, OneOf, Optional, Text};
 use crate::scene::problem::short;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
-const LENGTH: Bounds = Bounds::positive("m");
-const BED: Bounds = Bounds::not_negative("N/m^3");
+const CIRCUMFERENCE: Bounds = Bounds::positive("m").plausible(0.02, 30.0);
+const LENGTH: Bounds = Bounds::positive("m").plausible(1e-3, 5.0);
+const CROWN: Bounds = Bounds::positive("m").plausible(1e-3, 1e4);
+const THICKNESS: Bounds = Bounds::positive("m").plausible(2e-4, 1.0);
+const TENSION: Bounds = Bounds::not_negative("N/m").plausible(1e-3, 1e7);
+const BED: Bounds = Bounds::not_negative("N/m^3").plausible(1.0, 1e12);
 
 keys! {
     /// The tyre: layers round its circumference, flat or curved, between two sides.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Tyre {
         /// Circumference L = 2 pi R \[m\].
-        circumference: f64 => LENGTH,
+        circumference: f64 => CIRCUMFERENCE,
         /// Width B between the sides \[m\].
         width: f64 => LENGTH,
         /// Width b of the contact strip, centred \[m\].
@@ -28,7 +32,7 @@ keys! {
         /// Radius of the tread's crown across \[m\], which spreads the pressure of `zone = "cells"` over the strip;
         /// level without.
         #[serde(skip_serializing_if = "Option::is_none")]
-        crown_radius: Option<f64> = None => Optional(LENGTH),
+        crown_radius: Option<f64> = None => Optional(CROWN),
         /// What the sides allow.
         #[serde(skip_serializing_if = "is_default")]
         sides: Sides = Sides::default() => OneOf::new(),
@@ -68,11 +72,11 @@ keys! {
         /// Tangential stiffness per area at the reference frequency \[N/m^3\].
         tangential: f64 = 0.0 => BED,
         /// Loss factor eta \[1\].
-        loss_factor: f64 = 0.0 => Bounds::not_negative(""),
+        loss_factor: f64 = 0.0 => LOSS,
         /// Frequency at which the stiffness is as given \[Hz\].
-        reference_frequency: f64 = Material::REFERENCE_FREQUENCY => Bounds::positive("Hz"),
+        reference_frequency: f64 = Material::REFERENCE_FREQUENCY => FREQUENCY,
         /// Frequency below which the power law levels off \[Hz\].
-        corner_frequency: f64 = Material::CORNER_FREQUENCY => Bounds::positive("Hz"),
+        corner_frequency: f64 = Material::CORNER_FREQUENCY => FREQUENCY,
     }
 }
 
@@ -83,10 +87,10 @@ keys! {
         /// What people call it: belt, tread, ...
         name: String => Text,
         /// Thickness h \[m\].
-        thickness: f64 => LENGTH,
+        thickness: f64 => THICKNESS,
         /// Tension per width along x and y \[N/m\]; the prestress is T/h. Compression could buckle the layer, which is
         /// outside of a linear model.
-        tension: [f64; 2] = [0.0; 2] => Exactly(Bounds::not_negative("N/m")),
+        tension: [f64; 2] = [0.0; 2] => Exactly(TENSION),
         /// What it is made of.
         material: Material => MATERIAL,
     }

@@ -23,7 +23,7 @@ keys! {
         /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the
         /// non-rotating frame are wanted \[m\].
         #[serde(skip_serializing_if = "Vec::is_empty")]
-        points: Vec<f64> = Vec::new() => Numbers(Bounds::any("m")),
+        points: Vec<f64> = Vec::new() => Numbers(Bounds::any("m").plausible(1e-9, 1e3)),
         /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre.
         /// The element e meets the road at the distance e dx from its beginning.
         #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -32,7 +32,7 @@ keys! {
         map: bool = false => Flag,
         /// Length of the averaged segments, brought to whole revolutions \[s\]; by default for a resolution of 1 Hz,
         /// fine beside any resonance of rubber.
-        segment: f64 = 1.0 => Bounds::positive("s"),
+        segment: f64 = 1.0 => Bounds::positive("s").plausible(1e-4, 1e4),
         /// Over contact.zone = "cells": largest part of the mean square velocity that waves across the strip may carry
         /// which are left out, for forces that are independent from cell to cell; 0.02 if left out, below 0.1 dB.
         #[serde(skip_serializing_if = "Option::is_none")]

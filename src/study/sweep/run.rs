@@ -19,6 +19,7 @@ use crate::run::checkpoint::Checkpoint;
 use crate::run::past::fetch;
 use crate::run::{self, Progress, RunError, RunOptions};
 use crate::scene::History;
+use crate::storage::input::{self, TABLE_BYTES};
 use crate::study::sweep::variants::Variant;
 use crate::study::trial::UNIT;
 
@@ -181,12 +182,12 @@ fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
 
 /// A folder's levels.
 fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
-    read_force_levels(&fs::read_to_string(folder.join(SPECTRA_FILE)).ok()?)
+    read_force_levels(&input::read_text(&folder.join(SPECTRA_FILE), TABLE_BYTES).ok()?)
 }
 
 /// A folder's summary.
 fn read_summary(folder: &Path) -> Option<serde_json::Value> {
-    serde_json::from_slice(&fs::read(folder.join(SUMMARY_FILE)).ok()?).ok()
+    serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }
 
 /// Goes on with a variant, or runs it from its beginning.

@@ -8,6 +8,7 @@ use toml::{Table, Value};
 
 use crate::plan::Plan;
 use crate::scene::{LoadedScene, Scene, SceneError};
+use crate::storage::input::{self, SCENE_BYTES};
 
 /// What is varied; an empty list leaves the scene's own value.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -137,7 +138,7 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
         None => Err(failed("its name is not UTF-8".into())),
     };
     if ending == "toml" {
-        let content = std::fs::read_to_string(&absolute).map_err(|error| failed(error.to_string()))?;
+        let content = input::read_text(&absolute, SCENE_BYTES).map_err(|error| failed(error.to_string()))?;
         let mut table: Table = content.parse().map_err(|error: toml::de::Error| failed(error.to_string()))?;
         if let Some(file) = table.get("file").and_then(Value::as_str) {
             let file = absolute.parent().unwrap_or(Path::new("")).join(file);

@@ -19,6 +19,9 @@ use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
 use crate::scene::{Cavity, Foundation, Law, Layer, Material};
 
+/// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
+const MOST_STEPS: f64 = 1e4;
+
 /// What can be wrong with a file of cases.
 #[derive(Debug, Error)]
 pub enum CasesError {
@@ -192,12 +195,23 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
             return Err(refuse("speed must be 0: the rotation of a tyre is not described"));
         }
         let s = Complex64::new(case.s[0], case.s[1]);
-        answers.push(match (asked, case) {
+        let answer = match (asked, case) {
             (Asked::Flat(stack), CaseEntry { kx: Some(kx), ky: Some(ky), .. }) => stack.at(s).full(*kx, *ky),
-            (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => stack.compliance(*n, *m, s, FINE_STEP),
+            (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => {
+                let steps = stack.steps(*n, *m, s, FINE_STEP);
+                if steps.is_nan() || steps > MOST_STEPS {
+                    return Err(refuse("its wave is too short for its layers: there are thousands in their thickness"));
+                }
+                stack.compliance(*n, *m, s, FINE_STEP)
+            }
             (Asked::Flat(_), _) => return Err(refuse("a case of a flat tyre has kx and ky")),
             (Asked::Curved(_), _) => return Err(refuse("a case of a curved tyre has n and m")),
-        });
+        };
+        let (surface, bottom) = &answer;
+        if !surface.iter().chain(bottom).flatten().all(|entry| entry.is_finite()) {
+            return Err(refuse("its compliance is not finite: its numbers are beyond all bounds, or nothing holds it"));
+        }
+        answers.push(answer);
     }
     if let Some(entries) = document["cases"].as_array_mut() {
         for (entry, (surface, bottom)) in entries.iter_mut().zip(answers) {

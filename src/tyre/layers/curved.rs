@@ -124,6 +124,13 @@ struct LayerAt {
 }
 
 impl LayerAt {
+    /// Steps through a thickness h from the radius r on, none longer than `step` over (wavenumber + 1/h).
+    fn steps(&self, r: f64, h: f64, step: f64) -> f64 {
+        let q = self.inertia + self.tension * (self.n / r).powi(2);
+        let wavenumber = (self.n / r).hypot(self.lateral) + (q / self.shear).norm().sqrt();
+        ((h * wavenumber + 1.0) / step).ceil().max(FEWEST_STEPS as f64)
+    }
+
     /// Derivative of (V, P, w, tau, upsilon, sigma) by r as a matrix; tractions in units of `unit`.
     fn system(&self, r: f64) -> Matrix6 {
         let Self { shear, plate, cross, poisson_ratio: nu, inertia, tension, unit, lateral: ky, .. } = *self;
@@ -220,9 +227,7 @@ impl CurvedStack {
         for layer in &self.layers {
             let h = layer.thickness;
             let at = layer_at(layer, n, ky, s, r);
-            let q = at.inertia + at.tension * (n / r).powi(2);
-            let wavenumber = (n / r).hypot(ky) + (q / at.shear).norm().sqrt();
-            let steps = ((h * wavenumber + 1.0) / step).ceil().max(FEWEST_STEPS as f64) as usize;
+            let steps = at.steps(r, h, step) as usize;
             let d = h / steps as f64;
             let mut scaled = impedance.map(|row| row.map(|entry| entry / at.unit));
             for index in 0..steps {
@@ -242,6 +247,18 @@ impl CurvedStack {
         let surface = inverse(impedance);
         let bottom = product(&transfer, &surface);
         (to_fields(surface), to_fields(bottom))
+    }
+
+    /// Steps through all layers that [`Self::compliance`] takes.
+    pub fn steps(&self, n: i64, m: usize, s: Complex64, step: f64) -> f64 {
+        let inner = self.inner_face(n, m);
+        let mut r = inner.radius;
+        let of = |layer: &Layer| {
+            let steps = layer_at(layer, n as f64, inner.ky, s, r).steps(r, layer.thickness, step);
+            r += layer.thickness;
+            steps
+        };
+        self.layers.iter().map(of).sum()
     }
 
     /// Its inner face at a wave.
@@ -319,10 +336,14 @@ fn inverse(a: Matrix3) -> Matrix3 {
     std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant))
 }
 
+/// Squarings of the largest matrix of finite numbers.
+const MOST_SQUARINGS: f64 = 1024.0;
+
 /// exp of a matrix: its series at a 2^-k of it, squared k times.
 fn exponential(mut matrix: Matrix6) -> Matrix6 {
     let norm = matrix.iter().map(|row| row.iter().map(|entry| entry.norm()).sum::<f64>()).fold(0.0, f64::max);
-    let squarings = if norm > 0.5 { (2.0 * norm).log2().ceil() as i32 } else { 0 };
+    // What is larger, or no number, has no exponential either.
+    let squarings = if norm > 0.5 { (2.0 * norm).log2().ceil().min(MOST_SQUARINGS) as i32 } else { 0 };
     let scale = 2.0_f64.powi(-squarings);
     matrix.iter_mut().flatten().for_each(|entry| *entry *= scale);
     let mut result = identity();

@@ -1,7 +1,9 @@
 //! The profile spectrum that a made road is asked to have, as energies of bands in wavenumber.
 
 use crate::road::error::RoadError;
-use crate::road::texture::{BandFit, TextureLevel, band_edges, level, mean_square, mid_wavelength, nearest_band};
+use crate::road::texture::{
+    BandFit, LOWEST_LEVEL, TextureLevel, band_edges, level, mean_square, mid_wavelength, nearest_band,
+};
 use crate::scene::{MadeRoad, PowerLawTexture};
 
 /// Texture levels of the default road, dense asphalt with MPD 1.1 mm: band number and dB re 1e-6 m.
@@ -41,7 +43,7 @@ impl Band {
     /// The band where `found` \[m^2\] was asked to be its energy.
     pub fn fit(&self, found: f64) -> BandFit {
         let wavelength = 1.0 / (self.lower * self.upper).sqrt();
-        BandFit { wavelength, target: level(self.energy), fitted: level(found) }
+        BandFit { wavelength, target: level(self.energy), fitted: level(found).max(LOWEST_LEVEL) }
     }
 }
 
@@ -176,6 +178,12 @@ fn third_octave(band: i32, level: f64) -> Band {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_band_in_which_a_surface_has_nothing_has_the_lowest_level() {
+        let fit = Band { lower: 1.0, upper: 2.0, energy: 1e-12 }.fit(0.0);
+        assert!((fit.fitted - LOWEST_LEVEL).abs() < 1e-12 && fit.deviation().is_finite(), "{fit:?}");
+    }
 
     #[test]
     fn power_law_has_its_rms_and_slope() {

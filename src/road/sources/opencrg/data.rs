@@ -9,7 +9,7 @@ use crate::road::file_fault::{FileFault, LikelyCause};
 /// Bytes of a record.
 const RECORD: usize = 80;
 /// Elevations and slopes beyond this are no road's; coordinates may be larger.
-const ABSURD: f64 = 1e8;
+pub const ABSURD: f64 = 1e8;
 
 /// Row-major numbers, rows x `channels`. `promised`: the number of rows that the header states, if it does.
 /// `first_line` is the line number of the first text record.

@@ -9,12 +9,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::data::decode;
+use super::data::{ABSURD, decode};
 use super::header::{Channel, Format, Header};
 use crate::road::error::RoadError;
-use crate::road::file_fault::FileFault;
+use crate::road::file_fault::{FileFault, LikelyCause};
 use crate::road::report::RoadNote;
-use crate::road::sources::read::read_file;
+use crate::road::sources::height_map::plausible_spacing;
+use crate::storage::input;
 
 /// Longest chain of includes.
 const DEEPEST: usize = 8;
@@ -48,7 +49,7 @@ impl Crg {
         let mut root = None;
         loop {
             let fault = |fault| RoadError::file(&current, fault);
-            let bytes = read_file(&current, limit).map_err(fault)?;
+            let bytes = input::read(&current, limit).map_err(|error| fault(error.into()))?;
             let header = Header::parse(&bytes).map_err(fault)?;
             modifiers = modifiers.or_else(|| header.modifiers.clone());
             let Some(name) = &header.include else {
@@ -125,18 +126,30 @@ impl Crg {
             notes: Vec::new(),
         };
         road.apply(&modifiers);
+        road.check()?;
         for (unknown, name) in &header.channels {
             if *unknown == Channel::Unknown {
                 road.notes.push(RoadNote::Ignored { key: format!("data channel {name:?}") });
             }
         }
-        for what in ["scale_length", "scale_width"] {
-            let value = scale(what);
-            if value <= 0.0 {
-                return Err(FileFault::NotPositive { what, value });
+        Ok(road)
+    }
+
+    /// Refuses what no road has once everything is scaled: a column without width, elevations beyond all bounds.
+    fn check(&self) -> Result<(), FileFault> {
+        let narrowest = self.v.windows(2).map(|pair| pair[1] - pair[0]).fold(self.increment, f64::min);
+        plausible_spacing(narrowest)?;
+        plausible_spacing(self.increment)?;
+        for (row, line) in self.grid.chunks_exact(self.v.len()).enumerate() {
+            for (column, height) in line.iter().enumerate().filter(|(_, height)| !height.is_nan()) {
+                let value = self.elevation(row, column);
+                // Neither part may be beyond the bounds, even where both are and cancel.
+                if !(value.abs() <= ABSURD && height.abs() <= ABSURD) {
+                    return Err(FileFault::Absurd { row, channel: column + 1, value, hint: LikelyCause::Unknown });
+                }
             }
         }
-        Ok(road)
+        Ok(())
     }
 
     /// Applies the modifiers of elevations and missing values.

@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 
 use crate::road::file_fault::FileFault;
+use crate::storage::input::excerpt;
 
 /// How numbers are stored behind the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,7 +147,7 @@ impl Header {
 
     fn definition(&mut self, line: &str, number: usize) -> Result<(), FileFault> {
         if let Some(format) = line.strip_prefix("#:") {
-            let fault = || FileFault::Format { line: number, found: format.trim().to_owned() };
+            let fault = || FileFault::Format { line: number, found: excerpt(format.trim()) };
             self.format = Some(Format::parse(format).ok_or_else(fault)?);
         } else if let Some(channel) = line.strip_prefix("D:").or_else(|| line.strip_prefix("d:")) {
             self.channels.push(parse_channel(channel, number)?);
@@ -157,20 +158,23 @@ impl Header {
 
 fn insert(values: &mut BTreeMap<String, f64>, line: &str, number: usize) -> Result<(), FileFault> {
     let (key, text) =
-        line.split_once('=').ok_or_else(|| FileFault::HeaderLine { line: number, found: line.to_owned() })?;
+        line.split_once('=').ok_or_else(|| FileFault::HeaderLine { line: number, found: excerpt(line) })?;
     let key = key.trim().to_ascii_lowercase();
     match leading_number(text.trim()) {
         Some(value) => {
             values.insert(key, value);
             Ok(())
         }
-        None => Err(FileFault::HeaderNumber { line: number, key, found: text.trim().to_owned() }),
+        None => Err(FileFault::HeaderNumber { line: number, key: excerpt(&key), found: excerpt(text.trim()) }),
     }
 }
 
+/// Characters of a number at most: doubles are written with 25.
+const LONGEST_NUMBER: usize = 64;
+
 /// The number at the start of a text, as C's `strtod` reads it: files in circulation have `2.000000000+e00`.
 fn leading_number(text: &str) -> Option<f64> {
-    let text = text.split_whitespace().next()?.replace(['d', 'D'], "e");
+    let text = text.split_whitespace().next().filter(|text| text.len() <= LONGEST_NUMBER)?.replace(['d', 'D'], "e");
     (1..=text.len())
         .rev()
         .filter(|&end| text.is_char_boundary(end))
@@ -182,7 +186,7 @@ fn parse_channel(text: &str, line: usize) -> Result<(Channel, String), FileFault
     let (name, unit) = text.split_once(',').unwrap_or((text, ""));
     let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
     let lower = name.to_ascii_lowercase();
-    let fault = || FileFault::Channel { line, channel: name.clone() };
+    let fault = || FileFault::Channel { line, channel: excerpt(&name) };
     let (channel, expected) = if let Some(rest) = lower.strip_prefix("long section") {
         let rest = rest.trim();
         let channel = match rest.strip_prefix("at v") {
@@ -204,7 +208,7 @@ fn parse_channel(text: &str, line: usize) -> Result<(Channel, String), FileFault
     };
     let unit = unit.split(',').next().unwrap_or_default().trim();
     if !unit.is_empty() && !unit.eq_ignore_ascii_case(expected) {
-        return Err(FileFault::Unit { line, channel: name, found: unit.to_owned(), expected });
+        return Err(FileFault::Unit { line, channel: excerpt(&name), found: excerpt(unit), expected });
     }
     Ok((channel, name))
 }

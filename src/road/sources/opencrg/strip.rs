@@ -112,7 +112,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
     report.notes.push(RoadNote::Levelled);
     if let Some(longest) = spec.longest_wavelength {
         positive("road.longest_wavelength", longest)?;
-        map.remove_trend(longest);
+        map.remove_trend(longest)?;
         report.notes.push(RoadNote::Detrended { longest_wavelength: longest });
     }
     if map.span() > LARGE_SPAN {

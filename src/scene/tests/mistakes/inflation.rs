@@ -58,8 +58,8 @@ fn numbers_of_the_inflation() {
     for (number, shown) in [("0", "0 is out"), ("-1", "-1 is out"), ("nan", "not a finite"), ("inf", "not a finite")] {
         inflation_refused(&format!("pressure = {number}"), "pressure", shown, "above 0 Pa");
     }
-    inflation_refused("pressure = 1, sidewall_mass = -1", "sidewall_mass", "-1 is out", "at least 0 kg/m^2");
-    inflation_refused("pressure = 1, sidewall_mas = 1", "sidewall_mas", "not a key", "`sidewall_mass`");
+    inflation_refused("pressure = 1e5, sidewall_mass = -1", "sidewall_mass", "-1 is out", "at least 0 kg/m^2");
+    inflation_refused("pressure = 1e5, sidewall_mas = 1", "sidewall_mas", "not a key", "`sidewall_mass`");
     let arc = |from: &str, to: &str| replaced(ARC, &[(from, to)]);
     inflation_refused(&arc("= 0.05", "= 0"), "sidewall_radius", "0 is out", "above 0 m");
     inflation_refused(&format!("{ARC}, sidewall_shear = -1"), "sidewall_shear", "-1 is out", "at least 0 N/m");
@@ -67,9 +67,9 @@ fn numbers_of_the_inflation() {
 
 #[test]
 fn arcs_are_given_as_a_whole_or_not_at_all() {
-    inflation_refused("pressure = 1, sidewall_radius = 0.05", "sidewall_angle", "missing", "rad");
-    inflation_refused("pressure = 1, sidewall_angle = 1.1", "sidewall_radius", "missing", "above 0 m");
-    let keys = "inflation = { pressure = 1, sidewall_shear = 1 }\ncontact_width = 0.12";
+    inflation_refused("pressure = 1e5, sidewall_radius = 0.05", "sidewall_angle", "missing", "rad");
+    inflation_refused("pressure = 1e5, sidewall_angle = 1.1", "sidewall_radius", "missing", "above 0 m");
+    let keys = "inflation = { pressure = 1e5, sidewall_shear = 1 }\ncontact_width = 0.12";
     let found = complaints(&replaced(BASE, &[("contact_width = 0.12", keys)]));
     let keys: Vec<_> = found.iter().map(|complaint| complaint.key.as_str()).collect();
     assert_eq!(keys, ["tyre.inflation.sidewall_radius", "tyre.inflation.sidewall_angle"]);
@@ -178,7 +178,7 @@ fn what_a_shape_does_not_have() {
     tyre_refused(&cavity, 6, "tyre.cavity", "nothing with a flat tyre", "curvature = true");
     let cavity = format!("curvature = true\ncavity = {{ {AIR} }}");
     tyre_refused(&cavity, 6, "tyre.cavity", "no wave that is constant across", "sides = \"guided\"");
-    inflation_refused("pressure = 1, sidewall_mass = 2", "sidewall_mass", "nothing with a flat", "curvature = true");
+    inflation_refused("pressure = 1e5, sidewall_mass = 2", "sidewall_mass", "nothing with a flat", "curvature = true");
     let thick = replaced(BASE, &[("width = 0.2\n", "width = 0.2\ncurvature = true\n"), ("= 0.013", "= 0.31")]);
     let found = complaints(&thick);
     assert!(found.len() == 1 && found[0].key == "tyre.layers", "{found:#?}");

@@ -2,6 +2,7 @@
 
 mod effects;
 mod inflation;
+mod plausible;
 mod road;
 mod rolling;
 mod sound;

@@ -71,63 +71,63 @@ fn poisson_at_and_past_its_limits() {
 fn materials() {
     let key = |name: &str| format!("tyre.layers[1].material.{name}");
     material_refused(
-        "law = \"elastik\", modulus = 1, weights = 3",
+        "law = \"elastik\", modulus = 1e6, weights = 3",
         &key("law"),
         "\"elastik\" is not known",
         "did you mean \"elastic\"? accepted: \"elastic\", \"power-law\", \"prony\", \"hysteretic\"",
     );
     material_refused(
-        "law = \"rubber\", modulus = 1",
+        "law = \"rubber\", modulus = 1e6",
         &key("law"),
         "\"rubber\"",
         "accepted: \"elastic\", \"power-law\"",
     );
     material_refused(
-        "law = \"elastic\", modulus = 1, loss_factor = 0.1",
+        "law = \"elastic\", modulus = 1e6, loss_factor = 0.1",
         &key("loss_factor"),
         "means nothing with law = \"elastic\"",
         "law = \"power-law\"",
     );
     material_refused(
-        "modulus = 1, weights = [1.0]",
+        "modulus = 1e6, weights = [1.0]",
         &key("weights"),
         "means nothing with law = \"power-law\"",
         "law = \"prony\"",
     );
     material_refused(
-        "law = \"hysteretic\", modulus = 1, corner_frequency = 1",
+        "law = \"hysteretic\", modulus = 1e6, corner_frequency = 1",
         &key("corner_frequency"),
         "law = \"hysteretic\"",
         "law = \"power-law\"",
     );
     material_refused(
-        "law = \"prony\", modulus = 1, weights = [1], times = [1], loss_factor = 0.1",
+        "law = \"prony\", modulus = 1e6, weights = [1], times = [1], loss_factor = 0.1",
         &key("loss_factor"),
         "law = \"prony\"",
         "weights and times",
     );
     material_refused(
-        "law = \"prony\", modulus = 1, weights = [1, 2], times = [1]",
+        "law = \"prony\", modulus = 1e6, weights = [1, 2], times = [1]",
         &key("times"),
         "this has 1 values, `weights` has 2",
         "as many values as in `weights`",
     );
     material_refused(
-        "law = \"prony\", modulus = 1, weights = [1, 0], times = [1, 2]",
+        "law = \"prony\", modulus = 1e6, weights = [1, 0], times = [1, 2]",
         &key("weights[1]"),
         "0 is out of range",
         "above 0",
     );
     material_refused(
-        "law = \"prony\", modulus = 1, weights = [1, 2], times = [1, -2]",
+        "law = \"prony\", modulus = 1e6, weights = [1, 2], times = [1, -2]",
         &key("times[1]"),
         "-2 is out of range",
         "above 0 s",
     );
-    material_refused("law = \"prony\", modulus = 1, weights = [], times = [1]", &key("weights"), "empty", "an array");
-    material_refused("law = \"prony\", modulus = 1, weights = [1]", &key("times"), "missing", "an array");
+    material_refused("law = \"prony\", modulus = 1e6, weights = [], times = [1]", &key("weights"), "empty", "an array");
+    material_refused("law = \"prony\", modulus = 1e6, weights = [1]", &key("times"), "missing", "an array");
     material_refused("modulus = 0", &key("modulus"), "0 is out of range", "above 0 Pa");
-    material_refused("modulus = 1, loss_factor = -0.1", &key("loss_factor"), "-0.1", "at least 0");
-    material_refused("modulus = 1, reference_frequency = -1", &key("reference_frequency"), "-1", "above 0 Hz");
+    material_refused("modulus = 1e6, loss_factor = -0.1", &key("loss_factor"), "-0.1", "at least 0");
+    material_refused("modulus = 1e6, reference_frequency = -1", &key("reference_frequency"), "-1", "above 0 Hz");
     refused("density = 1150", "density = 0", 15, &key("density"), "0 is out of range", "above 0 kg/m^3");
 }

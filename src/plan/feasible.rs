@@ -1,0 +1,77 @@
+//! What is refused before a plan sums anything: sums over the tyre's waves that would not end, or only after hours.
+//!
+//! A plan itself presses the tyre onto a smooth road, and no limit on the run's time protects it from a tyre whose sums
+//! have too many terms.
+
+use std::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, short};
+use crate::tyre::influence::Waves;
+use crate::tyre::layers::material::shear_modulus;
+use crate::tyre::layers::surface_asymptote::thickness_limit;
+use crate::tyre::poles::expected_fit;
+
+/// Tolerance of the sums that a plan presses the tyre onto a smooth road with.
+pub(super) const COARSE_TOLERANCE: f64 = 1e-3;
+/// Evaluations of the compliance that the sums of a plan may take, on one core some seconds: twenty times those of a
+/// curved car tyre.
+const MOST_EVALUATIONS: f64 = 5e7;
+/// Tension of the outermost layer over its shear modulus from which on no bound on short waves is known.
+const LARGEST_PRESTRESS: f64 = 0.3;
+/// Lobes of a strip's weights across that a bound on the rest asks for.
+const LOBES: f64 = 20.0;
+/// Terms of the sums over both kinds of waves that a scene fixes itself, for one time step and one wavenumber.
+const MOST_FIXED: f64 = 1e6;
+
+/// Checks that the sums of a plan end.
+///
+/// # Errors
+/// [`SceneError::Invalid`] with the key that is to blame.
+pub(super) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+    let Scene { tyre, numerics, .. } = scene;
+    let Some((tread, place)) = tyre.layers.last().zip(tyre.layers.len().checked_sub(1)) else { return Ok(()) };
+    let mut right = "a thicker outermost layer, or a smaller tyre".to_owned();
+    let mut key = format!("tyre.layers[{place}].thickness");
+    let mut lateral = thickness_limit(tread.thickness, COARSE_TOLERANCE);
+    if tread.is_tense() {
+        let [along, across] = tread.tension;
+        let shear = shear_modulus(&tread.material, Complex64::ZERO).norm();
+        let prestress = along.max(across) / (tread.thickness * shear);
+        if prestress.is_nan() || prestress > LARGEST_PRESTRESS {
+            let wrong = format!(
+                "a tension of {} N/m in {} m is {prestress:.1e} of the outermost layer's shear modulus at rest, {} Pa: \
+                 the sums over its short waves have no end",
+                short(along.max(across)),
+                short(tread.thickness),
+                short(shear)
+            );
+            let right = format!("less tension, or a thicker or stiffer layer: at most {LARGEST_PRESTRESS}");
+            return Err(loaded.complain(&format!("tyre.layers[{place}].tension"), wrong, right).into());
+        }
+        // Without a half-space's tail a narrow strip's waves across are summed until their weights have died out.
+        lateral = lateral.max(LOBES * PI / tyre.contact_width);
+        right.push_str(", or no tension in it");
+    }
+    let waves = Waves::new(tyre);
+    let around = thickness_limit(tread.thickness, COARSE_TOLERANCE) / waves.kx(1) + 1.0;
+    let each = if tyre.curvature { expected_fit::WAVE_AT_REST } else { 1.0 };
+    let mut terms = each * around * (0.5 * lateral / waves.ky(1) + 1.0);
+    let mut most = MOST_EVALUATIONS;
+    let Numerics { lateral_terms, wavenumber_aliases, .. } = *numerics;
+    let fixed = lateral_terms.unwrap_or(1) as f64 * (2.0 * wavenumber_aliases.unwrap_or(0) as f64 + 1.0);
+    if fixed > MOST_FIXED {
+        (terms, most) = (fixed, MOST_FIXED);
+        let name = if lateral_terms.is_some() { "lateral_terms" } else { "wavenumber_aliases" };
+        (key, right) = (format!("numerics.{name}"), "fewer of them, or leave them to the tolerance".to_owned());
+    }
+    if terms <= most {
+        return Ok(());
+    }
+    let wrong = format!(
+        "sums over the tyre's waves would take {terms:.1e} evaluations of its compliance, and {most:.0e} are done at \
+         most"
+    );
+    Err(loaded.complain(&key, wrong, right).into())
+}

@@ -1,0 +1,124 @@
+//! Files that are read as a whole: regular ones of a bounded size, nothing else.
+//!
+//! A named pipe blocks whoever opens it and a device may go on for ever; a file larger than anything meant would take
+//! all memory before its first line is looked at.
+
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+use thiserror::Error;
+
+/// Largest scene, tyre or road table \[bytes\]: the largest ones that people write have some kilobytes.
+pub const SCENE_BYTES: u64 = 1_000_000;
+/// Largest file of cases or measured values \[bytes\].
+pub const TABLE_BYTES: u64 = 100_000_000;
+
+/// Why a file is not read.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// The system's reason, or that it is no regular file.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// More bytes than such a file has.
+    #[error("it has {found} bytes, and such a file at most {limit}")]
+    TooLarge {
+        /// Its bytes, as far as they were counted.
+        found: u64,
+        /// Bytes at most.
+        limit: u64,
+    },
+}
+
+impl From<InputError> for io::Error {
+    fn from(error: InputError) -> Self {
+        match error {
+            InputError::Io(source) => source,
+            InputError::TooLarge { .. } => Self::new(io::ErrorKind::FileTooLarge, error.to_string()),
+        }
+    }
+}
+
+/// Opens a regular file; with it its size \[bytes\].
+///
+/// # Errors
+/// Of the file system; [`io::ErrorKind::InvalidInput`] for pipes, devices and sockets.
+pub fn open(path: &Path) -> io::Result<(File, u64)> {
+    // Looked at before it is opened: opening a named pipe waits for somebody who writes to it.
+    let regular = |information: fs::Metadata| match information.is_dir() {
+        true => Err(io::ErrorKind::IsADirectory.into()),
+        false if information.is_file() => Ok(information.len()),
+        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")),
+    };
+    regular(fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    let size = regular(file.metadata()?)?;
+    Ok((file, size))
+}
+
+/// All bytes of a regular file of at most `limit` bytes.
+///
+/// # Errors
+/// As [`open`], and [`InputError::TooLarge`].
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
+    let (file, size) = open(path)?;
+    let check = |found| if found > limit { Err(InputError::TooLarge { found, limit }) } else { Ok(()) };
+    check(size)?;
+    let mut bytes = Vec::with_capacity(size as usize);
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    // It may have grown meanwhile.
+    check(bytes.len() as u64)?;
+    Ok(bytes)
+}
+
+/// As [`read`], of UTF-8 text.
+///
+/// # Errors
+/// As [`read`]; [`io::ErrorKind::InvalidData`] for bytes that are no text.
+pub fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
+    let text = String::from_utf8(read(path, limit)?);
+    text.map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()).into())
+}
+
+/// Characters of a file that a message quotes at most.
+const QUOTED: usize = 80;
+
+/// What a message quotes of a text in a file.
+pub fn excerpt(text: &str) -> String {
+    beginning(text, QUOTED)
+}
+
+/// A text of at most so many characters, or its beginning.
+pub fn beginning(text: &str, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_regular_files_of_a_bounded_size_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("letters");
+        fs::write(&path, "abc").unwrap();
+        assert_eq!(read_text(&path, 3).unwrap(), "abc");
+        assert!(matches!(read(&path, 2), Err(InputError::TooLarge { found: 3, limit: 2 })));
+        let kind = |path: &Path| io::Error::from(read(path, 9).unwrap_err()).kind();
+        assert_eq!(kind(folder.path()), io::ErrorKind::IsADirectory);
+        assert_eq!(kind(&folder.path().join("none")), io::ErrorKind::NotFound);
+        fs::write(&path, [0xff]).unwrap();
+        assert_eq!(io::Error::from(read_text(&path, 9).unwrap_err()).kind(), io::ErrorKind::InvalidData);
+        if cfg!(unix) {
+            assert_eq!(kind(Path::new("/dev/zero")), io::ErrorKind::InvalidInput);
+            let pipe = folder.path().join("pipe");
+            let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+            if made.is_ok_and(|status| status.success()) {
+                assert_eq!(kind(&pipe), io::ErrorKind::InvalidInput);
+            }
+        }
+    }
+}

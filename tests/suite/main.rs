@@ -21,6 +21,7 @@ mod faults;
 mod first_run;
 mod fit_tyre;
 mod fuzzing;
+mod gallery;
 mod half_space_closed_forms;
 mod hard_cases;
 mod histories;

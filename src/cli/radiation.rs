@@ -14,10 +14,10 @@ use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
 use tyrewave::study::loads::Standing;
 use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
+use tyrewave::tyre::influence::mobility::frequencies;
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::mobility::frequencies;
 use super::options::positive;
 use super::side::Place;
 

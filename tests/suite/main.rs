@@ -24,6 +24,7 @@ mod influence;
 mod layers;
 mod line_contact;
 mod mobility;
+mod paper;
 mod performance;
 mod plans;
 mod presets;

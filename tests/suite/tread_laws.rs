@@ -129,6 +129,7 @@ fn tread_laws_at_equal_contact_stiffness() {
                 title: "Tread laws at equal static stiffness, dense asphalt, 80 km/h",
                 quantity: "Contact force level [dB re 1 N]",
                 spectra,
+                error: None,
             };
             fs::write(file, plot.to_svg().unwrap()).unwrap();
         }

@@ -28,7 +28,7 @@ fn verdict(of: &Statement) -> String {
 pub fn settings(paper: &Paper, scene: &Scene) -> String {
     let of = &paper.options;
     format!(
-        "{} km/h; figures 4 to 6 with {} elements, {} steps each, over {} s after {} s of warm-up, time rule {}; \
+        "{} km/h; figures 4 to 6 with {} elements, time steps an element: {}, over {} s after {} s of warm-up, time rule {}; \
          equation 4 with {} elements over {} s, the axle held; third octaves from 100 to {} Hz.",
         scene.rolling.speed_kmh,
         of.elements,
@@ -68,10 +68,11 @@ fn law_table(paper: &Paper) -> Table {
             format!("{frequency}"),
             format!("{:+.2}", change.change),
             cell(&uncoupled.changes, frequency),
-            cell(&paper.slice.changes, frequency),
+            cell(&paper.slice.local.changes, frequency),
+            cell(&paper.slice.equation_4.changes, frequency),
         ]
     });
-    aligned(["Hz", "bedding [dB]", "uncoupled [dB]", "slices on a half-space [dB]"], rows)
+    aligned(["Hz", "bedding [dB]", "uncoupled [dB]", "half-space slices [dB]", "the same, equation 4 [dB]"], rows)
 }
 
 /// Instants by solves.

@@ -10,11 +10,8 @@ use crate::study::accuracy::Richardson;
 use crate::study::trial::{Common, Trials};
 
 /// The couplings that are refined.
-const COUPLINGS: [(SliceCoupling, &str); 3] = [
-    (SliceCoupling::Local, "local"),
-    (SliceCoupling::Explicit, "equation 4, explicit"),
-    (SliceCoupling::Implicit, "equation 4, implicit"),
-];
+const COUPLINGS: [(SliceCoupling, &str); 3] =
+    [(SliceCoupling::Local, "local law"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
 
 /// A coupling with ever smaller steps.
 #[derive(Clone, Debug, Serialize)]
@@ -87,18 +84,17 @@ impl Equation4 {
     /// What the paper says of it.
     pub fn statement(&self) -> Statement {
         let words = |refined: &Refined| {
-            let differences: Vec<String> = refined.differences.iter().map(|found| format!("{found:.2e}")).collect();
-            format!("{}: {} (order {:.1})", refined.name, differences.join(", "), refined.order)
+            let [first, .., last] = refined.differences.as_slice() else { return refined.name.to_owned() };
+            format!("{} {first:.3} to {last:.3} (order {:.1})", refined.name, refined.order)
         };
         let of_4: Vec<&[f64]> = self.couplings.iter().skip(1).map(|refined| refined.differences.as_slice()).collect();
         Statement {
             place: "equation 4",
-            subject: "force on rough slices as the time step is halved again and again",
-            paper: "F = G0^-1 S(y) is the force, whatever the step",
+            subject: "change of the force by halving the time step",
+            paper: "F = G0^-1 S(y)",
             found: self.couplings.iter().map(words).collect::<Vec<_>>().join("; "),
             verdict: judge(&of_4),
-            why: "it has a limit where each halving changes the force less than the one before, by order 1/2 or more"
-                .to_owned(),
+            why: "no limit where halvings go on to change it as much".to_owned(),
         }
     }
 }

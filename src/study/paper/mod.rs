@@ -36,7 +36,7 @@ pub use mobility::MobilityFigure;
 pub use patch_force::PatchForces;
 pub use road::RoadFigure;
 pub use search::{SearchFigure, Solves};
-pub use slice::SliceFigure;
+pub use slice::{Changed, SliceFigure};
 pub use statement::{Statement, Verdict};
 pub use tread_laws::{TreadLaw, TreadLaws};
 
@@ -125,14 +125,14 @@ pub fn recompute(
     progress.stage(Stage::Road);
     let road = RoadFigure::of(&loaded)?;
 
-    let of_laws = 4.0 * (scene.rolling.warm_up + scene.rolling.duration);
+    let of_laws = 6.0 * (scene.rolling.warm_up + scene.rolling.duration);
     let refined = 3.0 * f64::from(halvings + 1) * (SETTLING + coarse_duration);
     let mut trials = Trials::new(of_laws + refined, stop, progress);
     let mut recorder = patch_force::Recorder::default();
     let elastic = trials.roll_seen(&scene, &mut |run| recorder.see(run, &plan))?;
     let patch_forces = recorder.finish(&elastic.plan);
     let tread_laws = TreadLaws::of((&scene, &elastic), highest, &mut trials)?;
-    let slice = SliceFigure::of(&loaded, options.slices, (&scene, &elastic), highest, &mut trials)?;
+    let slice = SliceFigure::of(&loaded, options.slices, &elastic, highest, &mut trials)?;
 
     let mut coarse = scene.clone();
     coarse.numerics.elements = options.coarse_elements;

@@ -100,18 +100,17 @@ impl PatchForces {
         Statement {
             place: "figure 5",
             subject: "force over contact and time",
-            paper: "a picture: each element meets its slice and keeps it through the patch",
+            paper: "a picture",
             found: format!(
-                "patch of {:.0} mm, {:.0} % of its elements in the air; {:.0} N on an element that touches, {:.0} N \
-                 at most, {:.1e} N at least",
+                "patch of {:.0} mm, {:.0} % of its elements in the air; {:.0} N on one that touches, {:.0} to {:.0} N",
                 1e3 * self.length,
                 100.0 * self.open,
                 self.mean,
-                self.largest,
-                self.smallest
+                self.smallest,
+                self.largest
             ),
             verdict: Verdict::NotComparable,
-            why: "the paper's road and loads are not given in numbers; see the picture".to_owned(),
+            why: "the paper's road and load are not given in numbers".to_owned(),
         }
     }
 }

@@ -46,7 +46,7 @@ impl Solves {
     }
 
     fn new(histogram: BTreeMap<u32, u64>, fallbacks: u64, residuals: Residuals) -> Self {
-        let count = |solves: std::ops::Range<u32>| histogram.range(solves).map(|(_, steps)| *steps as f64).sum::<f64>();
+        let count = |solves: std::ops::Range<u32>| histogram.range(solves).map(|(_, steps)| *steps).sum::<u64>() as f64;
         let all = count(1..u32::MAX).max(1.0);
         let [one, two_or_three, more] = [1..2, 2..4, 4..u32::MAX].map(|solves| count(solves) / all);
         Self { one, two_or_three, more, histogram, fallbacks, residuals }
@@ -75,15 +75,15 @@ impl SearchFigure {
                 paper: "one when the guess is right, one or two more otherwise",
                 found: format!("local law: {}; equation 4: {}", local.words(), equation_4.words()),
                 verdict: takes_few(local.more.max(equation_4.more)),
-                why: format!("more than three in less than {} % of the instants in contact", 100.0 * RARE),
+                why: format!("more than three in less than {} % of the instants", 100.0 * RARE),
             },
             Statement {
                 place: "contact search",
                 subject: "searches given up",
                 paper: "a search may be given up: only positive forces are kept",
-                found: format!("none given up; {fallbacks} least-index fallbacks, conditions met to {worst:.0e}"),
+                found: format!("conditions of contact met to {worst:.0e}; {fallbacks} least-index fallbacks"),
                 verdict: is_given_up(worst),
-                why: format!("all instants are solved where the conditions hold to {SOLVED:.0e}"),
+                why: format!("given up where the conditions are missed by more than {SOLVED:.0e}"),
             },
         ]
     }

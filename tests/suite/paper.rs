@@ -11,13 +11,13 @@ use tyrewave::study::paper::{PaperOptions, Verdict, recompute};
 use tyrewave::test_models::{scene, scene_text};
 
 const TINY: PaperOptions = PaperOptions {
-    elements: 64,
+    elements: 32,
     duration: 0.6,
-    coarse_elements: 64,
+    coarse_elements: 32,
     coarse_duration: 0.7,
     halvings: 2,
     highest: 125.0,
-    frequencies: 6,
+    frequencies: 4,
     slices: 20,
     sums: 4,
 };
@@ -28,7 +28,7 @@ const CONTACT: &str = "[contact]\ncells_across = 6";
 fn small() -> LoadedScene {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.2\nduration = 0.6\naxle = { load = 3400 }";
     let numerics = "substeps = 2\npole_tolerance = 2e-3\nmemory = 0.1";
-    scene(&scene_text(64, "kind = \"made\"\nseed = 2", rolling, &format!("{numerics}\nhistory = \"modal\""), CONTACT))
+    scene(&scene_text(32, "kind = \"made\"\nseed = 2", rolling, &format!("{numerics}\nhistory = \"modal\""), CONTACT))
 }
 
 /// No number is missing: JSON has null in its place.

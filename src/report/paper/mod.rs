@@ -28,7 +28,7 @@ fn verdict(of: &Statement) -> String {
 pub fn settings(paper: &Paper, scene: &Scene) -> String {
     let of = &paper.options;
     format!(
-        "{} km/h; figures 4 to 6 with {} elements, time steps an element: {}, over {} s after {} s of warm-up, time rule {}; \
+        "{} km/h; figures 4 to 6 with {} elements, time steps an element: {}, over {} s after {} s of warm-up, {}; \
          equation 4 with {} elements over {} s, the axle held; third octaves from 100 to {} Hz.",
         scene.rolling.speed_kmh,
         of.elements,

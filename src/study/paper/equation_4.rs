@@ -94,7 +94,7 @@ impl Equation4 {
             paper: "F = G0^-1 S(y)",
             found: self.couplings.iter().map(words).collect::<Vec<_>>().join("; "),
             verdict: judge(&of_4),
-            why: "no limit where halvings go on to change it as much".to_owned(),
+            why: "halvings go on to change it where there is no limit".to_owned(),
         }
     }
 }

@@ -1,8 +1,9 @@
-//! What influence functions take of the time: summed without shortcuts, as the paper does, and by poles.
+//! What influence functions take of the time: by sums, and by poles.
 //!
-//! As the paper sums them, without aliases and with lateral waves as short as the shortest round the tyre; and to the
-//! accuracy of the poles. The sums H_n(s) for n = 0..=N/2 at all points of the contour of a memory as long as the scene's are far too many to
-//! wait for: a sample of them is summed and timed, evenly spread over both, and stands for all.
+//! Sums of two kinds: as the paper has them, without aliases and with lateral waves as short as the shortest round the
+//! tyre; and to the accuracy of the poles. H_n(s) for n = 0..=N/2 at all points of the contour of a memory as long as
+//! the scene's are far too many to wait for: a sample of them is summed and timed, evenly spread over both, and stands
+//! for all.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -154,7 +155,7 @@ impl InfluenceShare {
                     1e3 * self.kept
                 ),
                 verdict: takes_most(poles),
-                why: format!("the first run; {low:.0} to {high:.0} % is too close to call"),
+                why: format!("judged by the first run; {low:.0} to {high:.0} % would be too close to call"),
             },
         ]
     }

@@ -3,10 +3,10 @@
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::results::plots::{Axis, LinePlot, Series};
+use tyrewave::report::mobility::{LEVEL, plot};
 use tyrewave::results::table::{Report, csv};
 use tyrewave::run::Progress;
-use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
+use tyrewave::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 
 use super::context::Context;
 use super::error::CliError;
@@ -42,11 +42,6 @@ pub struct MobilityArguments {
     points: u32,
 }
 
-/// Level re 1 m/(N s) \[dB\].
-pub(super) fn level(value: num_complex::Complex64) -> f64 {
-    20.0 * value.norm().log10()
-}
-
 /// One row per frequency; real part, imaginary part and level for each patch.
 pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
     let columns = |patch: &f64| [format!("re_{patch}mm"), format!("im_{patch}mm"), format!("level_db_{patch}mm")];
@@ -56,31 +51,6 @@ pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
         [frequency].into_iter().chain(numbers)
     });
     csv(header, rows)
-}
-
-/// What a picture shows of a mobility.
-pub(super) type Quantity = (&'static str, fn(num_complex::Complex64) -> f64);
-
-pub(super) const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
-
-/// A curve for each patch.
-pub(super) fn plot<'a>(
-    mobility: &Mobility,
-    title: &'a str,
-    names: &'a [String],
-    (quantity, shown): Quantity,
-) -> LinePlot<'a> {
-    let curves = names.iter().enumerate().map(|(column, name)| Series {
-        name,
-        points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, shown(row[column]))).collect(),
-    });
-    let values = mobility.values.iter().flatten().map(|&value| shown(value));
-    LinePlot {
-        title,
-        x: Axis::logarithmic_around("Frequency [Hz]", mobility.frequencies.iter().copied(), [1.0, 1.0]),
-        y: Axis::linear_around(quantity, values),
-        series: curves.collect(),
-    }
 }
 
 impl MobilityArguments {
@@ -105,12 +75,6 @@ impl MobilityArguments {
         side.settings = json!({ "scene": side.settings, "patch_mm": patch, "from": from, "to": to, "points": points });
         side.finish(context, &Report::default())
     }
-}
-
-/// So many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
-pub(super) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
-    let (last, ratio) = (points - 1, to / from);
-    (0..points).map(|k| if k == last { to } else { from * ratio.powf(f64::from(k) / f64::from(last)) }).collect()
 }
 
 #[cfg(test)]

@@ -15,10 +15,10 @@ use tyrewave::run::{Progress, RunError};
 use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::loads::Standing;
 use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
+use tyrewave::tyre::influence::mobility::frequencies;
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::mobility::frequencies;
 use super::options::positive;
 use super::side::Place;
 

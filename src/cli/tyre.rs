@@ -3,15 +3,16 @@
 use clap::Args;
 use serde_json::{Value, json};
 use tyrewave::counters::{Counter, Stage};
+use tyrewave::report::mobility::{LEVEL, plot as mobility_plot};
 use tyrewave::results::table::Report;
 use tyrewave::run::{Progress, RunError};
 use tyrewave::study::loads::{Standing, rolling};
-use tyrewave::tyre::influence::mobility::{Mobility, driving_point};
+use tyrewave::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 use tyrewave::tyre::modes::{modes, radial_compliance};
 
 use super::context::Context;
 use super::error::CliError;
-use super::mobility::{frequencies, level, plot as mobility_plot, to_csv as mobility_csv};
+use super::mobility::to_csv as mobility_csv;
 use super::options::positive;
 use super::side::Place;
 use super::tyre_views::{self as views, UnderLoad, phase};
@@ -157,7 +158,7 @@ impl TyreArguments {
         side.picture("load_deflection.svg", views::load_deflection(&curve, &under, &title).to_svg())?;
         side.picture("patch_length.svg", views::patch_length(&curve, &under, &title).to_svg())?;
         let names: Vec<String> = patch.iter().map(|patch| format!("{patch} mm")).collect();
-        for (name, quantity) in [("mobility.svg", super::mobility::LEVEL), ("mobility_phase.svg", views::PHASE)] {
+        for (name, quantity) in [("mobility.svg", LEVEL), ("mobility_phase.svg", views::PHASE)] {
             side.picture(name, mobility_plot(&mobility, &title, &names, quantity).to_svg())?;
         }
         side.file("modes.csv", views::modes_csv(&found));

@@ -6,12 +6,11 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::contact::static_contact::StaticContact;
+use tyrewave::report::mobility::Quantity;
 use tyrewave::results::plots::{Axis, HeatMap, LinePlot, PlotError, Series};
 use tyrewave::results::table::{Report, aligned, csv, numbers, optional, row};
-use tyrewave::tyre::influence::mobility::Mobility;
+use tyrewave::tyre::influence::mobility::{Mobility, level};
 use tyrewave::tyre::modes::{Mode, Modes, Motion};
-
-use super::mobility::{Quantity, level};
 
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;

@@ -1,9 +1,35 @@
 //! Text, tables and pictures as HTML.
 
-use maud::{Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::picture::harmless;
 use crate::results::table::{Part, Report, Table};
+
+/// A whole page: styles, what tells values to a pointer, and the content; nothing is fetched.
+pub(super) fn document(title: &str, content: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta name="generator" content="tyrewave";
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (title) }
+                style { (PreEscaped(include_str!("page.css"))) }
+            }
+            body {
+                main {
+                    (content)
+                    footer { "Made by tyrewave " (env!("CARGO_PKG_VERSION")) ". SI units; levels as their axes say." }
+                }
+                div #told role="status" hidden {}
+                script { (PreEscaped(include_str!("page.js"))) }
+            }
+        }
+    };
+    page.into_string()
+}
 
 /// A report for the terminal, as a page has it.
 pub(super) fn report(report: &Report) -> Markup {

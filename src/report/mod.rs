@@ -6,10 +6,13 @@
 pub mod compare;
 mod error;
 mod html;
+pub mod mobility;
 pub mod page;
+pub mod paper;
 mod picture;
 pub mod road;
 mod sections;
+pub mod slices;
 pub mod stored;
 
 pub use compare::Comparison;

@@ -1,10 +1,10 @@
 //! One HTML file of one or more results: styles, pictures and sound are in it.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::compare::{Comparison, SpectrumComparison};
 use super::error::ReportError;
-use super::html::{figure, table};
+use super::html::{document, figure, table};
 use super::sections;
 use super::stored::Stored;
 use crate::results::PlotError;
@@ -21,29 +21,11 @@ pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     let title = all.iter().map(|stored| stored.summary.title.as_str()).collect::<Vec<_>>().join(" | ");
     let comparison = if all.len() > 1 { Some(comparison(&Comparison::of(all))?) } else { None };
     let results = all.iter().enumerate().map(|(index, stored)| result(index, stored)).collect::<Result<Vec<_>, _>>()?;
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta name="generator" content="tyrewave";
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (title) }
-                style { (PreEscaped(include_str!("page.css"))) }
-            }
-            body {
-                main {
-                    @if let Some(comparison) = comparison { (comparison) }
-                    @for result in &results { (result) }
-                    footer { "Made by tyrewave " (env!("CARGO_PKG_VERSION")) ". SI units; levels as their axes say." }
-                }
-                div #told role="status" hidden {}
-                script { (PreEscaped(include_str!("page.js"))) }
-            }
-        }
+    let content = html! {
+        @if let Some(comparison) = comparison { (comparison) }
+        @for result in &results { (result) }
     };
-    Ok(page.into_string())
+    Ok(document(&title, &content))
 }
 
 /// A section with its heading; nothing where there is nothing in it.

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rayon::Scope;
 
+use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
 use crate::counters::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
 use crate::plan::Plan;
@@ -51,6 +52,10 @@ pub struct Results {
     pub rolling_resistance: Option<RollingResistance>,
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
+    /// What the search for the forces has done.
+    pub search: SearchCounts,
+    /// How far the contact conditions are missed, at worst; relative to the largest force and displacement.
+    pub residuals: Residuals,
     /// Sound at the receivers, where it was listened to and the run was long enough.
     pub sound: Option<HeardSound>,
     /// What the user should know.
@@ -139,6 +144,8 @@ impl Run {
             mean_contact_length: record.mean_contact_length(),
             rolling_resistance: record.rolling_resistance(),
             spectrum: record.spectrum(),
+            search: prepared.march.search_counts(),
+            residuals: prepared.march.totals().relative_residuals(),
             sound,
             warnings: prepared.warnings,
             meter,

@@ -1,7 +1,5 @@
 //! What a run leaves behind at its end: spectra, pictures, the summary.
 
-use std::collections::BTreeMap;
-
 use ndarray::ArrayView2;
 
 use crate::plan::Plan;
@@ -115,13 +113,7 @@ impl LookBack<'_> {
             slice_error: self.prepared.road.slice_error(),
             local_compliance: self.prepared.local_compliance,
             aborted_searches: 0,
-            solves_per_step: counts
-                .histogram
-                .iter()
-                .enumerate()
-                .filter(|(_, steps)| **steps > 0)
-                .map(|(solves, &steps)| (solves as u32, steps))
-                .collect::<BTreeMap<_, _>>(),
+            solves_per_step: counts.solves_per_step(),
         };
         summary.warnings.clone_from(&self.prepared.warnings);
         summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));

@@ -133,6 +133,14 @@ impl<'a> Trials<'a> {
     /// # Errors
     /// Of the plan and of the run; [`RunError::Interrupted`].
     pub fn roll(&mut self, scene: &Scene) -> Result<Trial, RunError> {
+        self.roll_seen(scene, &mut |_| {})
+    }
+
+    /// As [`Self::roll`], each step shown as soon as it is done.
+    ///
+    /// # Errors
+    /// As [`Self::roll`].
+    pub fn roll_seen(&mut self, scene: &Scene, see: &mut dyn FnMut(&Run)) -> Result<Trial, RunError> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
@@ -144,6 +152,7 @@ impl<'a> Trials<'a> {
             let behind = (rayon::current_num_threads() > 1).then_some(scope);
             while run.next_step() < plan.steps {
                 force.push(run.step_beside(behind)?.total_force);
+                see(&run);
                 if run.next_step().is_multiple_of(LOOK_EVERY) {
                     let rolled = self.done + run.next_step() as f64 * plan.time_step;
                     self.progress.step((rolled / UNIT) as u64);

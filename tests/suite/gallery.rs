@@ -14,7 +14,9 @@ fn scenes() -> (tempfile::TempDir, Vec<String>) {
     copy(&from, folder.path());
     let mut names = names_in(&from);
     match shared_road("captif_aylesbury_station_10.dat") {
-        Some(station) => drop(fs::copy(station, folder.path().join("roads/station.dat")).unwrap()),
+        Some(station) => {
+            fs::copy(station, folder.path().join("roads/station.dat")).unwrap();
+        }
         None => names.retain(|name| name != "station.toml"),
     }
     (folder, names)
@@ -32,7 +34,11 @@ fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
         let target: PathBuf = to.join(entry.file_name());
-        if entry.path().is_dir() { copy(&entry.path(), &target) } else { drop(fs::copy(entry.path(), target).unwrap()) }
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
     }
 }
 

@@ -31,6 +31,7 @@ mod injection;
 mod layers;
 mod line_contact;
 mod mobility;
+mod paper;
 mod performance;
 mod plans;
 mod presets;

@@ -1,6 +1,7 @@
 //! What every search for the forces begins with and leaves: displacements by forces, sweeps of projected Gauss-Seidel
 //! over the points, and what was done.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -32,6 +33,14 @@ pub struct SearchCounts {
     pub work: Work,
     /// The part of it that factorised sets.
     pub factorisation: Work,
+}
+
+impl SearchCounts {
+    /// Steps by number of solves, those that there were.
+    pub fn solves_per_step(&self) -> BTreeMap<u32, u64> {
+        let bins = (0..).zip(self.histogram);
+        bins.filter(|(_, steps)| *steps > 0).collect()
+    }
 }
 
 /// Points on the surface: their influence on each other, and what is known of their forces.

@@ -43,6 +43,17 @@ struct PatchWeights {
     lateral: Vec<f64>,
 }
 
+/// Level of a mobility re 1 m/(N s) \[dB\].
+pub fn level(value: Complex64) -> f64 {
+    20.0 * value.norm().log10()
+}
+
+/// So many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
+pub fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
+    let (last, ratio) = (points.saturating_sub(1), to / from);
+    (0..points).map(|k| if k == last { to } else { from * ratio.powf(f64::from(k) / f64::from(last)) }).collect()
+}
+
 /// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the
 /// last lobe is evaluated.
 pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {

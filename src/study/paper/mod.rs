@@ -1,0 +1,181 @@
+//! The paper that the model is from (K. Larsson, *Numerical modelling of the tyre/road contact*, Chalmers): its figures
+//! 2 to 6 and what it says on performance, each computed again and held against what it says.
+//!
+//! 1. what rolls nothing: mobilities, the road;
+//! 2. one run with the scene's laws, kept for the patch's forces, the spectra and the search; the other laws of tread
+//!    and slices beside it;
+//! 3. equation 4 and the local law with ever smaller time steps, the axle held;
+//! 4. influence functions: some of the sums, and a fit.
+
+use std::sync::atomic::AtomicBool;
+
+use serde::Serialize;
+
+use crate::counters::Stage;
+use crate::plan::Plan;
+use crate::run::error::RunError;
+use crate::run::progress::Progress;
+use crate::scene::{LoadedScene, Scene};
+use crate::study::trial::{SETTLING, Trials};
+
+mod equation_4;
+mod influence;
+mod levels;
+mod mobility;
+mod patch_force;
+mod road;
+mod search;
+mod slice;
+mod statement;
+mod tread_laws;
+
+pub use equation_4::{Equation4, Refined};
+pub use influence::InfluenceShare;
+pub use levels::Change;
+pub use mobility::MobilityFigure;
+pub use patch_force::PatchForces;
+pub use road::RoadFigure;
+pub use search::{SearchFigure, Solves};
+pub use slice::{Changed, SliceFigure};
+pub use statement::{Statement, Verdict};
+pub use tread_laws::{TreadLaw, TreadLaws};
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PaperOptions {
+    /// Elements round the tyre of the runs that are drawn.
+    pub elements: usize,
+    /// Time rolled for each of them after the warm-up \[s\].
+    pub duration: f64,
+    /// Elements of the runs whose steps are halved.
+    pub coarse_elements: usize,
+    /// Time rolled for each of those \[s\].
+    pub coarse_duration: f64,
+    /// How often their steps are halved.
+    pub halvings: u32,
+    /// Highest frequency compared \[Hz\].
+    pub highest: f64,
+    /// Frequencies of the mobilities.
+    pub frequencies: u32,
+    /// Slices of the road whose spread is looked at.
+    pub slices: usize,
+    /// Sums of influence functions that are timed.
+    pub sums: usize,
+}
+
+impl Default for PaperOptions {
+    /// What takes a minute or less on two cores.
+    fn default() -> Self {
+        Self {
+            elements: 512,
+            duration: 4.0,
+            coarse_elements: 256,
+            coarse_duration: 1.0,
+            halvings: 4,
+            highest: 1000.0,
+            frequencies: 120,
+            slices: 1000,
+            sums: 256,
+        }
+    }
+}
+
+/// All that was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Paper {
+    /// How much was computed.
+    pub options: PaperOptions,
+    /// Figure 2.
+    pub mobility: MobilityFigure,
+    /// Figure 3.
+    pub road: RoadFigure,
+    /// Figure 4.
+    pub slice: SliceFigure,
+    /// Figure 5.
+    pub patch_forces: PatchForces,
+    /// Figure 6.
+    pub tread_laws: TreadLaws,
+    /// Solves of the contact search.
+    pub search: SearchFigure,
+    /// Equation 4 with ever smaller steps.
+    pub equation_4: Equation4,
+    /// What influence functions take.
+    pub influence: InfluenceShare,
+    /// Everything beside what the paper says.
+    pub statements: Vec<Statement>,
+}
+
+/// Computes the paper's figures and statements for a scene's tyre and road.
+///
+/// # Errors
+/// Of the road and of any of the runs; [`RunError::Interrupted`].
+pub fn recompute(
+    loaded: &LoadedScene,
+    options: &PaperOptions,
+    stop: &AtomicBool,
+    progress: &mut dyn Progress,
+) -> Result<Paper, RunError> {
+    let PaperOptions { highest, halvings, coarse_duration, .. } = *options;
+    let rolled = loaded.scene.rolling.warm_up + loaded.scene.rolling.duration;
+    let scene = drawn(&loaded.scene, options);
+    let loaded = LoadedScene::from_scene(&scene, "paper")?;
+    let plan = Plan::of(&loaded)?;
+    progress.stage(Stage::Influence);
+    let mobility = MobilityFigure::of(&plan.decisions.tyre, options.frequencies);
+    progress.stage(Stage::Road);
+    let road = RoadFigure::of(&loaded)?;
+
+    let of_laws = 6.0 * (scene.rolling.warm_up + scene.rolling.duration);
+    let refined = 3.0 * f64::from(halvings + 1) * (SETTLING + coarse_duration);
+    let mut trials = Trials::new(of_laws + refined, stop, progress);
+    let mut recorder = patch_force::Recorder::default();
+    let elastic = trials.roll_seen(&scene, &mut |run| recorder.see(run, &plan))?;
+    let patch_forces = recorder.finish(&elastic.plan);
+    let tread_laws = TreadLaws::of((&scene, &elastic), highest, &mut trials)?;
+    let slice = SliceFigure::of(&loaded, options.slices, &elastic, highest, &mut trials)?;
+
+    let mut coarse = scene.clone();
+    coarse.numerics.elements = options.coarse_elements;
+    let held = trials.held(&coarse, coarse_duration)?;
+    let (equation_4, search) = Equation4::of(&held, halvings, highest, &mut trials)?;
+    trials.look()?;
+    trials.finish();
+    let local = Solves::of(&elastic);
+    let search = SearchFigure { equation_4: search.unwrap_or_else(|| local.clone()), local };
+
+    progress.stage(Stage::Fit);
+    let whole = elastic.plan.steps as f64 * elastic.plan.time_step;
+    let influence = InfluenceShare::of(&scene, (rolled, elastic.seconds / whole), options.sums, stop)?;
+    progress.finish();
+    let mut statements = Vec::new();
+    statements.extend(mobility.statements());
+    statements.push(road.statement());
+    statements.push(slice.statement());
+    statements.push(patch_forces.statement());
+    statements.extend(tread_laws.statements());
+    statements.extend(search.statements());
+    statements.extend(influence.statements());
+    statements.push(equation_4.statement());
+    Ok(Paper {
+        options: *options,
+        mobility,
+        road,
+        slice,
+        patch_forces,
+        tread_laws,
+        search,
+        equation_4,
+        influence,
+        statements,
+    })
+}
+
+/// The scene of the runs that are drawn: forces alone.
+fn drawn(scene: &Scene, options: &PaperOptions) -> Scene {
+    let mut scene = scene.clone();
+    scene.numerics.forget_wishes();
+    scene.numerics.elements = options.elements;
+    scene.rolling.duration = options.duration;
+    scene.outputs.vibration = None;
+    scene
+}

@@ -1,0 +1,116 @@
+//! Figure 5: force over contact and time.
+
+use ndarray::Array2;
+use serde::Serialize;
+
+use super::statement::{Statement, Verdict};
+use crate::plan::Plan;
+use crate::run::Run;
+
+/// The last part of the run that is kept \[s\].
+const SHOWN: f64 = 0.04;
+
+/// Forces of the elements in the window at the run's last steps.
+#[derive(Clone, Debug, Serialize)]
+pub struct PatchForces {
+    /// Times \[s\].
+    #[serde(skip)]
+    pub time: Vec<f64>,
+    /// First element of the window at each.
+    #[serde(skip)]
+    pub first_element: Vec<i64>,
+    /// Forces \[N\]: \[steps, window\].
+    #[serde(skip)]
+    pub force: Array2<f64>,
+    /// Length of an element \[m\].
+    pub element: f64,
+    /// Speed \[m/s\].
+    pub speed: f64,
+    /// Road coordinate under the axle at t = 0 \[m\].
+    pub start: f64,
+    /// Steps kept.
+    pub steps: usize,
+    /// Smallest force of an element \[N\]: none pulls.
+    pub smallest: f64,
+    /// Largest force of an element \[N\].
+    pub largest: f64,
+    /// Mean force of those elements that carry one \[N\].
+    pub mean: f64,
+    /// Mean length of the patch \[m\].
+    pub length: f64,
+    /// Share of the patch's elements that carry no force.
+    pub open: f64,
+}
+
+/// Keeps the forces of a run as it goes.
+#[derive(Debug, Default)]
+pub struct Recorder {
+    time: Vec<f64>,
+    first_element: Vec<i64>,
+    force: Vec<f64>,
+    columns: usize,
+    start: f64,
+}
+
+impl Recorder {
+    /// Keeps the step that was done last, if it is one of those shown. `plan` is the run's.
+    pub fn see(&mut self, run: &Run, plan: &Plan) {
+        let step = run.next_step() - 1;
+        if ((plan.steps - step) as f64) * plan.time_step > SHOWN {
+            return;
+        }
+        let geometry = run.prepared.march.geometry();
+        (self.columns, self.start) = (geometry.columns, geometry.start);
+        self.time.push(step as f64 * plan.time_step);
+        self.first_element.push(geometry.first_element(step));
+        self.force.extend_from_slice(run.forces());
+    }
+
+    /// What was kept.
+    pub fn finish(self, plan: &Plan) -> PatchForces {
+        let steps = self.time.len();
+        let (mut carried, mut inside) = (0_usize, 0_usize);
+        for row in self.force.chunks(self.columns.max(1)) {
+            let first = row.iter().position(|&force| force > 0.0);
+            let last = row.iter().rposition(|&force| force > 0.0);
+            carried += row.iter().filter(|force| **force > 0.0).count();
+            inside += first.zip(last).map_or(0, |(first, last)| last + 1 - first);
+        }
+        let share = |part: f64, whole: usize| if whole > 0 { part / whole as f64 } else { 0.0 };
+        PatchForces {
+            element: plan.element,
+            speed: plan.speed,
+            start: self.start,
+            steps,
+            smallest: self.force.iter().copied().fold(0.0, f64::min),
+            largest: self.force.iter().copied().fold(0.0, f64::max),
+            mean: share(self.force.iter().sum(), carried),
+            length: share(inside as f64 * plan.element, steps),
+            open: share((inside - carried) as f64, inside),
+            force: Array2::from_shape_vec((steps, self.columns), self.force).unwrap_or_default(),
+            time: self.time,
+            first_element: self.first_element,
+        }
+    }
+}
+
+impl PatchForces {
+    /// What the paper says of it.
+    pub fn statement(&self) -> Statement {
+        Statement {
+            place: "figure 5",
+            subject: "force over contact and time",
+            paper: "a picture",
+            found: format!(
+                "patch of {:.0} mm, {:.0} % of its elements in the air; {:.0} N on one that touches, {:.0} to {:.0} N",
+                1e3 * self.length,
+                100.0 * self.open,
+                self.mean,
+                self.smallest,
+                self.largest
+            ),
+            verdict: Verdict::NotComparable,
+            why: "the paper's road and load are not given in numbers".to_owned(),
+        }
+    }
+}

@@ -55,13 +55,16 @@ pub struct CompareArguments {
     #[arg(required = true, num_args = 2.., value_name = "RESULTS")]
     results: Vec<PathBuf>,
     /// Print CSV instead of tables: a row for each figure and third octave.
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long)]
     csv: bool,
 }
 
 impl CompareArguments {
     /// Prints the comparison.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        if self.csv && context.options.json {
+            return Err(CliError::Usage("--csv and --json exclude each other".to_owned()));
+        }
         let comparison = Comparison::of(&stored(&self.results)?);
         if context.options.json {
             print(&format!("{:#}\n", serde_json::json!(comparison)))

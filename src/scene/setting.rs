@@ -117,6 +117,7 @@ mod tests {
         let loaded = set(&[
             "rolling.speed_kmh=110",
             "numerics.preset=draft",
+            "numerics.fmax=1000.0",
             "title = a new one",
             "tyre.layers[1].thickness = 0.011",
             "outputs.plots=false",

@@ -9,6 +9,7 @@ mod compliance;
 mod context;
 mod effects;
 mod error;
+mod export;
 mod fit_tyre;
 mod heights;
 mod indent;
@@ -108,6 +109,8 @@ pub enum Command {
     Report(report::ReportArguments),
     /// Hold results against each other: settings, figures, third octaves.
     Compare(report::CompareArguments),
+    /// Put results into formats of other programs: MATLAB, universal files, VTK.
+    Export(export::ExportArguments),
     /// Show what kind of tyre a scene has: modes, stiffness and patch under loads, mobility.
     Tyre(tyre::TyreArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
@@ -159,6 +162,7 @@ impl Command {
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Report(arguments) => arguments.execute(context),
             Self::Compare(arguments) => arguments.execute(context),
+            Self::Export(arguments) => arguments.execute(context),
             Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::FitTyre(arguments) => arguments.execute(context),
@@ -231,7 +235,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 27);
+        assert_eq!(names.len(), 28);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

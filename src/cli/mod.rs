@@ -9,6 +9,7 @@ mod compliance;
 mod context;
 mod effects;
 mod error;
+mod export;
 mod fit_tyre;
 mod heights;
 mod indent;
@@ -111,6 +112,8 @@ pub enum Command {
     Compare(report::CompareArguments),
     /// Compute the figures and statements of the paper again that the model is from, beside what it says.
     Paper(paper::PaperArguments),
+    /// Put results into formats of other programs: MATLAB, universal files, VTK.
+    Export(export::ExportArguments),
     /// Show what kind of tyre a scene has: modes, stiffness and patch under loads, mobility.
     Tyre(tyre::TyreArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
@@ -163,6 +166,7 @@ impl Command {
             Self::Report(arguments) => arguments.execute(context),
             Self::Compare(arguments) => arguments.execute(context),
             Self::Paper(arguments) => arguments.execute(context),
+            Self::Export(arguments) => arguments.execute(context),
             Self::Tyre(arguments) => arguments.execute(context),
             Self::Mobility(arguments) => arguments.execute(context),
             Self::FitTyre(arguments) => arguments.execute(context),
@@ -235,7 +239,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 28);
+        assert_eq!(names.len(), 29);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -51,10 +51,10 @@ impl<'a> OutputFile<'a> {
     ///
     /// # Errors
     /// [`CliError::Usage`] for what has come there meanwhile and must not be replaced, [`ResultsError::Write`].
-    pub fn complete(self, text: &str) -> Result<(), CliError> {
+    pub fn complete(self, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), CliError> {
         let path = self.file.path().to_owned();
         check(&path, self.replaces)?;
-        Ok(self.file.complete(text).map_err(ResultsError::writing(&path))?)
+        Ok(self.file.complete(content).map_err(ResultsError::writing(&path))?)
     }
 
     /// Gives the file its name; its content is there and on the disk.

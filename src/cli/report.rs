@@ -34,7 +34,7 @@ pub struct ReportArguments {
 impl ReportArguments {
     /// Writes the page and says where it is.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let out = self.out.unwrap_or_else(|| beside(&self.results[0]));
+        let out = self.out.unwrap_or_else(|| beside(&self.results[0], ".html"));
         begin_page(&out)?.write(&self.results, context)
     }
 }
@@ -81,10 +81,10 @@ fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
     folders.iter().map(open).collect()
 }
 
-/// Where the page of a results folder goes.
-pub fn beside(folder: &Path) -> PathBuf {
+/// Where what is made of a results folder goes: beside it, its name with an ending.
+pub fn beside(folder: &Path, ending: &str) -> PathBuf {
     let mut name = folder.file_name().unwrap_or(folder.as_os_str()).to_owned();
-    name.push(".html");
+    name.push(ending);
     folder.with_file_name(name)
 }
 
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_page_stands_beside_its_folder() {
-        assert_eq!(beside(Path::new("results/80.5")), Path::new("results/80.5.html"));
-        assert_eq!(beside(Path::new("run")), Path::new("run.html"));
+        assert_eq!(beside(Path::new("results/80.5"), ".html"), Path::new("results/80.5.html"));
+        assert_eq!(beside(Path::new("run"), ".html"), Path::new("run.html"));
     }
 }

@@ -51,7 +51,7 @@ impl RunArguments {
         let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
-        let page = self.report.then(|| begin_page(&beside(&options.target))).transpose()?;
+        let page = self.report.then(|| begin_page(&beside(&options.target, ".html"))).transpose()?;
         let profile = self.profile.begin()?;
         let mut progress = context.progress();
         let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;

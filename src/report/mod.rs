@@ -1,10 +1,12 @@
 //! Results to open and to compare: a page that needs nothing but a browser, and tables of differences.
 //!
 //! [`Stored`] reads a results folder again, [`Comparison`] holds several against each other, [`page()`] makes one HTML
-//! file of one or more of them: pictures, tables and sound inside, no network.
+//! file of one or more of them: pictures, tables and sound inside, no network. [`mod@export`] puts one into formats of
+//! other programs.
 
 pub mod compare;
 mod error;
+pub mod export;
 mod html;
 pub mod mobility;
 pub mod page;
@@ -14,9 +16,10 @@ pub mod road;
 mod sections;
 pub mod slices;
 pub mod stored;
+mod table;
 
 pub use compare::Comparison;
 pub use error::ReportError;
 pub use page::{PAGE_HEAD, page};
 pub use sections::decision_table;
-pub use stored::{Stored, StoredError};
+pub use stored::{Stored, StoredArray, StoredError};

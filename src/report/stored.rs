@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use thiserror::Error;
 
+use super::table::Table;
 use crate::plan::Plan;
 use crate::plan::front::{FrontRow, STATED_FROM};
 use crate::response::{BandLevel, ThirdOctaveBand};
@@ -13,7 +14,7 @@ use crate::results::spectra::SPECTRA_FILE;
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
 use crate::results::vibration::VIBRATION_FILE;
 use crate::scene::{LoadedScene, Scene, SceneError};
-use crate::storage::array::Array;
+use crate::storage::array::{Array, ArrayError};
 use crate::storage::input::{self, TABLE_BYTES};
 
 /// Why a folder cannot be reported on.
@@ -56,6 +57,15 @@ pub struct Spectrum {
     pub levels: Vec<BandLevel>,
     /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
     pub error: Option<(f64, f64)>,
+}
+
+/// An array that a run has written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredArray {
+    /// Its lengths.
+    pub shape: Vec<usize>,
+    /// Its numbers, row by row.
+    pub values: Vec<f64>,
 }
 
 /// What a finished or interrupted run has left.
@@ -130,12 +140,35 @@ impl Stored {
     /// # Errors
     /// [`StoredError::Content`] of a file that holds no such column.
     pub fn column(&self, name: &str) -> Result<Option<Vec<f64>>, StoredError> {
+        Ok(self.array(name)?.map(|array| array.values))
+    }
+
+    /// An array of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError::Content`] of a file that holds none.
+    pub fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
         let path = self.folder.join(name);
         if !path.is_file() {
             return Ok(None);
         }
-        let column = Array::open(&path).and_then(Array::into_values);
-        column.map(Some).map_err(|error| StoredError::Content { path, reason: error.to_string() })
+        let read = || {
+            let array = Array::open(&path)?;
+            let shape = array.shape().iter().map(|&length| length as usize).collect();
+            Ok(StoredArray { shape, values: array.into_values()? })
+        };
+        let array: Result<StoredArray, ArrayError> = read();
+        array.map(Some).map_err(|error| StoredError::Content { path, reason: error.to_string() })
+    }
+
+    /// A table of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError`].
+    pub(super) fn table(&self, name: &str) -> Result<Option<Table>, StoredError> {
+        let Some(text) = self.text(name)? else { return Ok(None) };
+        let wrong = |error| StoredError::Content { path: self.folder.join(name), reason: format!("no table: {error}") };
+        Table::parse(&text).map(Some).map_err(wrong)
     }
 
     fn read_spectra(&self) -> Result<Vec<Spectrum>, StoredError> {
@@ -148,8 +181,8 @@ impl Stored {
         ];
         let mut all = Vec::new();
         for (file, quantity, column, error) in tables {
-            let Some(text) = self.text(file)? else { continue };
-            let spectra = levels(&text, column).ok_or_else(|| StoredError::Content {
+            let Some(table) = self.table(file)? else { continue };
+            let spectra = levels(&table, column).ok_or_else(|| StoredError::Content {
                 path: self.folder.join(file),
                 reason: format!("no table of third octaves with a column {column}"),
             })?;
@@ -159,28 +192,17 @@ impl Stored {
     }
 }
 
-/// Spectra of a table: rows of a spectrum follow each other and agree in the columns before the frequencies.
-fn levels(text: &str, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let header = reader.headers().ok()?.clone();
-    let place = |wanted: &str| header.iter().position(|name| name == wanted);
-    let [nominal, middle, level, valid] = ["nominal_hz", "mid_frequency_hz", column, "valid"].map(place);
-    let (nominal, middle, level, valid) = (nominal?, middle?, level?, valid?);
-    let mut spectra: Vec<(String, Vec<BandLevel>)> = Vec::new();
-    for record in reader.records() {
-        let record = record.ok()?;
-        let number = |place: usize| record.get(place)?.parse::<f64>().ok();
-        let names = (0..nominal).filter_map(|place| record.get(place).filter(|name| !name.is_empty()));
-        let name = names.collect::<Vec<_>>().join(", ");
-        let band = ThirdOctaveBand::containing(number(middle)?)?;
-        let level = number(level)?;
-        let found = BandLevel { band, mean_square: 10.0_f64.powf(0.1 * level), level, valid: number(valid)? > 0.0 };
-        match spectra.last_mut() {
-            Some((last, levels)) if *last == name => levels.push(found),
-            _ => spectra.push((name, vec![found])),
-        }
-    }
-    Some(spectra)
+/// Third octaves of the signals in a table. Silence has no level, and its cell is empty.
+fn levels(table: &Table, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> {
+    let [middles, levels, valid] = ["mid_frequency_hz", column, "valid"].map(|name| table.numbers(name));
+    let (middles, levels, valid) = (middles?, levels?, valid?);
+    let band = |row: usize| {
+        let band = ThirdOctaveBand::containing(middles[row])?;
+        let level = if levels[row].is_nan() { f64::NEG_INFINITY } else { levels[row] };
+        Some(BandLevel { band, mean_square: 10.0_f64.powf(0.1 * level), level, valid: valid[row] > 0.0 })
+    };
+    let spectra = table.signals().into_iter();
+    spectra.map(|(name, rows)| Some((name, rows.map(band).collect::<Option<_>>()?))).collect()
 }
 
 fn read_bytes(path: &Path) -> Result<Vec<u8>, StoredError> {
@@ -195,17 +217,26 @@ fn read_text(path: &Path) -> Result<String, StoredError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::spectra::force_levels_csv;
 
     #[test]
     fn spectra_are_told_apart_by_the_columns_before_the_frequencies() {
         let text = "receiver,nominal_hz,mid_frequency_hz,level_db_a,valid\na,100,100,50,1\na,125,125.9,51.5,0\n\
                     b,100,100,-inf,1\n";
-        let spectra = levels(text, "level_db_a").unwrap();
+        let read = |text: &str, column: &str| levels(&Table::parse(text).ok()?, column);
+        let spectra = read(text, "level_db_a").unwrap();
         let names: Vec<(&str, usize)> = spectra.iter().map(|(name, levels)| (name.as_str(), levels.len())).collect();
         assert_eq!(names, [("a", 2), ("b", 1)]);
         assert!(spectra[0].1[0].valid && !spectra[0].1[1].valid);
         assert!((spectra[0].1[1].level - 51.5).abs() < 1e-12 && spectra[1].1[0].level.is_infinite());
-        assert!(levels(text, "level_db").is_none() && levels("a,b\n1,2\n", "level_db_a").is_none());
-        assert!(levels(&text.replace("51.5", "loud"), "level_db_a").is_none());
+        assert!(read(text, "level_db").is_none() && read("a,b\n1,2\n", "level_db_a").is_none());
+        assert!(read(&text.replace("51.5", "loud"), "level_db_a").is_none());
+    }
+
+    #[test]
+    fn silence_is_read_as_it_is_written() {
+        let band = BandLevel { band: ThirdOctaveBand(-10), mean_square: 0.0, level: f64::NEG_INFINITY, valid: true };
+        let table = Table::parse(&force_levels_csv(&[band])).unwrap();
+        assert_eq!(levels(&table, "level_db_re_1n").unwrap(), [(String::new(), vec![band])]);
     }
 }

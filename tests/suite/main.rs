@@ -17,6 +17,7 @@ mod conditions;
 mod convergence;
 mod curved;
 mod determinism;
+mod export;
 mod faults;
 mod first_run;
 mod fit_tyre;

@@ -1,0 +1,162 @@
+//! `tyrewave export`: finished results in the formats of other programs.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use clap::{Args, ValueEnum};
+use tyrewave::report::Stored;
+use tyrewave::report::export::{ExportError, MAT_HEAD, PYTHON, Patch, UFF_HEAD, VTK_HEAD, mat, uff};
+use tyrewave::results::ResultsError;
+use tyrewave::storage::flat_folder;
+
+use super::context::{Context, print};
+use super::error::CliError;
+use super::messages::tell;
+use super::options::positive;
+use super::output_file::{OutputFile, Replaces, check};
+use super::report::beside;
+
+/// The collection of a folder of instants.
+const COLLECTION: &str = "patch.pvd";
+
+fn examples() -> String {
+    format!(
+        "\
+mat    a MATLAB file, level 5: every array, every table as a struct of its columns, units in the struct `units`
+uff58  a universal file: total force over time, third octaves (mean squares of the bands that the run vouches for) and \
+narrow bands (densities) of force, velocities and sound, in SI units
+vtk    a folder with the patch over time, patch.pvd for ParaView: force and pressure of every element, or of every \
+cell where the scene has outputs.cells_every; 400 instants at most
+
+Nothing is replaced but an earlier export.
+
+Examples:
+  tyrewave export results/default --format mat                      results/default.mat
+  tyrewave export results/default --format uff58 --out force.uff
+  tyrewave export results/cells --format vtk                        results/cells_vtk/patch.pvd
+  tyrewave export results/default --format vtk --every 0.0005 --out patch
+
+Python needs no export; this prints mean force and level of a results folder:
+{}",
+        PYTHON.lines().map(|line| format!("  {line}\n")).collect::<String>()
+    )
+}
+
+/// Arguments of `tyrewave export`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = examples())]
+pub struct ExportArguments {
+    /// A results folder of `tyrewave run`.
+    results: PathBuf,
+    /// What to write.
+    #[arg(long, short)]
+    format: Format,
+    /// The file, or for vtk the folder; default: the results folder's name with .mat, .uff or _vtk, beside it.
+    #[arg(long, short, value_name = "FILE_OR_FOLDER")]
+    out: Option<PathBuf>,
+    /// Only vtk: time between two instants, from the end of the warm-up on [s]; default: the whole run evenly.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    every: Option<f64>,
+}
+
+/// What can be written.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
+enum Format {
+    /// Universal file, data sets 58.
+    Uff58,
+    /// MATLAB file.
+    Mat,
+    /// Polygons over time.
+    Vtk,
+}
+
+impl ExportArguments {
+    /// Writes the file or folder and says where it is.
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        if self.every.is_some() && self.format != Format::Vtk {
+            return Err(CliError::Usage("--every is for --format vtk".to_owned()));
+        }
+        let ending = match self.format {
+            Format::Uff58 => ".uff",
+            Format::Mat => ".mat",
+            Format::Vtk => "_vtk",
+        };
+        let out = self.out.unwrap_or_else(|| beside(&self.results, ending));
+        let stored = Stored::open(&self.results).map_err(|error| CliError::Usage(error.to_string()))?;
+        match self.format {
+            Format::Uff58 => {
+                let file = OutputFile::begin(&out, Replaces::Beginning(UFF_HEAD))?;
+                file.complete(&uff(&stored).map_err(refused)?)?;
+            }
+            Format::Mat => {
+                let file = OutputFile::begin(&out, Replaces::Beginning(MAT_HEAD))?;
+                file.complete(&mat(&stored).map_err(refused)?)?;
+            }
+            Format::Vtk => {
+                let patch = Patch::open(&stored, self.every).map_err(refused)?;
+                if !context.options.quiet {
+                    patch.notes().iter().for_each(|note| tell(&format!("note: {note}")));
+                }
+                write_patch(&patch, &out, context)?;
+            }
+        }
+        let silent = context.options.quiet || context.options.json;
+        if silent { Ok(()) } else { print(&format!("exported to {}\n", out.display())) }
+    }
+}
+
+fn refused(error: ExportError) -> CliError {
+    CliError::Usage(error.to_string())
+}
+
+/// Writes the files of a patch, the collection last, and takes away those of an earlier export that had more.
+fn write_patch(patch: &Patch, folder: &Path, context: &Context) -> Result<(), CliError> {
+    let ours = Replaces::Beginning(VTK_HEAD);
+    let made = match fs::create_dir(folder) {
+        Ok(()) => true,
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => false,
+        Err(error) => return Err(ResultsError::creating(folder)(error).into()),
+    };
+    let earlier = earlier(folder)?;
+    let names: Vec<String> = (0..patch.len()).map(Patch::file).collect();
+    let written = || {
+        for (frame, name) in names.iter().enumerate() {
+            if context.interrupt.flag().load(Ordering::Relaxed) {
+                return Err(CliError::Interrupted { kept: None });
+            }
+            OutputFile::begin(&folder.join(name), ours)?.complete(&patch.frame(frame))?;
+        }
+        OutputFile::begin(&folder.join(COLLECTION), ours)?.complete(&patch.collection())
+    };
+    let written = written();
+    if written.is_err() && made {
+        let _ = flat_folder::remove(folder);
+    }
+    written?;
+    for name in earlier.iter().filter(|name| *name != COLLECTION && !names.contains(name)) {
+        let path = folder.join(name);
+        check(&path, ours)?;
+        fs::remove_file(&path).map_err(ResultsError::writing(&path))?;
+    }
+    Ok(())
+}
+
+/// Names of what is in the folder: an earlier export and nothing else.
+///
+/// # Errors
+/// [`CliError::Usage`], [`CliError::Read`].
+fn earlier(folder: &Path) -> Result<Vec<String>, CliError> {
+    let reading = |source| CliError::Read { path: folder.to_owned(), source };
+    let names = flat_folder::entries(folder).map_err(reading)?;
+    for name in &names {
+        let is_frame = name.starts_with("patch_") && name.ends_with(".vtp");
+        if !is_frame && name != COLLECTION {
+            let folder = folder.display();
+            return Err(CliError::Usage(format!("{folder} holds {name}, which no export has made; it is left alone")));
+        }
+        check(&folder.join(name), Replaces::Beginning(VTK_HEAD))?;
+    }
+    Ok(names)
+}

@@ -1,0 +1,104 @@
+//! A MATLAB file of all arrays and tables of a run; `scipy.io.loadmat` and Octave read it as well.
+//!
+//! An array is a matrix of its file's name, a table a struct of its columns, whose names say their units. The struct
+//! `units` has the units of the arrays and of the figures in the struct `run`.
+
+use super::error::ExportError;
+use super::mat_file::{self, Value};
+use crate::report::stored::Stored;
+use crate::report::table::Column;
+
+/// What every file of ours begins with.
+pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
+
+/// Units of arrays, by the beginning of their names; the longer one first where two fit.
+const UNITS: [(&str, &str); 13] = [
+    ("time", "s"),
+    ("total_force", "N"),
+    ("patch_force", "N"),
+    ("patch_element", "1"),
+    ("axle", "m"),
+    ("row_force", "N"),
+    ("contact_area", "m^2"),
+    ("peak_pressure", "Pa"),
+    ("cells_time", "s"),
+    ("cells", "N"),
+    ("vibration_map_frequency", "Hz"),
+    ("vibration_map_wavenumber", "1"),
+    ("vibration_map", "m^2/s^2/Hz"),
+];
+
+/// The bytes of the file.
+///
+/// # Errors
+/// [`ExportError`].
+pub fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
+    let mut variables = Vec::new();
+    let (run, mut units) = figures(stored);
+    for file in &stored.summary.files {
+        let (stem, extension) = file.rsplit_once('.').unwrap_or((file, ""));
+        match extension {
+            "npy" => {
+                let Some(array) = stored.array(file)? else { continue };
+                let name = free(&variables, stem);
+                let unit = UNITS.iter().find(|(begin, _)| stem.starts_with(begin)).map_or("", |(_, unit)| unit);
+                let shape = [array.shape.first().copied().unwrap_or(1), array.shape.iter().skip(1).product()];
+                units.push((name.clone(), Value::Text(unit.into())));
+                variables.push((name, Value::Numbers(array.values, shape)));
+            }
+            "csv" => {
+                let Some(table) = stored.table(file)? else { continue };
+                let mut fields = Vec::new();
+                for (column, cells) in table.columns {
+                    let value = match cells {
+                        Column::Numbers(numbers) => Value::column(numbers),
+                        Column::Words(words) => Value::Cells(words.into_iter().map(Value::Text).collect()),
+                    };
+                    fields.push((free(&fields, &column), value));
+                }
+                variables.push((free(&variables, stem), Value::Struct(fields)));
+            }
+            _ => {}
+        }
+    }
+    variables.push(("run".into(), Value::Struct(run)));
+    variables.push(("units".into(), Value::Struct(units)));
+    let about = format!("{} {}, {}", "version", stored.summary.version, stored.name());
+    mat_file::file(MAT_HEAD, &about, &variables)
+}
+
+type Fields = Vec<(String, Value)>;
+
+/// What arrays are read with, and its units.
+fn figures(stored: &Stored) -> (Fields, Fields) {
+    let plan = &stored.plan;
+    let mut run: Fields = [
+        ("name", stored.name()),
+        ("title", stored.summary.title.clone()),
+        ("version", stored.summary.version.clone().into_owned()),
+    ]
+    .map(|(name, text)| (name.to_owned(), Value::Text(text)))
+    .into();
+    let mut units = Fields::new();
+    for (name, unit, number) in [
+        ("time_step", "s", plan.time_step),
+        ("warm_up", "s", plan.scene.rolling.warm_up),
+        ("speed", "m/s", plan.speed),
+        ("element_length", "m", plan.element),
+        ("circumference", "m", plan.scene.tyre.circumference),
+        ("contact_width", "m", plan.scene.tyre.contact_width),
+        ("mean_force", "N", stored.summary.outcome.mean_force.unwrap_or(f64::NAN)),
+    ] {
+        run.push((name.into(), Value::column(vec![number])));
+        units.push((name.into(), Value::Text(unit.into())));
+    }
+    (run, units)
+}
+
+/// The text as a name that none of the others has.
+fn free(taken: &[(String, Value)], text: &str) -> String {
+    let is_free = |name: &String| taken.iter().all(|(other, _)| other != name);
+    let first = mat_file::name(text);
+    let more = (2_usize..).map(|count| mat_file::name(&format!("x{count}_{text}")));
+    std::iter::once(first.clone()).chain(more).find(is_free).unwrap_or(first)
+}

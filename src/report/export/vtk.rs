@@ -1,0 +1,225 @@
+//! The contact patch over time for ParaView and other readers of VTK's XML: a file of polygons (`.vtp`) for each
+//! instant and a collection (`.pvd`) that knows their times.
+//!
+//! A polygon is what the run has pressed by itself: an element over the whole contact width, or a cell of the patch
+//! where cells were written (`outputs.cells_every`). Points are in metres from the axle's foot: x along the road in the
+//! direction of travel, y across, z = 0, which is the road's own zero. Every polygon has its force \[N\] and its mean
+//! pressure \[Pa\].
+
+use std::fmt::Write;
+
+use super::error::ExportError;
+use crate::report::stored::{Stored, StoredArray};
+use crate::run::prepare::open_road;
+
+/// What every file of ours begins with.
+pub const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
+
+/// Most instants of an export.
+const MOST_FRAMES: usize = 400;
+
+/// The patch over time.
+pub struct Patch {
+    /// Forces \[N\]: instants, then columns along, then cells across.
+    force: StoredArray,
+    /// Instants of the export: the row of `force`, the step of the run, and its time \[s\].
+    frames: Vec<(usize, usize, f64)>,
+    /// Instants that were asked for and are more than an export has.
+    left_out: usize,
+    /// Number of the first element of the window, for each step.
+    first_element: Vec<f64>,
+    /// Elements along the window, and cells across.
+    cells: [usize; 2],
+    /// Size of a cell \[m\].
+    size: [f64; 2],
+    speed: f64,
+    /// Where the axle stands at t = 0, in the road's coordinate \[m\].
+    start: f64,
+    /// What the user should know of the positions.
+    note: Option<String>,
+}
+
+impl Patch {
+    /// Reads a patch: after the warm-up at least `every` \[s\] apart, or evenly over the run; 400 instants at most.
+    ///
+    /// # Errors
+    /// [`ExportError`].
+    pub fn open(stored: &Stored, every: Option<f64>) -> Result<Self, ExportError> {
+        let plan = &stored.plan;
+        let missing = || ExportError::Missing { what: "forces of the patch", key: "outputs.arrays" };
+        let first_element = stored.column("patch_element.npy")?.ok_or_else(missing)?;
+        let (file, force, steps) = match (stored.array("cells.npy")?, stored.column("cells_time.npy")?) {
+            (Some(cells), Some(times)) => {
+                let steps = times.iter().map(|time| (time / plan.time_step).round() as usize).collect();
+                ("cells.npy", cells, steps)
+            }
+            _ => {
+                let force = stored.array("patch_force.npy")?.ok_or_else(missing)?;
+                ("patch_force.npy", force, (0..first_element.len()).collect::<Vec<_>>())
+            }
+        };
+        let across = stored.summary.outcome.cells.filter(|_| file == "cells.npy").map_or(1, |cells| cells.across);
+        let misfit = || ExportError::Shape { file };
+        let &[rows, in_a_row] = &force.shape[..] else { return Err(misfit()) };
+        if rows != steps.len() || !in_a_row.is_multiple_of(across) || in_a_row < across {
+            return Err(misfit());
+        }
+        if steps.iter().any(|&step| step >= first_element.len()) {
+            return Err(misfit());
+        }
+        let counted: Vec<(usize, usize, f64)> = steps
+            .into_iter()
+            .enumerate()
+            .filter(|&(_, step)| step as u64 >= plan.warm_up_steps)
+            .map(|(row, step)| (row, step, step as f64 * plan.time_step))
+            .collect();
+        let mut frames = apart(&counted, every);
+        let left_out = frames.len().saturating_sub(MOST_FRAMES);
+        frames.truncate(MOST_FRAMES);
+        if frames.is_empty() {
+            return Err(ExportError::Missing { what: "forces of the patch after the warm-up", key: "outputs.arrays" });
+        }
+        let (start, note) = start(stored, first_element[0], in_a_row / across);
+        let patch = Self {
+            cells: [in_a_row / across, across],
+            size: [plan.element, plan.scene.tyre.contact_width / across as f64],
+            speed: plan.speed,
+            force,
+            frames,
+            left_out,
+            first_element,
+            start,
+            note,
+        };
+        Ok(patch)
+    }
+
+    /// Instants.
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Never: a patch without instants is not opened.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// What the user should know.
+    pub fn notes(&self) -> Vec<String> {
+        let last = self.frames.last().map_or(0.0, |frame| frame.2);
+        let cut = format!("{} instants after {last:.4} s are left out: {MOST_FRAMES} are the most", self.left_out);
+        (self.left_out > 0).then_some(cut).into_iter().chain(self.note.clone()).collect()
+    }
+
+    /// Name of an instant's file.
+    pub fn file(frame: usize) -> String {
+        format!("patch_{frame:04}.vtp")
+    }
+
+    /// The file of an instant.
+    pub fn frame(&self, frame: usize) -> String {
+        let (row, step, time) = self.frames[frame];
+        let [along, across] = self.cells;
+        let [dx, dy] = self.size;
+        let force = &self.force.values[row * along * across..][..along * across];
+        let face = dx * dy;
+        let first = self.first_element[step];
+        let axle = self.start + self.speed * time;
+        let mut points = Vec::with_capacity(3 * (along + 1) * (across + 1));
+        for column in 0..=along {
+            let x = (first + column as f64 - 0.5) * dx - axle;
+            for edge in 0..=across {
+                points.extend([x, (edge as f64 - 0.5 * across as f64) * dy, 0.0]);
+            }
+        }
+        let corner = |column: usize, edge: usize| column * (across + 1) + edge;
+        let polygons = (0..along).flat_map(|column| (0..across).map(move |cell| (column, cell)));
+        let corners = polygons.flat_map(|(column, cell)| {
+            [corner(column, cell), corner(column + 1, cell), corner(column + 1, cell + 1), corner(column, cell + 1)]
+        });
+        let ends = (1..=along * across).map(|polygon| 4 * polygon);
+        let elements = (0..along * across).map(|polygon| first as i64 + (polygon / across) as i64);
+        let pressures = force.iter().map(|force| force / face);
+        let counts = format!("NumberOfPoints=\"{}\" NumberOfPolys=\"{}\"", points.len() / 3, along * across);
+        let mut text = opened("PolyData");
+        text.push_str("<PolyData>\n<FieldData>\n");
+        array(&mut text, "Float64", "TimeValue", "NumberOfTuples=\"1\"", [time]);
+        let _ = writeln!(
+            text,
+            "</FieldData>\n<Piece {counts} NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\">"
+        );
+        text.push_str("<CellData Scalars=\"pressure_Pa\">\n");
+        array(&mut text, "Float64", "force_N", "", force.iter().copied());
+        array(&mut text, "Float64", "pressure_Pa", "", pressures);
+        array(&mut text, "Int64", "element", "", elements);
+        text.push_str("</CellData>\n<Points>\n");
+        array(&mut text, "Float64", "Points", "NumberOfComponents=\"3\"", points);
+        text.push_str("</Points>\n<Polys>\n");
+        array(&mut text, "Int64", "connectivity", "", corners);
+        array(&mut text, "Int64", "offsets", "", ends);
+        text.push_str("</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n");
+        text
+    }
+
+    /// The collection of all instants.
+    pub fn collection(&self) -> String {
+        let mut text = opened("Collection");
+        text.push_str("<Collection>\n");
+        for (frame, (.., time)) in self.frames.iter().enumerate() {
+            let _ = writeln!(text, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", Self::file(frame));
+        }
+        text.push_str("</Collection>\n</VTKFile>\n");
+        text
+    }
+}
+
+/// Instants at least that far apart \[s\], or evenly over the run so that an export takes them.
+fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, usize, f64)> {
+    let Some(every) = every else {
+        return instants.iter().copied().step_by(instants.len().div_ceil(MOST_FRAMES).max(1)).collect();
+    };
+    let begin = instants.first().map_or(0.0, |instant| instant.2);
+    let mut taken = Vec::new();
+    let mut next = 0.0;
+    for instant in instants {
+        // The first one of every stretch of that length, rounding of times left aside.
+        let passed = (instant.2 - begin) / every * (1.0 + 1e-9);
+        if passed >= next {
+            taken.push(*instant);
+            next = passed.floor() + 1.0;
+        }
+    }
+    taken
+}
+
+/// Where the axle stands at t = 0 \[m\], and what is to be said of it. Where the scene leaves it open, a finite road
+/// says where between two elements that is, and the window, which reaches as far before the axle as behind it, which
+/// two.
+fn start(stored: &Stored, first: f64, columns: usize) -> (f64, Option<String>) {
+    let scene = &stored.plan.scene;
+    if let Some(start) = scene.rolling.start {
+        return (start, None);
+    }
+    let opened = scene.road.file().map(|_| open_road(&stored.loaded, &stored.plan, 0.0));
+    let (start, note) = match opened.transpose() {
+        Ok(opened) => (opened.map_or(0.0, |(_, start)| start), None),
+        Err(error) => (0.0, Some(format!("positions are known to within an element: {error}"))),
+    };
+    let element = stored.plan.element;
+    // Rounding must not make an element of what is none.
+    let under = (start / element + 1e-9).floor();
+    let wanted = first + (columns / 2) as f64 - 1.0;
+    (start + (wanted - under) * element, note)
+}
+
+fn opened(kind: &str) -> String {
+    format!("{VTK_HEAD}<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n")
+}
+
+fn array(text: &mut String, kind: &str, name: &str, more: &str, numbers: impl IntoIterator<Item: std::fmt::Display>) {
+    let _ = write!(text, "<DataArray type=\"{kind}\" Name=\"{name}\" {more} format=\"ascii\">");
+    for number in numbers {
+        let _ = write!(text, " {number}");
+    }
+    text.push_str(" </DataArray>\n");
+}

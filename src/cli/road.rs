@@ -19,8 +19,10 @@ const EXAMPLES: &str = "\
 In place of a scene, a road file (.dat, .csv, .crg) may be named: the default scene sees it. Of a scene its road, \
 contact width and speed count.
 
-Printed: extent, resolution, dropped points, mean profile depth, third-octave texture levels, and the highest \
-frequency that the road can excite at the scene's speed. Drawn: its heights, in colours, and its texture spectrum.
+Printed: extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments and whether it \
+is that of the reference surface of ISO 10844, third-octave texture levels (ISO 13473-4), those of macrotexture and \
+megatexture, and the highest frequency that the road can excite at the scene's speed. Drawn: its heights, in colours, \
+and its texture spectrum, grey where the road is too short for a level.
 
 Examples:
   tyrewave road scenes/default.toml

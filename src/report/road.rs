@@ -3,9 +3,10 @@
 use ndarray::ArrayView2;
 
 use crate::results::PlotError;
-use crate::results::plots::{Axis, LinePlot, Series, road_map};
+use crate::results::plots::{Axis, LinePlot, Series, four_digits, road_map};
 use crate::results::table::{Report, aligned, words};
 use crate::road::RoadDescription;
+use crate::road::texture::{OverallLevel, TextureLevel};
 
 /// A piece of a road in colours.
 ///
@@ -20,13 +21,17 @@ pub fn map(title: &str, road: &RoadDescription) -> Result<String, PlotError> {
     road_map(title, heights, sample.start, [sample.dx, sample.dy])
 }
 
-/// Third-octave levels of a road's texture over the wavelength; `None` for a plane.
+/// Third-octave levels of a road's texture over the wavelength, grey where the road is too short for them; `None` for a
+/// plane.
 ///
 /// # Errors
 /// [`PlotError`].
 pub fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<String>, PlotError> {
-    let points: Vec<(f64, f64)> =
-        road.levels.iter().map(|at| (1e3 * at.wavelength, at.level)).filter(|(_, level)| level.is_finite()).collect();
+    let points: Vec<(f64, f64)> = road.levels.iter().map(|at| (1e3 * at.wavelength, at.level)).collect();
+    let valid = road.levels.iter().filter(|at| at.valid);
+    let valid = valid.map(|at| 1e3 * at.wavelength).fold(0.0..0.0, |range, wavelength| {
+        if range.end > 0.0 { wavelength..range.end } else { wavelength..wavelength }
+    });
     if points.len() < 2 {
         return Ok(None);
     }
@@ -36,7 +41,7 @@ pub fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<St
         y: Axis::linear_around("Texture level [dB re 1e-6 m]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    plot.to_svg().map(Some)
+    plot.to_svg_vouched(valid).map(Some)
 }
 
 /// A road in words and numbers.
@@ -66,7 +71,29 @@ pub fn description(road: &RoadDescription) -> Report {
     }
     row("rms height", millimetres(road.rms));
     row("highest to lowest", millimetres(road.span));
-    row("mean profile depth", road.mean_profile_depth.map_or("not defined".into(), millimetres));
+    if let Some(depth) = &road.mean_profile_depth {
+        row("mean profile depth", depth.mean.map_or("not defined".into(), millimetres));
+        let deviation = depth.deviation.map_or(String::new(), |deviation| {
+            format!(", standard deviation {} of a segment's depth", millimetres(deviation))
+        });
+        row("its segments", format!("{} of {} of 100 mm are valid{deviation}", depth.valid, depth.segments));
+        if depth.too_coarse {
+            row("its standard", "ISO 13473-1 asks for a spacing of 1 mm or less: the depth is too small".into());
+        }
+        let reference = match depth.reference_surface {
+            Some(true) => "its depth agrees",
+            Some(false) => "its depth does not agree",
+            None => "not known: there is no depth by the standard",
+        };
+        row("ISO 10844:2014, 0.5 +- 0.2 mm", reference.into());
+    }
+    for (name, overall) in [("macrotexture", &road.macrotexture), ("megatexture", &road.megatexture)] {
+        if let Some(OverallLevel { level, longest, shortest, complete }) = overall {
+            let part = if *complete { "all" } else { "only" };
+            let bands = format!("{part} bands of {} to {} mm", four_digits(1e3 * shortest), four_digits(1e3 * longest));
+            row(&format!("level of {name}"), format!("{level:.1} dB re 1e-6 m, {bands}"));
+        }
+    }
     let hertz = |frequency: Option<f64>| frequency.map_or("none".into(), |f| format!("{f:.0} Hz"));
     row(
         "highest frequency excited",
@@ -79,9 +106,14 @@ pub fn description(road: &RoadDescription) -> Report {
     let mut report = Report::default();
     report.table(words([""; 0], rows));
     if !road.levels.is_empty() {
-        let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), format!("{:.1}", at.level)]);
+        let value =
+            |at: &TextureLevel| if at.valid { format!("{:.1}", at.level) } else { format!("({:.1})", at.level) };
+        let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), value(at)]);
         report.text("\n");
         report.table(aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], level));
+        if road.levels.iter().any(|at| !at.valid) {
+            report.text("in brackets: the road is shorter than the twelve wavelengths that ISO 13473-4 asks for\n");
+        }
     }
     report.text("\n");
     road.report.notes.iter().for_each(|note| report.text(format!("note: {note}\n")));

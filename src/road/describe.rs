@@ -7,7 +7,7 @@ use super::lattice::Lattice;
 use super::report::RoadReport;
 use super::sources::Source;
 use super::surface::{Limits, RoadSurface};
-use super::texture::{ProfileSpectrum, TextureLevel, mean_profile_depth, rms};
+use super::texture::{OverallLevel, ProfileDepth, ProfileSpectrum, TextureLevel, rms};
 use crate::scene::Road;
 
 /// Length of a made road that is measured \[m\].
@@ -42,12 +42,16 @@ pub struct RoadDescription {
     /// The run's lattice.
     pub lattice: Lattice,
     /// Third-octave levels of the road's profiles on its own lattice (energy mean over the contact width), longest
-    /// wavelength first.
+    /// wavelength first; the shortest has two spacings.
     pub levels: Vec<TextureLevel>,
+    /// Level of the macrotexture, 0.5 to 50 mm; absent where no such band is valid.
+    pub macrotexture: Option<OverallLevel>,
+    /// Level of the megatexture, 50 to 500 mm; absent where no such band is valid.
+    pub megatexture: Option<OverallLevel>,
     /// Root-mean-square height of the profiles \[m\].
     pub rms: f64,
-    /// Mean profile depth \[m\] (ISO 13473-1), mean over the profiles; absent for roads too short or too coarse.
-    pub mean_profile_depth: Option<f64>,
+    /// Mean profile depth of all profiles (ISO 13473-1); absent for the plane.
+    pub mean_profile_depth: Option<ProfileDepth>,
     /// Highest minus lowest height in the sample \[m\].
     pub span: f64,
     /// Highest frequency that the road excites in this run at the given speed \[Hz\]; absent for the plane.
@@ -81,10 +85,13 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
         heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
     let own = Profiles::of(source, lattice.width(), limits)?;
     let report = surface.report().clone();
+    let levels = own.levels();
     Ok(RoadDescription {
         extent: surface.extent(),
         lattice,
-        levels: own.levels(),
+        macrotexture: OverallLevel::macrotexture(&levels),
+        megatexture: OverallLevel::megatexture(&levels),
+        levels,
         rms: own.rms(),
         mean_profile_depth: own.depth(),
         span: high - low,
@@ -110,6 +117,8 @@ struct Profiles {
     shortest: f64,
     longest: f64,
     profiles: Vec<Vec<f64>>,
+    /// Which of their points are missing and were interpolated, for each profile; empty for a whole one.
+    missing: Vec<Vec<bool>>,
 }
 
 impl Profiles {
@@ -123,9 +132,12 @@ impl Profiles {
                     let y = map.first_y + *column as f64 * map.dy;
                     map.dy == 0.0 || y.abs() <= 0.5 * contact_width * (1.0 + 1e-9)
                 };
-                let profiles = (0..map.columns).filter(inside).map(|column| map.column(column)).collect();
+                let columns = || (0..map.columns).filter(inside);
+                let profiles = columns().map(|column| map.column(column)).collect();
+                let missing = columns().map(|column| map.missing_of(column)).collect();
                 // Fewer than four periods of a wave say little about it.
-                return Ok(Self { spacing: map.dx, shortest: 2.0 * map.dx, longest: 0.25 * map.end(), profiles });
+                let (spacing, longest) = (map.dx, 0.25 * map.end());
+                return Ok(Self { spacing, shortest: 2.0 * spacing, longest, profiles, missing });
             }
         };
         // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's
@@ -136,7 +148,9 @@ impl Profiles {
         let mut heights = vec![0.0; rows * own.columns];
         RoadSurface::on(own, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
         let column = |column: usize| heights.iter().skip(column).step_by(own.columns).copied().collect();
-        Ok(Self { spacing, shortest, longest: 0.5, profiles: (0..own.columns).map(column).collect() })
+        let profiles: Vec<Vec<f64>> = (0..own.columns).map(column).collect();
+        let missing = vec![Vec::new(); profiles.len()];
+        Ok(Self { spacing, shortest, longest: 0.5, profiles, missing })
     }
 
     fn levels(&self) -> Vec<TextureLevel> {
@@ -151,9 +165,8 @@ impl Profiles {
         (square / self.profiles.len().max(1) as f64).sqrt()
     }
 
-    fn depth(&self) -> Option<f64> {
-        let depths = self.profiles.iter().filter_map(|profile| mean_profile_depth(profile, self.spacing));
-        let (sum, count) = depths.fold((0.0, 0.0), |(sum, count), depth| (sum + depth, count + 1.0));
-        (count > 0.0).then(|| sum / count)
+    fn depth(&self) -> Option<ProfileDepth> {
+        let profiles = self.profiles.iter().map(Vec::as_slice).zip(self.missing.iter().map(Vec::as_slice));
+        (!self.profiles.is_empty()).then(|| ProfileDepth::of(profiles, self.spacing))
     }
 }

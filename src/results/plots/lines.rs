@@ -43,6 +43,14 @@ impl LinePlot<'_> {
     /// # Errors
     /// [`PlotError::Draw`].
     pub fn to_svg(&self) -> Result<String, PlotError> {
+        self.to_svg_vouched(f64::NEG_INFINITY..f64::INFINITY)
+    }
+
+    /// The same, the curves grey outside a range of the horizontal axis, both ends of it inside.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`].
+    pub fn to_svg_vouched(&self, vouched: Range<f64>) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
         let legend = legend_width(listed.iter().map(|(_, name)| *name));
@@ -50,7 +58,17 @@ impl LinePlot<'_> {
         draw("a line plot", (790 + legend, 550), "", |sheet| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
             for (index, series) in self.series.iter().enumerate() {
-                for stretch in self.stretches(series, &frame) {
+                let inside = |(x, _): &(f64, f64)| (vouched.start..=vouched.end).contains(x);
+                let all = series.points.iter().all(|point| inside(point) || point.0.is_nan());
+                let mut known = None;
+                if !all {
+                    for stretch in self.stretches(series, &frame) {
+                        sheet.line(stretch, colour::UNVOUCHED, 1.75);
+                    }
+                    let points = series.points.iter().copied().filter(inside).collect();
+                    known = Some(Series { name: series.name, points });
+                }
+                for stretch in self.stretches(known.as_ref().unwrap_or(series), &frame) {
                     sheet.line(stretch, colour::line(index), 1.75);
                 }
             }
@@ -225,6 +243,16 @@ mod tests {
         assert_eq!(told, [("9.000", true), ("−2.000", false)]);
         assert_eq!(beyond[0].1.1, 0);
         assert!(plot.to_svg().unwrap().contains("9.000"));
+    }
+
+    #[test]
+    fn what_is_not_vouched_for_is_grey() {
+        let points = (0..5).map(|x| (f64::from(x), 0.5)).collect();
+        let (x, y) = (Axis::linear("x", 0.0..4.0), Axis::linear("y", 0.0..1.0));
+        let plot = LinePlot { title: "t", x, y, series: vec![Series { name: "", points }] };
+        let grey = |svg: Result<String, PlotError>| svg.unwrap().contains("#BEBEBE");
+        assert!(!grey(plot.to_svg()) && !grey(plot.to_svg_vouched(0.0..4.0)));
+        assert!(grey(plot.to_svg_vouched(1.0..4.0)));
     }
 
     #[test]

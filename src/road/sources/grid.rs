@@ -1,6 +1,6 @@
 //! Height maps given as a two-dimensional `.npy` array.
 
-use super::height_map::{HeightMap, LARGE_SPAN, fill_missing, plausible_spacing};
+use super::height_map::{HeightMap, LARGE_SPAN, fill_missing, missing, plausible_spacing};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
@@ -61,9 +61,10 @@ pub fn read(spec: &GridRoad, contact_width: f64, limit: u64, report: &mut RoadRe
         return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
     }
     report.points = heights.len();
+    let missing = missing(&heights);
     report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
     let first_y = -0.5 * (columns as f64 - 1.0) * spec.dy;
-    let map = HeightMap { path: path.clone(), dx: spec.dx, dy: spec.dy, first_y, columns, heights };
+    let map = HeightMap { path: path.clone(), dx: spec.dx, dy: spec.dy, first_y, columns, heights, missing };
     let span = map.plausible_span()?;
     if span > LARGE_SPAN {
         report.notes.push(RoadNote::LargeSpan { span });

@@ -37,6 +37,8 @@ pub struct HeightMap {
     pub columns: usize,
     /// Row-major heights \[m\], rows x columns, finite.
     pub heights: Vec<f64>,
+    /// Which of them are missing in the file and were interpolated; empty where none is.
+    pub missing: Vec<bool>,
 }
 
 impl HeightMap {
@@ -53,6 +55,11 @@ impl HeightMap {
     /// One column.
     pub fn column(&self, column: usize) -> Vec<f64> {
         self.heights.iter().skip(column).step_by(self.columns).copied().collect()
+    }
+
+    /// Which heights of a column are missing in the file; empty where none of the map is.
+    pub fn missing_of(&self, column: usize) -> Vec<bool> {
+        self.missing.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
     /// Highest minus lowest \[m\].
@@ -142,6 +149,12 @@ pub fn reflected(index: i64, count: i64) -> usize {
     let period = 2 * (count - 1);
     let folded = index.rem_euclid(period);
     (if folded < count { folded } else { period - folded }) as usize
+}
+
+/// Which heights are missing (NaN); empty where none is.
+pub fn missing(heights: &[f64]) -> Vec<bool> {
+    let all = || heights.iter().map(|height| height.is_nan());
+    if all().any(|hole| hole) { all().collect() } else { Vec::new() }
 }
 
 /// Fills missing (NaN) heights of a row-major map by linear interpolation across, then along; at a border the nearest
@@ -261,6 +274,7 @@ mod tests {
             first_y: 0.0,
             columns: 1,
             heights: (0..2001).map(|r| wave(r, 4.0) + wave(r, 0.2)).collect(),
+            missing: Vec::new(),
         };
         map.remove_trend(1.0).unwrap();
         assert!(matches!(map.remove_trend(1e6), Err(RoadError::Trend { .. })), "50 000 times the road's length");

@@ -22,6 +22,9 @@ const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
 const SPIKE_FACTOR: f64 = 8.0;
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.25;
+/// A valid point of the file this many spacings away stands for a point of the lattice: where distances are uneven,
+/// half a spacing would not do.
+const NEARBY: f64 = 0.75;
 /// Fewest usable points.
 const FEWEST_POINTS: usize = 8;
 
@@ -81,11 +84,11 @@ pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<H
     if missing > 0 {
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
-    let (dx, mut heights) = uniform(&points, &mut report.notes).map_err(fault)?;
+    let Uniform { dx, mut heights, missing } = uniform(&points, &mut report.notes).map_err(fault)?;
     plausible_spacing(dx).map_err(fault)?;
     remove_line(&mut heights);
     report.notes.push(RoadNote::Levelled);
-    let map = HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights };
+    let map = HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, missing };
     map.plausible_span()?;
     Ok(map)
 }
@@ -276,9 +279,17 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// Heights on a lattice of one spacing.
+struct Uniform {
+    dx: f64,
+    heights: Vec<f64>,
+    /// Which of them have no valid point of the file nearby; empty where all have.
+    missing: Vec<bool>,
+}
+
 /// Spacing and heights on a uniform lattice from the first point to the last: linear interpolation between valid
 /// points. Refuses a profile most of which would be invented, in particular one with a far outlying distance.
-fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<(f64, Vec<f64>), FileFault> {
+fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;
     let mut gaps: Vec<f64> = points.windows(2).map(|pair| pair[1].distance - pair[0].distance).collect();
@@ -301,12 +312,17 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<(f64, Vec<f64>
     }
     let valid: Vec<Point> = points.iter().filter(|point| !point.height.is_nan()).copied().collect();
     let mut after = 0;
+    let mut missing = vec![false; intervals as usize + 1];
     let heights = (0..=intervals as usize).map(|index| {
         let distance = first + index as f64 * dx;
         while after < valid.len() && valid[after].distance < distance {
             after += 1;
         }
-        match (after.checked_sub(1).and_then(|before| valid.get(before)), valid.get(after)) {
+        let neighbours = (after.checked_sub(1).and_then(|before| valid.get(before)), valid.get(after));
+        let off = |point: &Point| (point.distance - distance).abs();
+        let nearest = neighbours.0.map_or(f64::INFINITY, off).min(neighbours.1.map_or(f64::INFINITY, off));
+        missing[index] = nearest > NEARBY * dx;
+        match neighbours {
             (Some(a), Some(b)) => {
                 a.height + (b.height - a.height) * (distance - a.distance) / (b.distance - a.distance)
             }
@@ -314,5 +330,7 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<(f64, Vec<f64>
             (None, None) => f64::NAN,
         }
     });
-    Ok((dx, heights.collect()))
+    let heights = heights.collect();
+    missing = if missing.contains(&true) { missing } else { Vec::new() };
+    Ok(Uniform { dx, heights, missing })
 }

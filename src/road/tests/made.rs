@@ -33,7 +33,7 @@ fn levels_along_are_those_asked_for() {
         let allowed = if number > -16 { 1.8 } else { 0.6 };
         assert!((found - target).abs() < allowed, "{:.4} m: {found} dB for {target} dB", mid_wavelength(number));
     }
-    let depth = crate::road::texture::mean_profile_depth(&profiles[0], 0.001).unwrap();
+    let depth = crate::road::texture::ProfileDepth::of([(&profiles[0][..], &[][..])], 0.001).mean.unwrap();
     println!("mean profile depth {:.2} mm, rms {:.3} mm", 1e3 * depth, 1e3 * crate::road::texture::rms(&profiles[0]));
     assert!((0.6e-3..1.8e-3).contains(&depth), "dense asphalt has about 1.1 mm, found {depth}");
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::road::texture::{ProfileSpectrum, mean_profile_depth};
+use crate::road::texture::{ProfileDepth, ProfileSpectrum};
 use crate::scene::{AtEnd, GridRoad, Lateral, LengthUnit, ProfileRoad};
 
 fn profile(file: PathBuf) -> ProfileRoad {
@@ -41,8 +41,10 @@ fn captif_levels_depth_and_dropouts() {
             let allowed = if band == -10 { 2.2 } else { 1.1 };
             assert!((found - expected).abs() < allowed, "{name}, band {band}: {found} dB for {expected} dB");
         }
-        let depth = mean_profile_depth(&map.heights, map.dx).unwrap();
-        println!("{name}: MPD {:.2} mm", 1e3 * depth);
+        let told = ProfileDepth::of([(&map.heights[..], &map.missing[..])], map.dx);
+        assert!(told.segments == 18 && told.valid > 9 && told.reference_surface == Some(false), "{told:?}");
+        let depth = told.mean.unwrap();
+        println!("{name}: {told:?}");
         assert!((2.9e-3..3.7e-3).contains(&depth), "{depth}");
     }
 }
@@ -102,6 +104,29 @@ fn csv_with_header_units_names_and_missing_heights() {
     assert!(refused(&Road::Profile(no_unit), line()).to_string().contains("height_unit"));
     let outside = ProfileRoad { range: Some([0.5, 7.0]), ..spec };
     assert!(matches!(refused(&Road::Profile(outside), line()), RoadError::Range { .. }));
+}
+
+#[test]
+fn holes_of_every_kind_of_file_make_segments_invalid() {
+    let folder = tempfile::tempdir().unwrap();
+    // A hole of 20 mm in the second of ten segments, one of 6 mm at the end, and every thirtieth point here and there.
+    let hole = |i: usize| (130..150).contains(&i) || i >= 994 || (300..600).contains(&i) && i.is_multiple_of(30);
+    let height = |i: usize| 1e-3 * (i as f64 * 0.3).sin();
+    let mut text = String::new();
+    for i in 0..1000 {
+        let written = if hole(i) { String::from("NaN") } else { height(i).to_string() };
+        text += &format!("{},{written}\n", 0.001 * i as f64);
+    }
+    let metres = Some(crate::scene::LengthUnit::Metre);
+    let profile = profile(write(&folder, "p.csv", text.as_bytes()));
+    let profile = ProfileRoad { distance_unit: metres, height_unit: metres, ..profile };
+    let heights = (0..2000).map(|i| if hole(i / 2) && i % 2 == 0 { f64::NAN } else { height(i / 2) });
+    let file = write(&folder, "g.npy", &npy(&[1000, 2], npyz::Order::C, heights));
+    for (spec, profiles) in [(Road::Profile(profile), 1), (Road::Grid(grid(file, 0.001, 0.07)), 2)] {
+        let lattice = Lattice::choose(&spec, 0.004, 0.14, None, None).unwrap();
+        let depth = describe(&spec, lattice, 20.0, Limits::default()).unwrap().mean_profile_depth.unwrap();
+        assert_eq!((depth.segments, depth.valid), (10 * profiles, 10 * profiles - 2), "{depth:?}");
+    }
 }
 
 #[test]
@@ -303,7 +328,14 @@ fn grid_description_measures_what_was_put_in() {
     // Two cells of 2 mm along each element of 4 mm.
     assert_eq!((told.sample.rows, told.sample.columns), (500, 70));
     assert!(serde_json::to_string(&told).unwrap().contains("levels"));
+    // 6 m less a spacing: 0.501 m does not fit 12 times. 2 mm are too coarse for a depth by the standard.
+    let longest = told.levels.iter().find(|band| band.valid).unwrap().wavelength;
+    assert!((longest - 0.398).abs() < 1e-3 && told.levels[0].wavelength > 1.2, "{longest}");
+    let depth = told.mean_profile_depth.unwrap();
+    assert!(depth.too_coarse && depth.valid == 8 * 60 && depth.reference_surface.is_none(), "{depth:?}");
+    assert!((told.macrotexture.unwrap().level - level).abs() < 0.1 && told.megatexture.is_some());
     let smooth = describe(&Road::Smooth, line(), 20.0, Limits::default()).unwrap();
+    assert!(smooth.mean_profile_depth.is_none() && smooth.macrotexture.is_none());
     assert!(smooth.levels.is_empty() && smooth.highest_frequency.is_none());
 }
 

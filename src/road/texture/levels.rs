@@ -5,6 +5,8 @@
 //! 3. A band's energy is the sum of the cells, a cell at a band edge counted by the part of it inside.
 //! 4. Level = 10 lg(energy / (1e-6 m)^2) (ISO 13473-4); for several profiles energies are averaged.
 
+use std::ops::RangeInclusive;
+
 use realfft::RealFftPlanner;
 use serde::Serialize;
 
@@ -12,6 +14,9 @@ use super::profile::remove_line;
 
 /// Reference height of texture levels \[m\].
 const REFERENCE_HEIGHT: f64 = 1e-6;
+
+/// Wavelengths that a profile must be long for its level (ISO 13473-4:2024).
+const WAVELENGTHS_NEEDED: f64 = 12.0;
 
 /// Level that stands for none, dB re 1e-6 m: a hundred-thousandth of a micrometre.
 pub const LOWEST_LEVEL: f64 = -100.0;
@@ -49,6 +54,43 @@ pub struct TextureLevel {
     pub wavelength: f64,
     /// Level, dB re 1e-6 m.
     pub level: f64,
+    /// Whether the profile is long enough for the band (ISO 13473-4:2024): twelve of its wavelengths.
+    pub valid: bool,
+}
+
+/// The levels of neighbouring bands together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OverallLevel {
+    /// Level, dB re 1e-6 m.
+    pub level: f64,
+    /// Mid-wavelengths of the longest and of the shortest band in it \[m\].
+    pub longest: f64,
+    /// See `longest`.
+    pub shortest: f64,
+    /// Whether all bands are in it that the range has.
+    pub complete: bool,
+}
+
+impl OverallLevel {
+    /// Of the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
+    pub fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
+        Self::of(levels, -33..=-13)
+    }
+
+    /// Of the megatexture, from the bands above those up to 500 mm; `None` without a valid one.
+    pub fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
+        Self::of(levels, -12..=-3)
+    }
+
+    /// The energy sum of those bands that are valid.
+    fn of(levels: &[TextureLevel], bands: RangeInclusive<i32>) -> Option<Self> {
+        let inside = levels.iter().filter(|at| at.valid && bands.contains(&nearest_band(at.wavelength)));
+        let wavelengths: Vec<f64> = inside.clone().map(|at| at.wavelength).collect();
+        let longest = wavelengths.iter().copied().reduce(f64::max)?;
+        let shortest = wavelengths.iter().copied().reduce(f64::min)?;
+        let together = level(inside.map(|at| mean_square(at.level)).sum());
+        Some(Self { level: together, longest, shortest, complete: wavelengths.len() == bands.count() })
+    }
 }
 
 /// What is asked of profiles in one band, and what they have.
@@ -138,7 +180,11 @@ impl ProfileSpectrum {
     /// any texture has no level and is left out.
     pub fn levels(&self, longest: f64, shortest: f64) -> Vec<TextureLevel> {
         bands_between(longest, shortest)
-            .map(|band| TextureLevel { wavelength: mid_wavelength(band), level: self.level(band) })
+            .map(|band| {
+                let wavelength = mid_wavelength(band);
+                let valid = WAVELENGTHS_NEEDED * wavelength * self.line <= 1.0 + 1e-9;
+                TextureLevel { wavelength, level: self.level(band), valid }
+            })
             .filter(|at| at.level.is_finite())
             .collect()
     }
@@ -175,6 +221,31 @@ mod tests {
         let expected = level(0.5e-6);
         assert!((spectrum.level(-13) - expected).abs() < 0.01, "{} for {expected}", spectrum.level(-13));
         assert!(spectrum.level(-12) < expected - 60.0 && spectrum.level(-14) < expected - 60.0);
+    }
+
+    #[test]
+    fn bands_need_twelve_wavelengths_and_add_up_by_energy() {
+        // 2 m: 0.158 m fits 12.6 times, 0.2 m 10 times. Waves of 20, 50 and 63 mm, the latter megatexture.
+        let profiles = [(1e-3, 0.02), (2e-3, 0.05), (3e-3, 0.063_095_7)];
+        let waves = profiles.map(|(amplitude, wavelength)| sine(amplitude, wavelength, 1e-3, 2000));
+        let sum: Vec<f64> = (0..2000).map(|i| waves.iter().map(|wave| wave[i]).sum()).collect();
+        let mut spectrum = ProfileSpectrum::new(2000, 1e-3);
+        spectrum.add(&sum);
+        let levels = spectrum.levels(0.5, 2e-3);
+        let longest = levels.iter().find(|at| at.valid).unwrap().wavelength;
+        assert!((longest - mid_wavelength(-8)).abs() < 1e-9 && levels[0].wavelength > 0.39, "{levels:?}");
+        let [large, mega] =
+            [OverallLevel::macrotexture(&levels), OverallLevel::megatexture(&levels)].map(Option::unwrap);
+        assert!((large.level - level(0.5e-6 + 2e-6)).abs() < 0.1, "{large:?}");
+        assert!((mega.level - level(4.5e-6)).abs() < 0.1, "{mega:?}");
+        assert!(!large.complete && !mega.complete, "neither below 2.5 mm nor above 160 mm");
+        assert_eq!((large.longest, mega.longest), (mid_wavelength(-13), mid_wavelength(-8)));
+        let all: Vec<TextureLevel> = (-33..=-3)
+            .map(|band| TextureLevel { wavelength: mid_wavelength(band), level: 40.0, valid: band != -20 })
+            .collect();
+        assert!(OverallLevel::megatexture(&all).unwrap().complete);
+        assert!(!OverallLevel::macrotexture(&all).unwrap().complete);
+        assert_eq!(OverallLevel::megatexture(&all[..21]), None);
     }
 
     #[test]

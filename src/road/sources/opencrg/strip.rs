@@ -12,7 +12,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::{RoadError, positive};
 use crate::road::lattice::same;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::sources::height_map::{HeightMap, LARGE_SPAN, fill_missing, remove_plane};
+use crate::road::sources::height_map::{self, HeightMap, LARGE_SPAN, fill_missing, remove_plane};
 use crate::scene::OpenCrgRoad;
 
 /// Largest share of a column's heights that is interpolated.
@@ -84,6 +84,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         .flat_map(|row| (from..=to).map(move |column| (row, column)))
         .map(|(row, column)| crg.elevation(row, column))
         .collect();
+    let holes = height_map::missing(&heights);
     fill_missing(path, &mut heights, v.len(), MISSING_ALLOWED, &mut report.notes)?;
     report.points = crg.grid.len();
     report.missing = missing.iter().sum();
@@ -103,6 +104,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         first_y: v[0] - middle,
         columns: v.len(),
         heights,
+        missing: holes,
     };
     if uneven {
         map = even(&map, v, middle);
@@ -139,13 +141,17 @@ fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
     let intervals = (width / map.dy * (1.0 + 1e-9)).floor().max(1.0);
     let dy = if same(intervals * map.dy, width) { map.dy } else { width / intervals };
     let columns = intervals as usize + 1;
-    let heights = map.heights.chunks_exact(map.columns).flat_map(|row| {
-        (0..columns).map(move |column| {
-            let place = v[0] + column as f64 * dy;
-            let above = v.partition_point(|&v| v <= place).clamp(1, v.len() - 1);
-            let part = ((place - v[above - 1]) / (v[above] - v[above - 1])).min(1.0);
-            row[above - 1] + part * (row[above] - row[above - 1])
-        })
-    });
-    HeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights: heights.collect() }
+    let place = |column: usize| {
+        let place = v[0] + column as f64 * dy;
+        let above = v.partition_point(|&v| v <= place).clamp(1, v.len() - 1);
+        (above, ((place - v[above - 1]) / (v[above] - v[above - 1])).min(1.0))
+    };
+    let between = |row: &[f64], (above, part): (usize, f64)| row[above - 1] + part * (row[above] - row[above - 1]);
+    let rows = map.heights.chunks_exact(map.columns);
+    let heights = rows.flat_map(|row| (0..columns).map(move |column| between(row, place(column)))).collect();
+    // What lies between a height that is there and one that is not was not measured.
+    let lacks = |row: &[bool], (above, _)| row[above - 1] || row[above];
+    let holes = map.missing.chunks_exact(map.columns);
+    let missing = holes.flat_map(|row| (0..columns).map(move |column| lacks(row, place(column)))).collect();
+    HeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights, missing }
 }

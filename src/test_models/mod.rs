@@ -59,6 +59,11 @@ pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, mo
     )
 }
 
+/// The text, with leave for numbers that nothing has.
+pub fn implausible(text: &str) -> String {
+    format!("allow_implausible = true\n{text}")
+}
+
 /// A text of [`scene_text`] with all terms of its sums.
 pub fn with_all_terms(text: &str) -> String {
     without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])

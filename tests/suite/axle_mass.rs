@@ -14,7 +14,7 @@ use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::run::RunError;
 use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::LoadedScene;
-use tyrewave::test_models::{CIRCUMFERENCE, grid_road, scene, scene_text};
+use tyrewave::test_models::{CIRCUMFERENCE, grid_road, implausible, scene, scene_text};
 
 use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
@@ -134,7 +134,7 @@ fn a_heavy_axle_stays_where_a_held_one_is() {
     let road = "kind = \"made\"\nseed = 1";
     // A mass that nothing has: it holds the axle still.
     let scene = |axle: &str| scene_text(96, road, &rolling(0.2, 0.3, axle), "memory = 0.25", "");
-    let of = |axle: &str| run(&format!("allow_implausible = true\n{}", scene(axle)));
+    let of = |axle: &str| run(&implausible(&scene(axle)));
     let heavy = of("{ load = 3000.0, mass = 1e10, tolerance = 0.2 }");
     heavy.assert_sound("heavy");
     let height = heights(&heavy);

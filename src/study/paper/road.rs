@@ -35,7 +35,7 @@ impl RoadFigure {
         let description = read().map_err(|error| in_scene(loaded, error))?;
         Ok(Self {
             rms: description.rms,
-            mean_profile_depth: description.mean_profile_depth,
+            mean_profile_depth: description.mean_profile_depth.as_ref().and_then(|depth| depth.mean),
             levels: description.levels.clone(),
             description,
         })

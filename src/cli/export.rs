@@ -96,8 +96,8 @@ impl ExportArguments {
             }
             Format::Vtk => {
                 let patch = Patch::open(&stored, self.every).map_err(refused)?;
-                if !context.options.quiet {
-                    patch.notes().iter().for_each(|note| tell(&format!("note: {note}")));
+                if let Some(note) = patch.note().filter(|_| !context.options.quiet) {
+                    tell(&format!("note: {note}"));
                 }
                 write_patch(&patch, &out, context)?;
             }

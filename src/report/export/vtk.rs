@@ -3,14 +3,14 @@
 //!
 //! A polygon is what the run has pressed by itself: an element over the whole contact width, or a cell of the patch
 //! where cells were written (`outputs.cells_every`). Points are in metres from the axle's foot: x along the road in the
-//! direction of travel, y across, z = 0, which is the road's own zero. Every polygon has its force \[N\] and its mean
+//! direction of travel, y across, z = 0, which is the road's own zero; where the force of a step is a mean over it, as
+//! with `sdirk2`, they are those of the step's middle. Every polygon has its force \[N\] and its mean
 //! pressure \[Pa\].
 
 use std::fmt::Write;
 
 use super::error::ExportError;
 use crate::report::stored::{Stored, StoredArray};
-use crate::run::prepare::open_road;
 
 /// What every file of ours begins with.
 pub const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
@@ -35,8 +35,8 @@ pub struct Patch {
     speed: f64,
     /// Where the axle stands at t = 0, in the road's coordinate \[m\].
     start: f64,
-    /// What the user should know of the positions.
-    note: Option<String>,
+    /// Time from where a force acts to the end of its step \[s\].
+    lag: f64,
 }
 
 impl Patch {
@@ -79,7 +79,7 @@ impl Patch {
         if frames.is_empty() {
             return Err(ExportError::Missing { what: "forces of the patch after the warm-up", key: "outputs.arrays" });
         }
-        let (start, note) = start(stored, first_element[0], in_a_row / across);
+        let start = start(stored, first_element[0], in_a_row / across);
         let patch = Self {
             cells: [in_a_row / across, across],
             size: [plan.element, plan.scene.tyre.contact_width / across as f64],
@@ -89,7 +89,7 @@ impl Patch {
             left_out,
             first_element,
             start,
-            note,
+            lag: lag(stored),
         };
         Ok(patch)
     }
@@ -104,11 +104,11 @@ impl Patch {
         self.frames.is_empty()
     }
 
-    /// What the user should know.
-    pub fn notes(&self) -> Vec<String> {
+    /// What the user should know: instants that are left out.
+    pub fn note(&self) -> Option<String> {
         let last = self.frames.last().map_or(0.0, |frame| frame.2);
-        let cut = format!("{} instants after {last:.4} s are left out: {MOST_FRAMES} are the most", self.left_out);
-        (self.left_out > 0).then_some(cut).into_iter().chain(self.note.clone()).collect()
+        let cut = || format!("{} instants after {last:.4} s are left out: {MOST_FRAMES} are the most", self.left_out);
+        (self.left_out > 0).then(cut)
     }
 
     /// Name of an instant's file.
@@ -124,7 +124,7 @@ impl Patch {
         let force = &self.force.values[row * along * across..][..along * across];
         let face = dx * dy;
         let first = self.first_element[step];
-        let axle = self.start + self.speed * time;
+        let axle = self.start + self.speed * (time - self.lag);
         let mut points = Vec::with_capacity(3 * (along + 1) * (across + 1));
         for column in 0..=along {
             let x = (first + column as f64 - 0.5) * dx - axle;
@@ -192,24 +192,18 @@ fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, us
     taken
 }
 
-/// Where the axle stands at t = 0 \[m\], and what is to be said of it. Where the scene leaves it open, a finite road
-/// says where between two elements that is, and the window, which reaches as far before the axle as behind it, which
-/// two.
-fn start(stored: &Stored, first: f64, columns: usize) -> (f64, Option<String>) {
-    let scene = &stored.plan.scene;
-    if let Some(start) = scene.rolling.start {
-        return (start, None);
-    }
-    let opened = scene.road.file().map(|_| open_road(&stored.loaded, &stored.plan, 0.0));
-    let (start, note) = match opened.transpose() {
-        Ok(opened) => (opened.map_or(0.0, |(_, start)| start), None),
-        Err(error) => (0.0, Some(format!("positions are known to within an element: {error}"))),
-    };
-    let element = stored.plan.element;
-    // Rounding must not make an element of what is none.
-    let under = (start / element + 1e-9).floor();
-    let wanted = first + (columns / 2) as f64 - 1.0;
-    (start + (wanted - under) * element, note)
+/// Where the axle stands at t = 0 \[m\]. Where the scene leaves it open it is over an element: the one in the middle of
+/// the first window.
+fn start(stored: &Stored, first: f64, columns: usize) -> f64 {
+    let open = (first + (columns / 2) as f64 - 1.0) * stored.plan.element;
+    stored.plan.scene.rolling.start.unwrap_or(open)
+}
+
+/// How long before a step's end its force acts \[s\]: it is a mean over the step by rules that solve more than once.
+fn lag(stored: &Stored) -> f64 {
+    let rule = stored.plan.scene.numerics.time_rule;
+    let parts = rule.nodes().iter().zip(rule.weights());
+    stored.plan.time_step * (1.0 - parts.map(|(node, weight)| node * weight).sum::<f64>())
 }
 
 fn opened(kind: &str) -> String {

@@ -9,11 +9,10 @@ use serde::Serialize;
 
 use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
 use crate::contact::history::ModalHistory;
-use crate::contact::static_contact::{StaticTyre, window_reach};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::Decisions;
-use crate::plan::feasible::COARSE_TOLERANCE;
+use crate::plan::smooth_contact::Expected;
 use crate::plan::unit::Unit;
 use crate::plan::{CHUNK_ROWS, Plan, Sound};
 use crate::radiation::SetUpCost;
@@ -22,15 +21,11 @@ use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::SegmentLayout;
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
-use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Tyre, Zone};
-use crate::tyre::influence::{Field, InfluenceSum, Projection, SurfaceWaves, Truncation, WAVE_BYTES, wave_count};
+use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Zone};
+use crate::tyre::influence::{SurfaceWaves, WAVE_BYTES, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
-/// Elements of the static solution that patch and window are expected from.
-const COARSE: usize = 384;
-/// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
-const PEAKS: f64 = 1e-3;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
 const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
@@ -72,17 +67,6 @@ pub struct Amount {
     pub place: Place,
 }
 
-/// What the contact is expected to be.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Expected {
-    /// Points in contact.
-    pub points: f64,
-    /// Columns of the window.
-    pub columns: f64,
-    /// Length of the patch \[m\].
-    pub length: f64,
-}
-
 /// Work and memory of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Amounts {
@@ -119,7 +103,7 @@ impl Amounts {
     fn of(plan: &Plan) -> Self {
         let scene = &plan.scene;
         let mut amounts = Self {
-            expected: expected(scene, &plan.decisions.tyre, plan.element),
+            expected: *plan.smooth_contact.get_or_init(|| Expected::of(scene, &plan.decisions.tyre, plan.element)),
             poles: 0.0,
             work: Vec::new(),
             counters: Vec::new(),
@@ -371,23 +355,4 @@ fn terms(scene: &Scene, plan: &Plan) -> f64 {
         (None, None) => (2.0 * cut_off * plan.element / std::f64::consts::TAU).max(1.0),
     };
     lateral.max(1.0) * aliases
-}
-
-/// The contact on a smooth road.
-fn expected(scene: &Scene, tyre: &Tyre, element: f64) -> Expected {
-    let sum = InfluenceSum::with(tyre, Projection::new(tyre, COARSE), Truncation::Tail, COARSE_TOLERANCE, 1.0);
-    let row = sum.static_row(Field::Surface);
-    let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
-    let axle = &scene.rolling.axle;
-    let found = at_rest.under(axle);
-    let elements = scene.numerics.elements as f64;
-    // What has no static solution is refused when it is looked for.
-    let (depth, length) = found.map_or((0.01, 0.1), |found| (found.indentation, found.length));
-    let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
-    let reach = window_reach(axle, depth, peaks, tyre.radius(), element);
-    Expected {
-        points: (length / element).clamp(1.0, elements),
-        columns: (2.0 * (reach / element).ceil() + 2.0).clamp(4.0, elements),
-        length,
-    }
 }

@@ -20,6 +20,7 @@ mod inflation;
 pub mod kept_transfers;
 pub mod resolution;
 pub mod settle;
+mod smooth_contact;
 mod sound;
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,8 @@ pub use decisions::{Decision, Decisions};
 pub use forecast::Forecast;
 pub use unit::{Unit, UnitCosts};
 
+use std::sync::OnceLock;
+
 use crate::road::{Lattice, RoadError};
 use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread, Zone};
 use crate::storage::Cache;
@@ -40,6 +43,7 @@ use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
 use resolution::{Need, Resolution};
 pub use settle::{Choice, settled};
+pub use smooth_contact::Expected;
 pub use sound::{Heard, Sound};
 pub use vibration::{CellSegments, VibrationSegments};
 
@@ -86,6 +90,8 @@ pub struct Plan {
     pub kept_poles: Option<usize>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
     pub kept_frequencies: Vec<f64>,
+    /// The contact on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
+    smooth_contact: OnceLock<Expected>,
 }
 
 /// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and
@@ -155,6 +161,7 @@ impl Plan {
             fit: fit_options(scene, field),
             kept_poles: None,
             kept_frequencies: Vec::new(),
+            smooth_contact: OnceLock::new(),
         }
     }
 

@@ -176,3 +176,31 @@ fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
     assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");
     assert!(of(&smooth, 1).memory < of(&rough, 1).memory);
 }
+
+#[test]
+fn what_curvature_does_to_short_waves_does_not_move_the_expected_contact() {
+    use crate::contact::static_contact::StaticTyre;
+    use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+    let scene = crate::scene::Scene::from_str(crate::scene::DEFAULT, "default").unwrap().scene;
+    let (tyre, tolerance) = (&scene.tyre, super::feasible::COARSE_TOLERANCE);
+    let projection = || Projection::new(tyre, 256);
+    let whole = InfluenceSum::with(tyre, projection(), Truncation::Tail, tolerance, 1.0);
+    let [coarse, whole] = [InfluenceSum::coarse_at_rest(tyre, projection(), tolerance), whole].map(|sum| {
+        let row = sum.static_row(Field::Surface);
+        StaticTyre { influence: &row, circumference: tyre.circumference }.under(&scene.rolling.axle).unwrap()
+    });
+    assert!((coarse.indentation / whole.indentation - 1.0).abs() < 1e-3, "{coarse:?} {whole:?}");
+    assert!((coarse.length - whole.length).abs() < 1e-12, "{coarse:?} {whole:?}");
+    assert!(coarse.indentation.to_bits() != whole.indentation.to_bits(), "nothing was left out");
+}
+
+#[test]
+fn a_plan_presses_its_tyre_once() {
+    let loaded = crate::scene::Scene::from_str(crate::scene::PLATE, "plate").unwrap();
+    let plan = Plan::of(&loaded).unwrap();
+    assert!(plan.smooth_contact.get().is_none(), "a plan alone sums nothing");
+    plan.check(&loaded).unwrap();
+    let found = *plan.smooth_contact.get().unwrap();
+    assert_eq!(plan.amounts().expected, found);
+    assert_eq!(plan.clone().with_kept_model().smooth_contact.get(), Some(&found));
+}

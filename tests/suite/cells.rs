@@ -15,6 +15,7 @@ use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_te
 
 use tyrewave::tyre::influence::CellInfluence;
 
+use crate::common::hard_case::measured;
 use crate::common::{Results, mean_and_deviation, read_array, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0, tolerance = 0.05 }";
@@ -43,6 +44,7 @@ fn hard_case_9_cells_on_one_and_two_threads() {
     let one = on(1);
     one.assert_sound("one thread");
     assert!(bytes(&one) == bytes(&on(2)), "two threads give other bytes");
+    measured("bytes of the results on 1 and 2 threads", "the same", "the same");
     let summary = one.summary();
     let patch = &summary["outcome"]["cells"];
     assert_eq!(patch["across"], 5);

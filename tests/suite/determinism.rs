@@ -4,6 +4,7 @@ use std::fs;
 
 use tyrewave::test_models::scene_text;
 
+use crate::common::hard_case::measured;
 use crate::common::{Results, run};
 
 const ARRAYS: [&str; 5] = ["time.npy", "total_force.npy", "patch_force.npy", "patch_element.npy", "spectra.csv"];
@@ -30,6 +31,7 @@ fn assert_same_on_all(text: &str) {
         let counters = |results: &Results| results.summary()["cost"]["counters"].clone();
         assert_eq!(counters(&one), counters(&other), "the work depends on the threads");
     }
+    measured("bytes of the results on 1, 2 and 3 threads", "the same", "the same");
 }
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.2\naxle = { load = 3400.0 }";

@@ -2,6 +2,7 @@
 //! their own file, 4 (smooth road) and 9 (threads) too.
 
 use std::f64::consts::PI;
+use std::fs;
 
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
@@ -11,6 +12,7 @@ use tyrewave::scene::{Law, LoadedScene, TimeRule};
 use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, implausible, scene, scene_text};
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
+use crate::common::hard_case::{TABLE, measured, number};
 use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
@@ -57,12 +59,13 @@ fn hard_case_3_weights_at_negative_lags_vanish_for_causal_laws_only() {
         for law in [Law::PowerLaw, Law::Prony] {
             for rule in [TimeRule::Bdf1, TimeRule::Bdf2] {
                 let found = precursor(law, n, rule);
-                println!("n = {n}, {law:?}, {rule:?}: {found:.1e}");
+                let what = format!("n = {n}, {law:?}, {rule:?}: weights before the force");
+                measured(what, "< 1e-10 of the peak", format!("{found:.1e}"));
                 assert!(found < 1e-10, "n = {n}, {law:?}, {rule:?}: {found:e} of the peak before the force");
             }
         }
         let hysteretic = precursor(Law::Hysteretic, n, TimeRule::Bdf2);
-        println!("n = {n}, hysteretic: {hysteretic:.1e}");
+        measured(format!("n = {n}, hysteretic: the same"), "> 1e-3", format!("{hysteretic:.1e}"));
         assert!(hysteretic > 1e-3, "n = {n}: the textbook law should not be causal: {hysteretic:e}");
     }
 }
@@ -82,7 +85,8 @@ fn hard_case_4_no_drift_in_a_million_steps() {
     assert!(force.len() >= 1_000_000);
     let (early, _) = mean_and_deviation(&force[2_000..10_000]);
     let (late, deviation) = mean_and_deviation(&force[force.len() - 8_000..]);
-    println!("mean {early} N, then {late} N, std/mean {:.1e}", deviation / late);
+    measured("drift of the mean force", "< 1e-9", format!("{:.1e}", (late / early - 1.0).abs()));
+    measured("deviation of the force", "< 1e-9 of the mean", format!("{:.1e}", deviation / late));
     assert!((late / early - 1.0).abs() < 1e-9 && deviation < 1e-9 * late);
 }
 
@@ -101,7 +105,7 @@ fn hard_case_5_very_stiff_and_very_soft_tread() {
         let results = run(&implausible(&text));
         results.assert_sound(name);
         let mean = results.report.summary.outcome.mean_force.unwrap();
-        println!("{name}: {mean:.3} N, {:?} points at the end", points(&results).last());
+        measured(format!("{name}: mean force"), "> 0", format!("{mean:.3} N"));
         assert!(mean > 0.0);
     }
 }
@@ -114,7 +118,9 @@ fn hard_case_5_zero_overlap_gives_no_force() {
     let text = scene_text(64, &grid_road(&path, 64, 1), &format!("start = 1.0\n{INDENTED}"), "memory = 0.1", "");
     let results = run(&text);
     results.assert_sound("zero overlap");
-    assert!(results.array("total_force.npy").iter().all(|force| force.abs() < f64::MIN_POSITIVE));
+    let largest = results.array("total_force.npy").iter().fold(0.0_f64, |largest, force| largest.max(force.abs()));
+    measured("zero overlap: largest force", "0", format!("{largest} N"));
+    assert!(largest < f64::MIN_POSITIVE);
     assert!(results.report.summary.outcome.mean_contact_length.unwrap() < f64::MIN_POSITIVE);
 }
 
@@ -143,7 +149,7 @@ fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
     results.assert_sound("cup");
     let (_, columns, _) = results.patch();
     let most = points(&results).into_iter().max().unwrap();
-    println!("{most} of {columns} columns in contact");
+    measured("cup: columns in contact", format!(">= {} of {columns}", columns - 2), most);
     assert!(columns >= 20 && most + 2 >= columns, "{most} of {columns}");
 }
 
@@ -217,6 +223,8 @@ fn hard_case_5_lift_off_and_landing() {
     assert!(air.iter().all(|&force| force < f64::MIN_POSITIVE), "forces in the air");
     let smooth = over(n, OVER, |_| 0.0).array("total_force.npy");
     let last = force.len() - 1;
+    let back = (force[last] / smooth[last] - 1.0).abs();
+    measured("force after landing beside a smooth road's", "< 5e-2", format!("{back:.1e}"));
     assert!((force[last] / smooth[last] - 1.0).abs() < 0.05, "{} after landing, {} before", force[last], smooth[last]);
 }
 
@@ -240,7 +248,8 @@ fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
             let results = at_speed(speed, time, road).unwrap();
             results.assert_sound(&format!("{speed} km/h"));
             let mean = results.report.summary.outcome.mean_force.unwrap();
-            println!("{speed} km/h, {road:?}: {mean:.0} N");
+            let kind = if road == SMOOTH { "smooth" } else { "made" };
+            measured(format!("{speed} km/h, {kind}: mean force"), "1000 to 4000 N", format!("{mean:.0} N"));
             assert!((1000.0..4000.0).contains(&mean), "{speed} km/h: {mean} N");
         }
     }
@@ -254,8 +263,8 @@ fn hard_case_6_unbounded_motion_above_the_critical_speed_is_named() {
     let short = at_speed(400.0, 0.05, SMOOTH).unwrap();
     short.assert_sound("400 km/h, the first 0.05 s");
     let ended = at_speed(400.0, 0.5, SMOOTH).err().unwrap();
-    println!("{ended}");
     assert!(matches!(ended, RunError::Contact(ContactError::Unbounded { .. })), "{ended}");
+    measured("400 km/h, 0.5 s", "ends as unbounded", &ended);
 }
 
 #[test]
@@ -267,7 +276,8 @@ fn hard_case_6_time_steps_far_too_large_and_far_too_small() {
         results.assert_sound(&format!("N = {elements}, q = {substeps}"));
         means.push(results.report.summary.outcome.mean_force.unwrap());
     }
-    println!("mean forces {means:.1?} N");
+    let finer = format!("{:.1e}", (means[3] / means[2] - 1.0).abs());
+    measured("16 steps an element beside 4: mean force", "< 5e-2", finer);
     assert!(means.iter().all(|mean| (1000.0..6000.0).contains(mean)), "{means:?}");
     assert!((means[3] / means[2] - 1.0).abs() < 0.05, "finer steps change little: {means:?}");
     // One step in the whole run.
@@ -315,7 +325,7 @@ fn hard_case_8_holes_in_the_road_are_counted_or_refused() {
     assert!(warnings.iter().any(|warning| warning.contains("missing") || warning.contains("filled")), "{warnings:?}");
     let refused = try_run(&scene(&road(2))).err().unwrap();
     assert!(matches!(refused, RunError::Scene(_)), "{refused}");
-    println!("{refused}");
+    measured("half of the heights missing", "refused", refused.to_string().lines().next().unwrap_or_default());
 }
 
 #[test]
@@ -349,6 +359,46 @@ fn hard_case_8_a_short_road_is_refused_repeated_or_mirrored() {
         let long = run(&text("")).array("total_force.npy");
         let peak = long.iter().fold(0.0_f64, |a, &b| a.max(b));
         let worst = long.iter().zip(forces).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        measured(format!("{name} beside the road written out"), "< 1e-6 of the peak", format!("{:.1e}", worst / peak));
         assert!(worst < 1e-6 * peak, "{name}: {worst} N of {peak} N");
+    }
+}
+
+/// Names of the tests `hard_case_N...` of the suite, with their file before them.
+fn hard_case_tests() -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite")).unwrap() {
+        let path = entry.unwrap().path();
+        let (Some(module), Ok(text)) = (path.file_stem().and_then(|name| name.to_str()), fs::read_to_string(&path))
+        else {
+            continue;
+        };
+        let tests = text.split("#[test]").skip(1).filter_map(|rest| rest.split_once("fn ")?.1.split_once('('));
+        found.extend(tests.filter(|(name, _)| number(name).is_some()).map(|(name, _)| format!("{module}::{name}")));
+    }
+    found
+}
+
+#[test]
+fn every_hard_case_of_the_table_is_a_test() {
+    let table = fs::read_to_string(TABLE).unwrap();
+    let tests = hard_case_tests();
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .filter(|line| line.contains('`') && line.starts_with("| "))
+        .map(|row| row.split(" | ").collect())
+        .collect();
+    for row in &rows {
+        assert_eq!(row.len(), 5, "{row:?}");
+        let name = row[1].trim_matches('`');
+        assert!(tests.iter().any(|test| test == name), "{TABLE} names {name}, which is no test");
+        assert_eq!(row[0].trim_start_matches("| "), number(name).unwrap().to_string(), "{name}");
+    }
+    // A new test has no row until the table is made again.
+    for test in tests.iter().filter(|test| !rows.iter().any(|row| row[1].trim_matches('`') == **test)) {
+        println!("{TABLE} has no row of {test} yet");
+    }
+    for case in 1..=9 {
+        assert!(tests.iter().any(|test| number(test) == Some(case)), "no test of hard case {case}");
     }
 }

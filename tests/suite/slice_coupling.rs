@@ -40,7 +40,7 @@ fn fallbacks(results: &Results) -> u64 {
 }
 
 #[test]
-fn hard_cases_are_met_with_the_implicit_coupling() {
+fn hard_cases_5_are_met_with_the_implicit_coupling() {
     let n = 96;
     let place = n * 3 / 2;
     let pit = |row: usize| if (place..place + n / 2).contains(&row) { -0.04 } else { 0.0 };
@@ -76,7 +76,8 @@ fn hard_cases_are_met_with_the_implicit_coupling() {
         ("half-space", "8.0e6", "history = \"modal\"\nsubsteps = 3", "slices = \"half-space\""),
     ] {
         let text = scene_text(n, &road, &rolling, numerics, &contact("implicit", more));
-        let results = run(&edit(&text, &[("tyre.layers.1.material.modulus", modulus)]));
+        let text = edit(&text, &[("tyre.layers.1.material.modulus", modulus)]);
+        let results = run(&format!("allow_implausible = true\n{text}"));
         results.assert_sound(name);
         println!("{name}: {} fallbacks, {:?}", fallbacks(&results), results.report.summary.contact.solves_per_step);
     }

@@ -7,6 +7,7 @@ use tyrewave::scene::{DEFAULT, PLATE, Tyre};
 use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, with_road};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 
+use crate::common::hard_case::measured;
 use crate::common::{Results, mean_and_deviation, run};
 
 /// Fails unless the force of the last quarter stands still within `bound` of its mean, and returns that ratio.
@@ -48,7 +49,7 @@ fn hard_case_4_short_the_force_on_a_smooth_road_settles() {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 1.0\naxle = { indentation = 0.012, ramp = 0.05 }";
     let results = run(&scene_text(256, "kind = \"smooth\"", rolling, "memory = 0.35", ""));
     let ratio = assert_settled(&results, 1e-6);
-    println!("N = 256: std/mean = {ratio:.1e}");
+    measured("N = 256: deviation of the settled force", "1e-6 of the mean", format!("{ratio:.1e}"));
     assert_smooth(&last_profile(&results));
 }
 

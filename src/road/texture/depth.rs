@@ -178,13 +178,13 @@ mod tests {
             told.valid
         };
         // 20 of 200 points are a tenth.
-        assert_eq!(valid(&[300..320]), 10);
-        assert_eq!(valid(&[300..321]), 9);
-        assert_eq!(valid(&[390..425]), 9, "10 points in one segment, 25 in the other");
+        assert_eq!(valid(&[300..320, 0..0]), 10);
+        assert_eq!(valid(&[300..321, 0..0]), 9);
+        assert_eq!(valid(&[390..425, 0..0]), 9, "10 points in one segment, 25 in the other");
         // 10 points are the 5 mm that may be held at an end.
         assert_eq!(valid(&[0..10, 1990..2000]), 10);
         assert_eq!(valid(&[0..11, 1989..2000]), 8);
-        assert_eq!(valid(&[0..2000]), 0);
+        assert_eq!(valid(&[0..2000, 0..0]), 0);
     }
 
     #[test]

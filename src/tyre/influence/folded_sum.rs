@@ -104,6 +104,23 @@ impl InfluenceSum {
     /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail`
     /// then becomes `Bounded`.
     pub fn with(tyre: &Tyre, projection: Projection, truncation: Truncation, tolerance: f64, largest_s: f64) -> Self {
+        Self::prepared(tyre, projection, truncation, tolerance, largest_s, true)
+    }
+
+    /// Prepares the sums for a coarse [`Self::static_row`] alone: what curvature does to the short waves, 6e-5 of them
+    /// at rest and half of the work, is left out.
+    pub fn coarse_at_rest(tyre: &Tyre, projection: Projection, tolerance: f64) -> Self {
+        Self::prepared(tyre, projection, Truncation::Tail, tolerance, 1.0, false)
+    }
+
+    fn prepared(
+        tyre: &Tyre,
+        projection: Projection,
+        truncation: Truncation,
+        tolerance: f64,
+        largest_s: f64,
+        short_waves: bool,
+    ) -> Self {
         let kernel = Kernel::new(tyre, largest_s, tolerance);
         let tread = kernel.tread().filter(|_| truncation == Truncation::Tail);
         let tail = tread.map(|tread| {
@@ -115,7 +132,7 @@ impl InfluenceSum {
             Truncation::Tail | Truncation::Bounded => (None, None),
         };
         let fixed = matches!(truncation, Truncation::Fixed { .. });
-        let curvature = kernel.flat_from().filter(|_| !fixed && kernel.tread().is_some()).map(|from| {
+        let curvature = kernel.flat_from().filter(|_| short_waves && !fixed && kernel.tread().is_some()).map(|from| {
             let at_largest = kernel.at(Complex64::new(largest_s, 0.0));
             let limit = series_limit(at_largest.tread());
             Arc::new(Curvature::new(ShortWaves::new(tyre, from, limit, largest_s, tolerance), &projection))

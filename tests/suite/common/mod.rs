@@ -16,6 +16,8 @@ use tyrewave::run::{self, RunError, RunOptions, RunReport, Unwatched};
 use tyrewave::scene::LoadedScene;
 use tyrewave::test_models::scene;
 
+pub mod hard_case;
+
 /// Results of a run, gone when dropped.
 pub struct Results {
     /// Where they are.
@@ -77,6 +79,8 @@ impl Results {
     /// numbers.
     pub fn assert_sound(&self, name: &str) {
         let contact = &self.report.summary.contact;
+        let largest = contact.tension.max(contact.penetration).max(contact.complementarity);
+        hard_case::measured(format!("{name}: contact conditions"), "1e-9 of the peak", format!("{largest:.1e}"));
         for (what, residual) in [
             ("tension", contact.tension),
             ("penetration", contact.penetration),

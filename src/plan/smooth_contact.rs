@@ -1,0 +1,45 @@
+//! The contact that a plan expects: that of the tyre pressed onto a smooth road, with a few hundred elements.
+
+use serde::Serialize;
+
+use super::feasible::COARSE_TOLERANCE;
+use crate::contact::static_contact::{StaticTyre, window_reach};
+use crate::scene::{Road, Scene, Tyre};
+use crate::tyre::influence::{Field, InfluenceSum, Projection};
+
+/// Elements of the static solution that patch and window are expected from.
+const COARSE: usize = 384;
+/// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
+const PEAKS: f64 = 1e-3;
+
+/// What the contact is expected to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Expected {
+    /// Points in contact.
+    pub points: f64,
+    /// Columns of the window.
+    pub columns: f64,
+    /// Length of the patch \[m\].
+    pub length: f64,
+}
+
+impl Expected {
+    /// Of a scene whose tyre rolls as `tyre`, with elements of a length \[m\].
+    pub(super) fn of(scene: &Scene, tyre: &Tyre, element: f64) -> Self {
+        let sum = InfluenceSum::coarse_at_rest(tyre, Projection::new(tyre, COARSE), COARSE_TOLERANCE);
+        let row = sum.static_row(Field::Surface);
+        let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
+        let axle = &scene.rolling.axle;
+        let found = at_rest.under(axle);
+        let elements = scene.numerics.elements as f64;
+        // What has no static solution is refused when it is looked for.
+        let (depth, length) = found.map_or((0.01, 0.1), |found| (found.indentation, found.length));
+        let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
+        let reach = window_reach(axle, depth, peaks, tyre.radius(), element);
+        Self {
+            points: (length / element).clamp(1.0, elements),
+            columns: (2.0 * (reach / element).ceil() + 2.0).clamp(4.0, elements),
+            length,
+        }
+    }
+}

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::thread::sleep;
 use std::time::Duration;
 
-use tyrewave::test_models::{edit, replaced, scene_text};
+use tyrewave::test_models::{edit, implausible, replaced, scene_text};
 
 use crate::common::{command, read_summary};
 
@@ -185,6 +185,7 @@ fn what_cannot_be_swept_is_answered_before_anything_runs() {
         assert!(!place.join("results").exists());
     }
     // A variant that fails leaves the others alone.
+    fs::write(place.join("scene.toml"), implausible(&scene(0.1))).unwrap();
     let failing = output(place, &["scene.toml", "--speed", "80", "--load", "3000,1e9", "--out", "s"]);
     let message = text(&failing.stderr);
     assert_eq!(failing.status.code(), Some(1), "{message}");

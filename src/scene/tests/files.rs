@@ -63,7 +63,7 @@ fn every_shipped_tyre_loads() {
     };
     let mut names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    assert_eq!(names, ["car.toml", "plate.toml", "wide.toml"]);
+    assert_eq!(names, ["car.toml", "plate.toml", "stiff_tread.toml", "wide.toml"]);
     let (car, wide, plate) = (tyre("car.toml"), tyre("wide.toml"), tyre("plate.toml"));
     for curved in [&car, &wide] {
         assert!(curved.curvature && curved.sides == Sides::Guided && curved.cavity.is_some());

@@ -1,6 +1,6 @@
 //! Files beside the results: whole ones, sealed ones, the states of runs, a cache, and tables that are read.
 //!
-//! - [`array`]: `.npy` arrays that are read;
+//! - [`mod@array`]: `.npy` arrays that are read;
 //! - [`input`]: files that are read: regular ones of a bounded size;
 //! - [`pending_file`]: files that are whole or not there;
 //! - [`sealed_file`]: the one binary format, for checkpoints and cache entries alike;

@@ -227,7 +227,7 @@ impl CompareArguments {
         if let Some(file) = json {
             file.complete(&verdict.json())?;
         }
-        print(&verdict.text())?;
+        print(&if context.options.json { verdict.json() } else { verdict.text() })?;
         if verdict.passes() { Ok(()) } else { Err(CliError::Worse) }
     }
 }

@@ -7,7 +7,7 @@ use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::output_file::{OutputFile, Replaces};
+use super::output_file::{OutputFile, Replaces, check};
 
 const REPORT_EXAMPLES: &str = "\
 One HTML file that needs a browser and nothing else: the scene in words, the plan with its reasons, the road and its \
@@ -35,7 +35,7 @@ impl ReportArguments {
     /// Writes the page and says where it is.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let out = self.out.unwrap_or_else(|| beside(&self.results[0], ".html"));
-        begin_page(&out)?.write(&self.results, context)
+        write_page(&self.results, &out, context)
     }
 }
 
@@ -88,25 +88,18 @@ pub fn beside(folder: &Path, ending: &str) -> PathBuf {
     folder.with_file_name(name)
 }
 
-/// A page to be written.
-pub struct PageFile {
-    out: PathBuf,
-    file: OutputFile<'static>,
+/// Refuses a place where something else than an earlier page stands.
+pub fn check_page(out: &Path) -> Result<(), CliError> {
+    check(out, Replaces::Beginning(PAGE_HEAD))
 }
 
-/// Begins a page: a place that is taken or cannot be written to is refused now. An earlier page is replaced.
-pub fn begin_page(out: &Path) -> Result<PageFile, CliError> {
-    Ok(PageFile { out: out.to_owned(), file: OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))? })
-}
-
-impl PageFile {
-    /// Writes the page of some results, whole or not at all, and says where it is.
-    pub fn write(self, folders: &[PathBuf], context: &Context) -> Result<(), CliError> {
-        let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
-        self.file.complete(&text)?;
-        let silent = context.options.quiet || context.options.json;
-        if silent { Ok(()) } else { print(&format!("report in {}\n", self.out.display())) }
-    }
+/// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is.
+pub fn write_page(folders: &[PathBuf], out: &Path, context: &Context) -> Result<(), CliError> {
+    let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
+    let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
+    file.complete(&text)?;
+    let silent = context.options.quiet || context.options.json;
+    if silent { Ok(()) } else { print(&format!("report in {}\n", out.display())) }
 }
 
 #[cfg(test)]

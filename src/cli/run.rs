@@ -11,7 +11,7 @@ use tyrewave::run::{self, RunOptions, RunReport};
 use super::context::{Context, print};
 use super::error::CliError;
 use super::profiling::ProfileOptions;
-use super::report::{begin_page, beside};
+use super::report::{beside, check_page, write_page};
 use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
@@ -51,13 +51,14 @@ impl RunArguments {
         let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
-        let page = self.report.then(|| begin_page(&beside(&options.target, ".html"))).transpose()?;
+        let page = self.report.then(|| beside(&options.target, ".html"));
+        page.as_deref().map_or(Ok(()), check_page)?;
         let profile = self.profile.begin()?;
         let mut progress = context.progress();
         let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         if let Some(page) = page {
-            page.write(std::slice::from_ref(&report.folder), context)?;
+            write_page(std::slice::from_ref(&report.folder), &page, context)?;
         }
         end(&report, context, profile.complete(&report)?)
     }

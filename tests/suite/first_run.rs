@@ -24,6 +24,11 @@ fn init_writes_a_scene_that_check_accepts_and_overwrites_nothing() {
     assert_eq!(names(&folder.path().join("trial")), ["scene.schema.json", "scene.toml", "tyre.toml"]);
     let checked = done(tyrewave(folder.path(), &["check", "trial/scene.toml"]));
     assert!(checked.contains("can be run"), "{checked}");
+    let short = ["numerics={ elements = 64, pole_tolerance = 1e-3 }", "rolling.duration=0.1", "rolling.warm_up=0.1"];
+    let settings = short.iter().flat_map(|setting| ["--set", setting]);
+    let run = ["run", "trial/scene.toml", "--report", "-q", "--set", "rolling.axle.tolerance=0.5"];
+    done(tyrewave(folder.path(), &run.into_iter().chain(settings).collect::<Vec<_>>()));
+    assert_eq!(names(&folder.path().join("results")), ["scene", "scene.html"], "nobody has made that folder before");
     fs::write(folder.path().join("trial/tyre.toml"), "mine").unwrap();
     fs::remove_file(folder.path().join("trial/scene.toml")).unwrap();
     let again = tyrewave(folder.path(), &["init", "trial"]);

@@ -189,7 +189,11 @@ fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Va
                     }
                 }
             }
-            Ok(json!({ "pressure": numbers(&pressures), "power": solution.power(0, impedance) }))
+            let power = solution.power(0, impedance);
+            if !power.is_finite() {
+                return Err(NOT_FINITE);
+            }
+            Ok(json!({ "pressure": numbers(&pressures)?, "power": power }))
         }
         CaseEntry { velocity: None, receivers: None, source: Some(source), points: Some(points), .. } => {
             let points = moved(points);
@@ -199,14 +203,18 @@ fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Va
             let problem = Problem::new(&body, k, k, &resolution, &Block::ALL, memory_limit)?;
             let drives = [Drive::Source(moved(&[*source])[0])];
             let mut solution = problem.solve(&drives)?;
-            Ok(json!({ "green": numbers(&solution.field(&points, true)[0]) }))
+            Ok(json!({ "green": numbers(&solution.field(&points, true)[0])? }))
         }
         _ => Err(Fault::Range("a case has either velocity and receivers, or source and points")),
     }
 }
 
-fn numbers(values: &[Complex64]) -> Vec<[f64; 2]> {
-    values.iter().map(|value| [value.re, value.im]).collect()
+/// JSON would have `null` in their place.
+const NOT_FINITE: Fault = Fault::Range("its field is not finite: its numbers are beyond all bounds");
+
+fn numbers(values: &[Complex64]) -> Result<Vec<[f64; 2]>, Fault> {
+    let finite = |value: &Complex64| value.is_finite().then_some([value.re, value.im]);
+    values.iter().map(finite).collect::<Option<_>>().ok_or(NOT_FINITE)
 }
 
 /// A velocity of 1 m/s.

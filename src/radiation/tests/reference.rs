@@ -171,3 +171,14 @@ fn mistakes_are_answered_by_case_and_reason() {
     });
     assert!(message.contains("either velocity and receivers"), "{message}");
 }
+
+#[test]
+fn a_field_that_is_no_number_is_refused() {
+    let message = refused(|case| {
+        let case = case.as_object_mut().unwrap();
+        case.retain(|key, _| !["source", "points"].contains(&key.as_str()));
+        case.insert("velocity".to_owned(), json!("uniform"));
+        case.insert("receivers".to_owned(), json!([[-1e308, 2.0, 1.0]]));
+    });
+    assert!(message.contains("case 0 'one'") && message.contains("not finite"), "{message}");
+}

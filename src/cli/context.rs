@@ -45,6 +45,11 @@ impl Context {
         pieces(self.options.quiet, title, count)
     }
 
+    /// Says something beside the answer: nothing where the user wants silence, or JSON alone.
+    pub fn say(&self, text: &str) -> Result<(), CliError> {
+        if self.options.quiet || self.options.json { Ok(()) } else { print(text) }
+    }
+
     /// Prints a report, its tables within the terminal's width where there is a terminal; as JSON where that is wanted.
     pub fn print_report(&self, report: &Report) -> Result<(), CliError> {
         if self.options.json {

@@ -11,7 +11,7 @@ use tyrewave::report::export::{ExportError, MAT_HEAD, PYTHON, Patch, UFF_HEAD, V
 use tyrewave::results::ResultsError;
 use tyrewave::storage::flat_folder;
 
-use super::context::{Context, print};
+use super::context::Context;
 use super::error::CliError;
 use super::messages::tell;
 use super::options::positive;
@@ -102,8 +102,7 @@ impl ExportArguments {
                 write_patch(&patch, &out, context)?;
             }
         }
-        let silent = context.options.quiet || context.options.json;
-        if silent { Ok(()) } else { print(&format!("exported to {}\n", out.display())) }
+        context.say(&format!("exported to {}\n", out.display()))
     }
 }
 

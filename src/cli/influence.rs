@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::fit_options;
 use tyrewave::results::PlotError;
-use tyrewave::results::plots::{Axis, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
+use tyrewave::results::plots::{Axis, Colours, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
 use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::run::Progress;
 use tyrewave::run::past::{fetch, refused};
@@ -170,9 +170,8 @@ impl View<'_> {
             y: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
             quantity: "|H_n| [dB re 1 m/N]; grey: fitted poles",
             values: values.view(),
-            range: None,
+            colours: Colours::Extent,
             aspect: None,
-            diverging: false,
         };
         map.to_svg()
     }
@@ -192,9 +191,8 @@ impl View<'_> {
             y: Axis::linear("Time [ms]", 0.0..1e3 * TIMES.0 as f64 * TIMES.1),
             quantity: "Influence function g [mm/(N s)]",
             values: values.view(),
-            range: None,
+            colours: Colours::Diverging,
             aspect: None,
-            diverging: true,
         };
         map.to_svg()
     }

@@ -36,7 +36,7 @@ pub struct InitArguments {
 }
 
 impl InitArguments {
-    /// Writes the files, all or none, and says what to do next.
+    /// Writes the files, none where one of them is there already, and says what to do next.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let schema = format!("{:#}\n", Scene::json_schema());
         let files = [("scene.toml", scene()), ("tyre.toml", TYRE.to_owned()), ("scene.schema.json", schema)];

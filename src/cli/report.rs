@@ -98,8 +98,7 @@ pub fn write_page(folders: &[PathBuf], out: &Path, context: &Context) -> Result<
     let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
     let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
     file.complete(&text)?;
-    let silent = context.options.quiet || context.options.json;
-    if silent { Ok(()) } else { print(&format!("report in {}\n", out.display())) }
+    context.say(&format!("report in {}\n", out.display()))
 }
 
 #[cfg(test)]

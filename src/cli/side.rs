@@ -91,8 +91,7 @@ impl Side {
             return print(&json);
         }
         context.print_report(report)?;
-        let silent = context.options.quiet || context.options.json;
-        if silent { Ok(()) } else { print(&format!("results in {}\n", place.display())) }
+        context.say(&format!("results in {}\n", place.display()))
     }
 
     /// Writes the folder and says where it is.

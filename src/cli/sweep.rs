@@ -6,6 +6,7 @@ use clap::Args;
 use tyrewave::response::BandLevel;
 use tyrewave::results::ResultsError;
 use tyrewave::results::plots::ThirdOctavePlot;
+use tyrewave::results::spectra::FORCE_LEVEL;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
@@ -140,7 +141,7 @@ impl SweepArguments {
             }
             let spectra = spectra(&variants, &outcomes);
             if !spectra.is_empty() {
-                let quantity = "Contact force level [dB re 1 N]";
+                let quantity = FORCE_LEVEL;
                 let title = &format!("Contact force, third octaves: {}", base.title());
                 write(LEVELS, &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
             }

@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::contact::static_contact::StaticContact;
 use tyrewave::report::mobility::Quantity;
-use tyrewave::results::plots::{Axis, HeatMap, LinePlot, PlotError, Series};
+use tyrewave::results::plots::{Axis, Colours, HeatMap, LinePlot, PlotError, Series};
 use tyrewave::results::table::{Report, aligned, csv, numbers, optional, row};
 use tyrewave::tyre::influence::mobility::{Mobility, level};
 use tyrewave::tyre::modes::{Mode, Modes, Motion};
@@ -196,9 +196,8 @@ pub fn compliance(
         y: Axis::linear("Frequency [Hz]", 0.0..highest),
         quantity: &quantity,
         values: values.view(),
-        range: None,
+        colours: Colours::Extent,
         aspect: None,
-        diverging: false,
     };
     map.to_svg()
 }

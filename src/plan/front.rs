@@ -9,7 +9,7 @@
 use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};
 
 /// Lowest third octave that a stated error is about \[Hz\].
-pub const STATED_FROM: f64 = 100.0;
+const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
@@ -93,6 +93,12 @@ impl FrontRow {
     /// The row that a scene's `preset` or `accuracy` chooses.
     pub fn asked_for(numerics: &Numerics) -> Option<&'static Self> {
         numerics.preset.map(Self::of).or_else(|| numerics.accuracy.and_then(Self::within))
+    }
+
+    /// From which frequency on \[Hz\] a scene's `preset` or `accuracy` states an error of its force levels, and which
+    /// \[dB\].
+    pub fn stated_error(numerics: &Numerics) -> Option<(f64, f64)> {
+        Self::asked_for(numerics).map(|row| (STATED_FROM, row.error))
     }
 
     /// The cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.

@@ -9,6 +9,8 @@ use super::sections;
 use super::stored::Stored;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::spectra::FORCE_LEVEL;
+use crate::results::vibration::VELOCITY_LEVEL;
 
 /// What every page begins with.
 pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
@@ -36,7 +38,7 @@ fn section(index: usize, heading: &str, content: &Markup) -> Markup {
 
 fn result(index: usize, stored: &Stored) -> Result<Markup, ReportError> {
     let vibration = html! {
-        (sections::spectra(stored, "Velocity", "Velocities, third octaves")?)
+        (sections::spectra(stored, VELOCITY_LEVEL, "Velocities, third octaves")?)
         (sections::pictures(
             stored,
             "vibration_map_",
@@ -48,7 +50,7 @@ fn result(index: usize, stored: &Stored) -> Result<Markup, ReportError> {
         ("Plan", sections::plan(stored)),
         ("Road", sections::road(stored)?),
         ("Contact", sections::contact(stored)?),
-        ("Force spectrum", sections::spectra(stored, "Contact force", "Contact force, third octaves")?),
+        ("Force spectrum", sections::spectra(stored, FORCE_LEVEL, "Contact force, third octaves")?),
         ("Vibration", vibration),
         ("Sound", sections::sound(stored)?),
         ("Cost", sections::cost(stored)),

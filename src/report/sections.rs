@@ -12,6 +12,7 @@ use super::stored::{Spectrum, Stored};
 use crate::plan::Plan;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot, four_digits};
 use crate::results::profile_table::cost_table;
+use crate::results::sound::SOUND_LEVEL;
 use crate::results::table::{Table, aligned, row, words};
 use crate::road::describe;
 use crate::run::prepare::road_limits;
@@ -180,7 +181,7 @@ fn total_force(stored: &Stored) -> Result<Option<Markup>, ReportError> {
 
 /// Spectra of some quantity in one picture, and as a table.
 pub(super) fn spectra(stored: &Stored, quantity: &str, title: &str) -> Result<Markup, ReportError> {
-    let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity.starts_with(quantity)).collect();
+    let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity == quantity).collect();
     let Some(first) = of.first() else { return Ok(html! {}) };
     let named = |spectrum: &&Spectrum| (spectrum.name.clone(), spectrum.levels.clone());
     let named: Vec<_> = of.iter().map(named).collect();
@@ -239,7 +240,7 @@ pub(super) fn sound(stored: &Stored) -> Result<Markup, ReportError> {
     Ok(html! {
         ul { @for heard in &sound.receivers { li { strong { (heard.name) } ": " (heard.text()) } } }
         @for player in players { (player) }
-        (spectra(stored, "Sound pressure", "Sound pressure at the receivers, A-weighted third octaves")?)
+        (spectra(stored, SOUND_LEVEL, "Sound pressure at the receivers, A-weighted third octaves")?)
         (pictures(stored, "pass_by_", "level while the tyre passes")?)
         (pictures(stored, "directivity_", "level over the angle from straight ahead")?)
     })

@@ -7,15 +7,15 @@ use thiserror::Error;
 
 use super::table::Table;
 use crate::plan::Plan;
-use crate::plan::front::{FrontRow, STATED_FROM};
+use crate::plan::front::FrontRow;
 use crate::response::{BandLevel, ThirdOctaveBand};
-use crate::results::sound::SOUND_FILE;
-use crate::results::spectra::SPECTRA_FILE;
+use crate::results::sound::{SOUND_FILE, SOUND_LEVEL};
+use crate::results::spectra::{FORCE_LEVEL, SPECTRA_FILE};
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
-use crate::results::vibration::VIBRATION_FILE;
+use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, Scene, SceneError};
 use crate::storage::array::{Array, ArrayError};
-use crate::storage::input::{self, TABLE_BYTES};
+use crate::storage::input::{self, InputError, TABLE_BYTES};
 
 /// Why a folder cannot be reported on.
 #[derive(Debug, Error)]
@@ -49,7 +49,7 @@ pub enum StoredError {
 /// Third-octave levels of one signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// What the levels are, reference included: `Contact force level [dB re 1 N]`.
+    /// What the levels are, reference included: [`FORCE_LEVEL`], [`VELOCITY_LEVEL`] or [`SOUND_LEVEL`].
     pub quantity: &'static str,
     /// Which signal; empty where there is one of the quantity.
     pub name: String,
@@ -121,7 +121,7 @@ impl Stored {
     /// A text file of the folder; `None` where the run has not written it.
     ///
     /// # Errors
-    /// [`StoredError::Read`], [`StoredError::Content`] of one that is too large or no text.
+    /// [`StoredError::Read`], also of one that is too large or no text.
     pub fn text(&self, name: &str) -> Result<Option<String>, StoredError> {
         let path = self.folder.join(name);
         if path.is_file() { read_text(&path).map(Some) } else { Ok(None) }
@@ -132,7 +132,8 @@ impl Stored {
     /// # Errors
     /// As [`Self::text`].
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>, StoredError> {
-        read_bytes(&self.folder.join(name))
+        let path = self.folder.join(name);
+        input::read(&path, TABLE_BYTES).map_err(reading(&path))
     }
 
     /// A column of numbers from an array of the folder; `None` where the run has not written it.
@@ -172,12 +173,12 @@ impl Stored {
     }
 
     fn read_spectra(&self) -> Result<Vec<Spectrum>, StoredError> {
-        let stated = FrontRow::asked_for(&self.plan.scene.numerics).map(|row| (STATED_FROM, row.error));
-        let sound = self.summary.sound.as_ref().map(|sound| (0.0, sound.error.band));
+        let stated = FrontRow::stated_error(&self.plan.scene.numerics);
+        let sound = self.summary.sound.as_ref().map(|sound| sound.error.of_bands());
         let tables = [
-            (SPECTRA_FILE, "Contact force level [dB re 1 N]", "level_db_re_1n", stated),
-            (VIBRATION_FILE, "Velocity level [dB re 1 m/s]", "level_db_re_1m_s", None),
-            (SOUND_FILE, "Sound pressure level [dB(A) re 20 uPa]", "level_db_a", sound),
+            (SPECTRA_FILE, FORCE_LEVEL, "level_db_re_1n", stated),
+            (VIBRATION_FILE, VELOCITY_LEVEL, "level_db_re_1m_s", None),
+            (SOUND_FILE, SOUND_LEVEL, "level_db_a", sound),
         ];
         let mut all = Vec::new();
         for (file, quantity, column, error) in tables {
@@ -205,13 +206,12 @@ fn levels(table: &Table, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> 
     spectra.map(|(name, rows)| Some((name, rows.map(band).collect::<Option<_>>()?))).collect()
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>, StoredError> {
-    input::read(path, TABLE_BYTES).map_err(|error| StoredError::Read { path: path.to_owned(), source: error.into() })
+fn read_text(path: &Path) -> Result<String, StoredError> {
+    input::read_text(path, TABLE_BYTES).map_err(reading(path))
 }
 
-fn read_text(path: &Path) -> Result<String, StoredError> {
-    let no_text = |_| StoredError::Content { path: path.to_owned(), reason: "it is no text".to_owned() };
-    String::from_utf8(read_bytes(path)?).map_err(no_text)
+fn reading(path: &Path) -> impl FnOnce(InputError) -> StoredError {
+    |error| StoredError::Read { path: path.to_owned(), source: error.into() }
 }
 
 #[cfg(test)]

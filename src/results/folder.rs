@@ -221,7 +221,7 @@ fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::path::Path;
     use std::process::Command;
 
@@ -229,7 +229,8 @@ mod tests {
     use super::super::summary::tests::example;
     use super::*;
 
-    fn names(folder: &Path) -> Vec<String> {
+    /// What is in a folder, sorted.
+    pub(in crate::results) fn names(folder: &Path) -> Vec<String> {
         let mut names = entries(folder).unwrap();
         names.sort();
         names

@@ -137,15 +137,10 @@ pub(super) fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
 mod tests {
     use super::super::checkpoint;
     use super::super::folder::ResultsFolder;
+    use super::super::folder::tests::names;
     use super::super::summary::Summary;
     use super::super::summary::tests::example;
     use super::*;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let mut names = entries(folder).unwrap();
-        names.sort();
-        names
-    }
 
     /// A folder with a summary of ours and a file of that content, a lock with a mark, and maybe a checkpoint.
     fn folder(path: &Path, content: &str, complete: bool, mark: Option<&str>) {

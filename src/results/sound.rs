@@ -10,6 +10,8 @@ use crate::sound::{Air, SoundLevels};
 
 /// Third octaves at the receivers.
 pub const SOUND_FILE: &str = "sound.csv";
+/// What its A-weighted levels are.
+pub const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
 /// Narrow band.
 pub const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
 
@@ -75,6 +77,13 @@ pub struct SoundError {
     pub band: f64,
     /// Both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
     pub level_a: f64,
+}
+
+impl SoundError {
+    /// The frequency \[Hz\] from which on the error of third octaves holds, 0, and how large it is \[dB\].
+    pub fn of_bands(&self) -> (f64, f64) {
+        (0.0, self.band)
+    }
 }
 
 /// The body that radiates, and how its transfers were found.

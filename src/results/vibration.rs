@@ -12,6 +12,8 @@ use crate::response::{BandLevel, PowerSpectrum};
 
 /// Third octaves.
 pub const VIBRATION_FILE: &str = "vibration.csv";
+/// What its levels are.
+pub const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
 /// Narrow band.
 pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
 

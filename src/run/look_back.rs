@@ -3,10 +3,10 @@
 use ndarray::ArrayView2;
 
 use crate::plan::Plan;
-use crate::plan::front::{FrontRow, STATED_FROM};
+use crate::plan::front::FrontRow;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
-use crate::results::spectra::{LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
+use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
 use crate::run::cell_record::CellRecorder;
 use crate::run::error::RunError;
@@ -42,9 +42,9 @@ impl LookBack<'_> {
             if outputs.plots && !levels.is_empty() {
                 let plot = ThirdOctavePlot {
                     title: &format!("Contact force, third octaves: {title}"),
-                    quantity: "Contact force level [dB re 1 N]",
+                    quantity: FORCE_LEVEL,
                     spectra: vec![("", &levels)],
-                    error: FrontRow::asked_for(&self.plan.scene.numerics).map(|row| (STATED_FROM, row.error)),
+                    error: FrontRow::stated_error(&self.plan.scene.numerics),
                 };
                 folder.write_text("force_spectrum.svg", &plot.to_svg()?)?;
             }

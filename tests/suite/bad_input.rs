@@ -6,11 +6,9 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use tempfile::TempDir;
-
 use tyrewave::test_models::{edit, scene_text, with_all_terms, without};
 
-use crate::common::{names, read_array, read_summary, shared_road, tyrewave};
+use crate::common::{folder_with, names, read_array, read_summary, shared_road, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -25,13 +23,6 @@ fn good() -> String {
 
 fn with_road(road: &str) -> String {
     scene_text(64, road, ROLLING, "memory = 0.1", "")
-}
-
-/// A folder with the scene in it.
-fn folder_with(scene: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    folder
 }
 
 #[test]

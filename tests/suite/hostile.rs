@@ -8,11 +8,9 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use tempfile::TempDir;
+use tyrewave::test_models::{edit, implausible, scene_text, without};
 
-use tyrewave::test_models::{edit, scene_text, without};
-
-use crate::common::{command, names};
+use crate::common::{command, folder_with, names};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.02\nduration = 0.05\naxle = { indentation = 0.01, ramp = 0.02 }";
 const USAGE: i32 = 2;
@@ -23,12 +21,6 @@ const LONG: usize = 30_000;
 
 fn with_road(road: &str) -> String {
     scene_text(64, road, ROLLING, "memory = 0.1", "")
-}
-
-fn folder_with(scene: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    folder
 }
 
 /// What the program says; ended, and told, where it does not end soon.
@@ -107,7 +99,7 @@ fn sums_that_would_not_end_are_refused_before_they_begin() {
     let tense = soft.replacen("thickness = 0.013", "thickness = 0.013\ntension = [4e4, 2e4]", 1);
     assert_ne!(soft, tense);
     refused(folder_with(&tense).path(), &["plan", "scene.toml"], &["tyre.layers[1].tension", "no end"]);
-    let allowed = |changes: &[(&str, &str)]| format!("allow_implausible = true\n{}", edit(&smooth, changes));
+    let allowed = |changes: &[(&str, &str)]| implausible(&edit(&smooth, changes));
     let thin = allowed(&[("tyre.layers.1.thickness", "1e-6")]);
     refused(folder_with(&thin).path(), &["plan", "scene.toml"], &["tyre.layers[1].thickness", "evaluations"]);
     let many = [("numerics.lateral_terms", "100000"), ("numerics.wavenumber_aliases", "100000")];

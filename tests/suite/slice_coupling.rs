@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::scene::PLATE;
-use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene_text, with_road};
+use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, implausible, scene_text, with_road};
 
 use crate::common::{Results, run, shared_road, write_grid};
 
@@ -77,7 +77,7 @@ fn hard_cases_5_are_met_with_the_implicit_coupling() {
     ] {
         let text = scene_text(n, &road, &rolling, numerics, &contact("implicit", more));
         let text = edit(&text, &[("tyre.layers.1.material.modulus", modulus)]);
-        let results = run(&format!("allow_implausible = true\n{text}"));
+        let results = run(&implausible(&text));
         results.assert_sound(name);
         println!("{name}: {} fallbacks, {:?}", fallbacks(&results), results.report.summary.contact.solves_per_step);
     }

@@ -5,6 +5,7 @@ use crate::report::road::map;
 use crate::report::slices;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
+use crate::results::spectra::FORCE_LEVEL;
 use crate::study::paper::{Equation4, Paper, PatchForces, SearchFigure, TreadLaws};
 
 /// A picture and what it shows.
@@ -77,7 +78,7 @@ fn tread_laws(of: &TreadLaws) -> Result<Option<String>, PlotError> {
     }
     let plot = ThirdOctavePlot {
         title: "Contact force by tread laws",
-        quantity: "Contact force level [dB re 1 N]",
+        quantity: FORCE_LEVEL,
         spectra: of.laws.iter().map(|law| (law.name, law.levels.as_slice())).collect(),
         error: None,
     };

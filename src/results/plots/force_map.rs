@@ -6,7 +6,7 @@ use ndarray::{Array2, ArrayView2};
 
 use super::axis::Axis;
 use super::canvas::PlotError;
-use super::heat_map::{HeatMap, MOST_ROWS};
+use super::heat_map::{Colours, HeatMap, MOST_ROWS};
 
 /// The arrays of a run as they lie in the results folder, and what is needed to place them.
 #[derive(Clone, Debug)]
@@ -62,9 +62,8 @@ impl ForceMap<'_> {
             y: Axis::linear("Time [s]", self.time[from]..self.time[to - 1] + step),
             quantity: "Contact force per element [N]",
             values: field.view(),
-            range: Some(0.0..field.iter().copied().fold(f64::MIN_POSITIVE, f64::max)),
+            colours: Colours::Between(0.0..field.iter().copied().fold(f64::MIN_POSITIVE, f64::max)),
             aspect: Some(1.0),
-            diverging: false,
         };
         map.to_svg()
     }

@@ -24,6 +24,18 @@ const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
 /// Curves over a map: lighter than what they lie on, but for the very peaks.
 const CURVE: RGBColor = RGBColor(255, 255, 255);
 
+/// Which colours values get.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Colours {
+    /// One after the other from the smallest value to the largest.
+    Extent,
+    /// The same between two values.
+    Between(Range<f64>),
+    /// Of values with a sign: others to either side of zero, following the root of the value, so that a hundredth of
+    /// the largest is seen beside it.
+    Diverging,
+}
+
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
 #[derive(Clone, Debug)]
 pub struct HeatMap<'a> {
@@ -37,11 +49,8 @@ pub struct HeatMap<'a> {
     pub quantity: &'a str,
     /// The values: \[rows, columns\], row 0 at the bottom.
     pub values: ArrayView2<'a, f64>,
-    /// Values of the first and last colour; `None`: the extent of the values. Not looked at where they diverge.
-    pub range: Option<Range<f64>>,
-    /// Whether the values have a sign: colours then differ to both sides of zero, and follow the root of the value, so
-    /// that a hundredth of the largest is seen beside it.
-    pub diverging: bool,
+    /// Which colours the values get.
+    pub colours: Colours,
     /// Height of the picture in parts of its width; `None`: a handy one.
     pub aspect: Option<f64>,
 }
@@ -65,16 +74,11 @@ impl HeatMap<'_> {
             return Err(PlotError::Shape { picture, quantity: "the field", expected: 1, got: 0 });
         }
         let cells = averaged(self.values, MOST_ROWS, MOST_COLUMNS);
-        let range = self.range.clone().unwrap_or_else(|| {
-            let (low, high) = extent(cells.iter().copied());
-            low..high
-        });
-        let (bar, colour): (_, fn(f64) -> RGBColor) = if self.diverging {
-            let largest =
-                cells.iter().filter(|value| value.is_finite()).fold(0.0_f64, |most, value| most.max(value.abs()));
-            (Axis::signed_root(self.quantity, largest), diverging)
-        } else {
-            (Axis::linear(self.quantity, range), viridis)
+        let (low, high) = extent(cells.iter().copied());
+        let (bar, colour): (_, fn(f64) -> RGBColor) = match &self.colours {
+            Colours::Extent => (Axis::linear(self.quantity, low..high), viridis),
+            Colours::Between(range) => (Axis::linear(self.quantity, range.clone()), viridis),
+            Colours::Diverging => (Axis::signed_root(self.quantity, high.max(-low)), diverging),
         };
         let width = 640;
         let height = (f64::from(width) * self.aspect.unwrap_or(0.68)).round().clamp(90.0, 900.0) as i32;
@@ -191,9 +195,8 @@ mod tests {
             y: Axis::linear("y [m]", 0.0..1.0),
             quantity: "z [mm]",
             values: field.view(),
-            range: None,
+            colours: Colours::Extent,
             aspect: None,
-            diverging: false,
         };
         let svg = map.to_svg().unwrap();
         assert!(svg.len() < 1_600_000, "{} bytes", svg.len());

@@ -21,7 +21,7 @@ pub use axis::{Axis, four_digits};
 pub use canvas::PlotError;
 pub use comparison::{ComparisonPanel, ComparisonPlot};
 pub use force_map::ForceMap;
-pub use heat_map::HeatMap;
+pub use heat_map::{Colours, HeatMap};
 pub use lines::{LinePlot, Series};
 pub use patch_map::PatchMap;
 pub use road_map::road_map;

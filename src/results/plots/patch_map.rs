@@ -4,7 +4,7 @@ use ndarray::ArrayView2;
 
 use super::axis::Axis;
 use super::canvas::PlotError;
-use super::heat_map::HeatMap;
+use super::heat_map::{Colours, HeatMap};
 
 /// A picture flatter or taller than this is stretched.
 const ASPECTS: (f64, f64) = (0.3, 1.2);
@@ -40,9 +40,8 @@ impl PatchMap<'_> {
             y: Axis::linear("Across [mm]", -half_width..half_width),
             quantity,
             values: values.t(),
-            range: None,
+            colours: Colours::Extent,
             aspect: Some((2.0 * half_width / length).clamp(ASPECTS.0, ASPECTS.1)),
-            diverging: false,
         }
         .to_svg()
     }

@@ -4,7 +4,7 @@ use ndarray::ArrayView2;
 
 use super::axis::Axis;
 use super::canvas::PlotError;
-use super::heat_map::HeatMap;
+use super::heat_map::{Colours, HeatMap};
 
 /// A picture flatter or taller than this is stretched; 1:1 would be a thread.
 const ASPECTS: (f64, f64) = (0.22, 0.9);
@@ -34,9 +34,8 @@ pub fn road_map(
         y: Axis::linear("Across [mm]", -half_width * 1e3..half_width * 1e3),
         quantity: "Height [mm]",
         values: millimetres.view(),
-        range: None,
+        colours: Colours::Extent,
         aspect: Some((2.0 * half_width / length).clamp(ASPECTS.0, ASPECTS.1)),
-        diverging: false,
     }
     .to_svg()
 }

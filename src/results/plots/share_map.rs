@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::axis::Axis;
 use super::canvas::PlotError;
-use super::heat_map::HeatMap;
+use super::heat_map::{Colours, HeatMap};
 
 /// Rows of the picture: frequencies stand on a logarithmic axis, however they are spaced.
 const ROWS: usize = 120;
@@ -54,9 +54,8 @@ impl ShareMap<'_> {
             y: Axis::logarithmic("Frequency [Hz]", lowest..highest),
             quantity: self.quantity,
             values: values.view(),
-            range: Some(RANGE),
+            colours: Colours::Between(RANGE),
             aspect: None,
-            diverging: false,
         }
         .to_svg_under(self.curves)
     }

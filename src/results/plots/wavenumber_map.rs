@@ -4,7 +4,7 @@ use ndarray::ArrayView2;
 
 use super::axis::Axis;
 use super::canvas::PlotError;
-use super::heat_map::HeatMap;
+use super::heat_map::{Colours, HeatMap};
 use crate::response::vibration::{DispersionBranch, WavenumberMap};
 
 /// Most waves round the tyre that are drawn: shorter ones are local deformation without waves of their own.
@@ -60,9 +60,8 @@ impl WavenumberPlot<'_> {
             y: Axis::linear("Frequency [Hz]", 0.0..rows_shown as f64 * row_width),
             quantity: "Velocity density [dB re 1 m2/s2/Hz]",
             values: levels.view(),
-            range: Some(highest - DEEPEST..highest),
+            colours: Colours::Between(highest - DEEPEST..highest),
             aspect: Some(0.8),
-            diverging: false,
         };
         map.to_svg_under(&self.curves())
     }

@@ -4,7 +4,7 @@ use crate::plan::Heard;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
-use crate::results::sound::{ReceiverSpectrum, SoundError};
+use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL, SoundError};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::run::error::RunError;
 use crate::scene::LoadedScene;
@@ -29,9 +29,9 @@ pub(super) fn draw_levels(
     let title = format!("Sound, third octaves: {}", loaded.title());
     let plot = ThirdOctavePlot {
         title: &title,
-        quantity: "Sound pressure level [dB(A) re 20 uPa]",
+        quantity: SOUND_LEVEL,
         spectra: drawn.iter().map(|(name, levels)| (*name, levels.as_slice())).collect(),
-        error: Some((0.0, error.band)),
+        error: Some(error.of_bands()),
     };
     folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
     Ok(())

@@ -11,8 +11,8 @@ use crate::results::npy::{NpyWriter, Row};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
-    FieldSummary, NamedSpectrum, Place, PowerSummary, VIBRATION_FILE, VIBRATION_NARROW_FILE, VibrationSummary,
-    vibration_levels_csv, vibration_narrow_csv,
+    FieldSummary, NamedSpectrum, Place, PowerSummary, VELOCITY_LEVEL, VIBRATION_FILE, VIBRATION_NARROW_FILE,
+    VibrationSummary, vibration_levels_csv, vibration_narrow_csv,
 };
 use crate::run::error::RunError;
 use crate::run::vibration::VibrationRecorder;
@@ -246,7 +246,7 @@ fn draw_spectra<'a>(
     let title = format!("Velocities, third octaves: {}", loaded.title());
     let plot = ThirdOctavePlot {
         title: &title,
-        quantity: "Velocity level [dB re 1 m/s]",
+        quantity: VELOCITY_LEVEL,
         spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
         error: None,
     };

@@ -9,7 +9,7 @@
 use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};
 
 /// Lowest third octave that a stated error is about \[Hz\].
-const STATED_FROM: f64 = 100.0;
+pub const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 

@@ -1,4 +1,4 @@
-//! `tyrewave sweep`: one scene at many speeds, loads and roads.
+//! `tyrewave sweep`: one scene at many speeds, loads, roads and settings.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,11 @@ use tyrewave::results::spectra::FORCE_LEVEL;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
+use tyrewave::scene::LoadedScene;
 use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
-use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
+use tyrewave::study::sweep::{
+    Axes, Design, Factor, Outcome, Range, RepeatedTable, SPEED_KEY, SweepBlock, Variant, blocks, sweep, variants,
+};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -21,7 +24,7 @@ use super::output_file::{Replaces, check};
 use super::side::Place;
 
 const EXAMPLES: &str = "\
-Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. \
+Every combination of what is varied is a run of its own, with a results folder of its own under the sweep's. \
 Several run at a time, on no more threads than --threads allows; the tyre's influence functions are fitted once. \
 Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
 they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
@@ -32,16 +35,23 @@ tolerance is marked with a star, and the exit code is 1.
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
 their checkpoint. A variant is another one when its scene, the version of tyrewave or its road file has changed.
 
+Any key may be varied: --set KEY=FROM..TO:STEP, --set KEY=FROM..TO of whole numbers, --set KEY=A,B,C (a text with a \
+comma in it stands in quotes). Values of a seed, such as road.seed, are draws of the same thing: the table has means \
+over them, with half of the 95 % interval that Student's distribution gives. design.csv and design.json have every \
+mean, third octaves included; force_by_KEY.svg and sound_by_KEY.svg show levels against what is varied. \
+--latin-hypercube 40 takes 40 points between the ends of all --set FROM..TO, whose parts each are taken once, instead \
+of every combination; values of seeds are repeated at each, and so are --speed, --load and --road.
+
 A road is a file: a profile (.dat, .csv) or OpenCRG (.crg) takes the place of the scene's road, whose other keys stay \
 if it is of the same kind; a .toml file holds the keys of a whole [road].
 
 Examples:
   tyrewave sweep scenes/default.toml --speed 50..130:10
   tyrewave sweep scenes/default.toml --speed 50,80,100 --load 3000,4000 --out trial
-  tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg";
-
-/// Most values that a range may stand for; a slip of the finger must not start a million runs.
-const MOST_VALUES: usize = 1000;
+  tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg
+  tyrewave sweep scenes/default.toml --set contact.tread=elastic,bedding --set road.seed=1..20
+  tyrewave sweep scenes/default.toml --latin-hypercube 40 --set rolling.speed_kmh=50.0..130 \\
+      --set tyre.layers[1].thickness=0.008..0.014";
 
 /// What is written beside the variants' folders.
 const TEXT: &str = "sweep.txt";
@@ -49,6 +59,11 @@ const TABLE: &str = "sweep.csv";
 const SOUND: &str = "sweep_sound.csv";
 const GROWTH: &str = "growth.svg";
 const LEVELS: &str = "levels.svg";
+const DESIGN: &str = "design.csv";
+const DESIGN_JSON: &str = "design.json";
+
+/// Most spectra of a design in one picture.
+const MOST_SPECTRA: usize = 12;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -57,13 +72,19 @@ pub struct SweepArguments {
     place: Place,
     /// Speeds in km/h: FROM..TO:STEP, both ends included, or values separated by commas.
     #[arg(long, value_name = "SPEEDS", value_parser = values)]
-    speed: Values,
+    speed: Option<Values>,
     /// Loads in N, in the same form; default: the scene's axle.
     #[arg(long, value_name = "LOADS", value_parser = values)]
     load: Option<Values>,
     /// Road file; may be given several times; default: the scene's road.
     #[arg(long, value_name = "FILE")]
     road: Vec<PathBuf>,
+    /// So many points of a Latin hypercube over what --set varies, instead of every combination.
+    #[arg(long, value_name = "POINTS")]
+    latin_hypercube: Option<usize>,
+    /// Seed of the Latin hypercube's random numbers.
+    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "latin_hypercube")]
+    design_seed: u64,
 }
 
 /// Positive numbers from the command line, each once.
@@ -75,17 +96,12 @@ fn values(text: &str) -> Result<Values, String> {
     let found = match text.split_once("..") {
         None => text.split(',').map(positive).collect::<Result<Vec<_>, _>>()?,
         Some((from, rest)) => {
-            let (to, step) = rest.split_once(':').ok_or("a range is FROM..TO:STEP, such as 50..130:10")?;
-            let (from, to, step) = (positive(from)?, positive(to)?, positive(step)?);
-            if to < from {
-                return Err(format!("the range ends at {to}, before it begins at {from}"));
+            positive(from)?;
+            match Range::parse(text).filter(|_| rest.contains(':')) {
+                Some(Ok(Range::Steps(texts))) => texts.iter().map(|text| positive(text)).collect::<Result<_, _>>()?,
+                Some(Err(problem)) => return Err(problem),
+                _ => return Err("a range is FROM..TO:STEP, such as 50..130:10".into()),
             }
-            // An end that is missed by rounding only is meant to be there.
-            let steps = ((to - from) / step * (1.0 + 1e-12) + 1e-9).floor();
-            if steps >= MOST_VALUES as f64 {
-                return Err(format!("{} values are more than {MOST_VALUES}: choose a larger step", steps + 1.0));
-            }
-            (0..=steps as u32).map(|index| from + f64::from(index) * step).collect()
         }
     };
     for (index, value) in found.iter().enumerate() {
@@ -97,11 +113,49 @@ fn values(text: &str) -> Result<Values, String> {
 }
 
 impl SweepArguments {
+    /// The scene, and what is varied of it. Settings that are no range and no list are the scene's own.
+    fn varied(&self, context: &Context) -> Result<(LoadedScene, Axes), CliError> {
+        let usage = CliError::Usage;
+        let (mut factors, mut place) = (Vec::new(), self.place.scene.clone());
+        place.settings.clear();
+        for setting in &self.place.scene.settings {
+            match Factor::of(setting).map_err(usage)? {
+                Some(factor) => factors.push(factor),
+                None => place.settings.push(setting.clone()),
+            }
+        }
+        let mut speeds = self.speed.clone().map_or(Vec::new(), |speeds| speeds.0);
+        if speeds.is_empty() && self.latin_hypercube.is_none() {
+            // The table of speeds is one of bands, and their growth.
+            if let Some(index) = factors.iter().position(|factor| factor.key == SPEED_KEY) {
+                let told = |problem| usage(format!("--set {SPEED_KEY}: {problem}"));
+                let listed = factors[index].values.texts().map_err(told)?.join(",");
+                speeds = values(&listed).map_err(told)?.0;
+                factors.remove(index);
+            }
+        } else if !speeds.is_empty() && factors.iter().any(|factor| factor.key == SPEED_KEY) {
+            return Err(usage(format!("--speed and --set {SPEED_KEY} are the same: give one of them")));
+        }
+        let design = match self.latin_hypercube {
+            Some(points) => Design::LatinHypercube { points, seed: self.design_seed },
+            None => Design::Grid,
+        };
+        let points = match design {
+            Design::Grid if factors.is_empty() => Vec::new(),
+            design => design.points(&factors).map_err(usage)?,
+        };
+        let loads = self.load.clone().map_or(Vec::new(), |loads| loads.0);
+        let axes = Axes { speeds, loads, roads: self.road.clone(), points };
+        if axes == Axes::default() {
+            let how = "--speed, --load, --road, or --set with a range or a list, such as --set road.seed=1..20";
+            return Err(usage(format!("nothing is varied: give {how}")));
+        }
+        Ok((context.load(&place)?, axes))
+    }
+
     /// Runs the sweep and prints its table.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let base = context.load(&self.place.scene)?;
-        let loads = self.load.map_or(Vec::new(), |loads| loads.0);
-        let axes = Axes { speeds: self.speed.0, loads, roads: self.road };
+        let (base, axes) = self.varied(context)?;
         let variants = variants(&base, &axes)?;
         let folder = self.place.clone().target("sweep");
         if folder.join(SUMMARY_FILE).exists() {
@@ -110,7 +164,7 @@ impl SweepArguments {
         let base_road = base.scene.road.file();
         let roads = axes.roads.iter().map(PathBuf::as_path);
         let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(base_road).chain(roads).collect();
-        for name in [TEXT, TABLE, SOUND, GROWTH, LEVELS] {
+        for name in [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON] {
             check(&folder.join(name), Replaces::AllBut(&inputs))?;
         }
         std::fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
@@ -119,13 +173,8 @@ impl SweepArguments {
         let outcomes = sweep(&variants, &folder, context.threads, context.interrupt.flag(), &mut progress);
         drop(progress);
         let blocks = blocks(&variants, &outcomes);
-        let mut report = Report::default();
-        for (index, block) in blocks.iter().enumerate() {
-            if index > 0 {
-                report.text("\n");
-            }
-            report.append(block.report());
-        }
+        let repeated = (!axes.points.is_empty()).then(|| RepeatedTable::new(&variants, &outcomes));
+        let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
         let write = |name: &str, text: &str| {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(ResultsError::writing(&path))
@@ -135,12 +184,22 @@ impl SweepArguments {
         if let Some(sound) = sound_csv(&blocks) {
             write(SOUND, &sound)?;
         }
+        if let Some(repeated) = &repeated {
+            write(DESIGN, &repeated.csv())?;
+            write(DESIGN_JSON, &format!("{:#}\n", repeated.to_json()))?;
+            if base.scene.outputs.plots {
+                for (name, svg) in repeated.plots(&base.title())? {
+                    write(&name, &svg)?;
+                }
+            }
+        }
         if base.scene.outputs.plots {
             if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {}", base.title()))? {
                 write(GROWTH, &svg)?;
             }
             let spectra = spectra(&variants, &outcomes);
-            if !spectra.is_empty() {
+            // More cannot be told apart in one picture.
+            if !spectra.is_empty() && (repeated.is_none() || spectra.len() <= MOST_SPECTRA) {
                 let quantity = FORCE_LEVEL;
                 let title = &format!("Contact force, third octaves: {}", base.title());
                 write(LEVELS, &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
@@ -158,6 +217,18 @@ impl SweepArguments {
         }
         ended
     }
+}
+
+/// The tables of all roads, loads and settings, speeds side by side.
+fn side_by_side(blocks: &[SweepBlock]) -> Report {
+    let mut report = Report::default();
+    for (index, block) in blocks.iter().enumerate() {
+        if index > 0 {
+            report.text("\n");
+        }
+        report.append(block.report());
+    }
+    report
 }
 
 /// Names and levels of the variants that have any.

@@ -14,6 +14,7 @@ pub mod ring;
 pub mod running_moments;
 pub mod sinc;
 pub mod straight_line;
+pub mod student;
 pub mod transform_length;
 pub mod windowed_sinc;
 
@@ -26,4 +27,5 @@ pub use ring::Ring;
 pub use running_moments::RunningMoments;
 pub use sinc::sinc;
 pub use straight_line::StraightLine;
+pub use student::quantile_of_student;
 pub use transform_length::{transform_length, transform_multiply_adds};

@@ -146,6 +146,14 @@ impl LoadedScene {
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
+    /// Another scene in this one's folder, from a text and settings that may name files there.
+    ///
+    /// # Errors
+    /// As [`Scene::from_str_with`].
+    pub fn varied(&self, text: String, name: &str, settings: &[Setting]) -> Result<Self, SceneError> {
+        Self::new(text, PathBuf::from(name), self.folder.clone(), settings, Reach::Anywhere)
+    }
+
     /// Whether a key is given, such as `numerics.elements`; all are in a scene with every setting decided.
     pub fn gives(&self, key: &str) -> bool {
         self.settled || self.document.has(key)

@@ -12,12 +12,14 @@ use super::{Problem, SceneError};
 const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
 
 /// A key of a scene and the value that it shall have.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     key: String,
     steps: Vec<Step>,
     /// The value as TOML, named after its key.
     source: Arc<Source>,
+    /// The value as given, where it is no TOML.
+    plain: Option<String>,
 }
 
 /// One step of a key's path.
@@ -38,11 +40,25 @@ impl Setting {
         let (key, value) = text.split_once('=').ok_or_else(form)?;
         let (key, value) = (key.trim().to_owned(), value.trim());
         let steps = steps(&key).ok_or_else(form)?;
-        let text = match DeValue::parse(value) {
-            Ok(_) => value.to_owned(),
-            Err(_) => toml::Value::from(value).to_string(),
-        };
-        Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key })
+        let plain = DeValue::parse(value).is_err().then(|| value.to_owned());
+        let text = plain.as_deref().map_or_else(|| value.to_owned(), |text| toml::Value::from(text).to_string());
+        Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key, plain })
+    }
+
+    /// The key as given.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The value as given, a text without its quotes.
+    pub fn value(&self) -> &str {
+        let text = self.plain.as_deref().unwrap_or(&self.source.text);
+        text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
+    }
+
+    /// The value as given, where it is no TOML: a text without quotes.
+    pub fn plain_text(&self) -> Option<&str> {
+        self.plain.as_deref()
     }
 
     /// Whether it names the tyre as a whole, which may be a file.

@@ -192,3 +192,79 @@ fn what_cannot_be_swept_is_answered_before_anything_runs() {
     assert!(message.contains("1000000000N-80kmh: no axle height carries") && message.contains("1 of 2"), "{message}");
     assert!(place.join("s/3000N-80kmh/summary.json").exists() && place.join("s/sweep.csv").exists());
 }
+
+#[test]
+fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), scene(0.6)).unwrap();
+    let arguments =
+        ["scene.toml", "--out", "s", "--set", "road.seed=1..3", "--set", "contact.tread=elastic,bedding", "--set"];
+    let with = |setting: &'static str| [&arguments[..], &[setting]].concat();
+    let made = output(place, &with("outputs.plots=true"));
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    let told = text(&made.stdout);
+    assert!(told.contains("6 variants") && told.contains("means over seeds") && told.contains("+-"), "{told}");
+    let mut reader = csv::Reader::from_path(place.join("s/design.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let overall: Vec<_> = rows.iter().filter(|row| &row[1] == "force, all bands").collect();
+    assert_eq!((overall.len(), &overall[0][0], &overall[1][0], &overall[0][3]), (2, "elastic", "bedding", "3"));
+    // The mean of one band is that of the three runs.
+    let band = rows.iter().find(|row| &row[0] == "bedding" && row[1].contains("125 Hz")).unwrap();
+    let (levels, _) = table(&place.join("s/sweep.csv"));
+    let level = |seed: u32| levels[&(format!("seed={seed}, tread=bedding"), "125".to_owned(), "80".to_owned())];
+    let mean = (level(1) + level(2) + level(3)) / 3.0;
+    assert!((band[4].parse::<f64>().unwrap() - mean).abs() < 1e-12, "{band:?}: {mean}");
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(place.join("s/design.json")).unwrap()).unwrap();
+    assert_eq!(json.as_array().unwrap().len(), rows.len());
+    assert_eq!(json[0]["factors"]["contact.tread"], "elastic");
+    assert!(fs::read_to_string(place.join("s/force_by_contact_tread.svg")).unwrap().contains("bedding"));
+
+    let refused = |arguments: &[&str], word: &str| {
+        let answer = output(place, arguments);
+        let told = text(&answer.stderr);
+        assert!(answer.status.code() == Some(2) && told.contains(word), "{arguments:?}: {told}");
+    };
+    refused(&["scene.toml"], "nothing is varied");
+    refused(&with("contact.tred=elastic,bedding"), "tread");
+    refused(&with("rolling.speed_kmh=80..50:10"), "before it begins");
+    refused(&with("rolling.speed_kmh=50.0..80.5"), "needs steps");
+    refused(&with("road.seed=1,2"), "given twice");
+    refused(&[&with("rolling.speed_kmh=50,80")[..], &["--speed", "50"]].concat(), "the same");
+    refused(&["scene.toml", "--latin-hypercube", "4", "--speed", "50"], "beside seeds");
+}
+
+#[test]
+fn a_latin_hypercube_is_run_and_its_speeds_and_loads_are_those_of_its_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), within(0.4, 0.5)).unwrap();
+    let arguments = [
+        "scene.toml",
+        "--out",
+        "s",
+        "--latin-hypercube",
+        "3",
+        "--design-seed",
+        "5",
+        "--set",
+        "rolling.speed_kmh=50.0..80",
+        "--set",
+        "rolling.axle.load=2500.0..3500",
+    ];
+    let made = output(place, &arguments);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    let mut reader = csv::Reader::from_path(place.join("s/design.csv")).unwrap();
+    assert_eq!(reader.headers().unwrap().iter().take(2).collect::<Vec<_>>(), ["rolling.axle.load", "speed km/h"]);
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let mut speeds: Vec<f64> = rows.iter().map(|row| row[1].parse().unwrap()).collect();
+    speeds.sort_by(f64::total_cmp);
+    speeds.dedup();
+    let parts: Vec<i32> = speeds.iter().map(|speed| ((speed - 50.0) / 10.0).floor() as i32).collect();
+    assert_eq!(parts, [0, 1, 2], "{speeds:?}");
+    for name in fs::read_dir(place.join("s")).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {
+        let wanted = read_summary(&name)["outcome"]["load"]["wanted"].as_f64().unwrap();
+        assert!(name.file_name().unwrap().to_string_lossy().contains(&format!("load={wanted}")), "{}", name.display());
+    }
+}

@@ -100,6 +100,18 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
+    /// An axis of words, at 0, 1, 2, ...
+    pub fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
+        let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, (*word).to_owned())).collect();
+        Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks)
+    }
+
+    /// What a value is called: its tick's label, else the number.
+    pub(super) fn label(&self, value: f64) -> String {
+        let tick = self.ticks.iter().find(|(tick, _)| tick.total_cmp(&value).is_eq());
+        tick.map_or_else(|| four_digits(value), |(_, label)| label.clone())
+    }
+
     /// The axis' title, unit included.
     pub fn title(&self) -> &str {
         &self.title

@@ -1,13 +1,21 @@
-//! One scene at many speeds, loads and roads.
+//! One scene at many speeds, loads, roads and settings.
 //!
-//! 1. [`mod@variants`]: the scenes, checked before anything runs;
-//! 2. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
-//! 3. [`table`]: levels side by side, and how they grow with the speed.
+//! 1. [`factor`] and [`mod@design`]: what is varied, and which of its values are tried together;
+//! 2. [`mod@variants`]: the scenes, checked before anything runs;
+//! 3. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
+//! 4. [`table`]: levels side by side, and how they grow with the speed; [`repeated`]: means over seeds, with their
+//!    confidence, and pictures of what they depend on.
 
+pub mod design;
+pub mod factor;
+pub mod repeated;
 pub mod run;
 pub mod table;
 pub mod variants;
 
+pub use design::Design;
+pub use factor::{Factor, Range};
+pub use repeated::RepeatedTable;
 pub use run::{Done, Outcome, sweep};
 pub use table::{SweepBlock, blocks};
-pub use variants::{Axes, SweepError, Variant, variants};
+pub use variants::{Axes, Choice, SPEED_KEY, SweepError, Variant, variants};

@@ -1,5 +1,7 @@
 //! The levels of a sweep side by side.
 
+use std::collections::BTreeMap;
+
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
 use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::summary::RollingResistance;
@@ -38,7 +40,11 @@ pub struct SweepBlock {
 
 /// The blocks of a sweep, in the order of its variants.
 pub fn blocks(variants: &[Variant], outcomes: &[Outcome]) -> Vec<SweepBlock> {
-    let pairs: Vec<(&Variant, &Outcome)> = variants.iter().zip(outcomes).collect();
+    let mut pairs: Vec<(&Variant, &Outcome)> = variants.iter().zip(outcomes).collect();
+    // A design may have its speeds in any order; the groups keep that in which they begin.
+    let first: BTreeMap<&str, usize> =
+        variants.iter().enumerate().rev().map(|(index, variant)| (variant.group.as_str(), index)).collect();
+    pairs.sort_by_key(|(variant, _)| first.get(variant.group.as_str()));
     let block = |pairs: &[(&Variant, &Outcome)]| {
         let found = pairs.iter().map(|(_, outcome)| outcome.done().cloned().unwrap_or_default()).collect();
         SweepBlock::new(&pairs[0].0.group, pairs.iter().map(|(variant, _)| variant.speed).collect(), found)

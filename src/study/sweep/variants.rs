@@ -7,8 +7,14 @@ use thiserror::Error;
 use toml::{Table, Value};
 
 use crate::plan::Plan;
-use crate::scene::{LoadedScene, Scene, SceneError};
+use crate::scene::{LoadedScene, SceneError, Setting};
 use crate::storage::input::{self, SCENE_BYTES};
+use crate::study::sweep::factor::is_seed;
+
+/// The key of the speed, over which levels grow.
+pub const SPEED_KEY: &str = "rolling.speed_kmh";
+/// Most letters that a value has in the name of a folder.
+const MOST_LETTERS: usize = 40;
 
 /// What is varied; an empty list leaves the scene's own value.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +25,19 @@ pub struct Axes {
     pub loads: Vec<f64>,
     /// Roads: files as in [`variants`].
     pub roads: Vec<PathBuf>,
+    /// Points of a design of other factors: what is set at each.
+    pub points: Vec<Vec<Setting>>,
+}
+
+/// What one variant has of something that is varied.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// The key, or in words.
+    pub factor: String,
+    /// The value.
+    pub value: String,
+    /// Whether results are averaged over it: it is a seed.
+    pub repeats: bool,
 }
 
 /// One scene of a sweep.
@@ -32,8 +51,10 @@ pub struct Variant {
     pub plan: Plan,
     /// Speed \[km/h\].
     pub speed: f64,
-    /// What it has in common with the variants at other speeds: road and load, as far as they are varied.
+    /// What it has in common with the variants at other speeds: road, load and settings, as far as they are varied.
     pub group: String,
+    /// What it has of everything that is varied.
+    pub choices: Vec<Choice>,
 }
 
 /// Why there is no sweep.
@@ -57,7 +78,7 @@ pub enum SweepError {
     },
 }
 
-/// All combinations, speeds innermost. A road is a file:
+/// All combinations, speeds innermost, the points of a design round them. A road is a file:
 /// - `.toml`: the keys of a scene's `[road]`, paths relative to the file;
 /// - `.crg`: OpenCRG; `.npy`: a height map, for a scene whose road is one (its spacings are taken); anything else: a
 ///   profile (`.dat`, `.csv`). If the scene's own road is of the same kind its other keys stay.
@@ -77,43 +98,109 @@ pub fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepEr
     };
     let loads: Vec<Option<f64>> =
         if axes.loads.is_empty() { vec![None] } else { axes.loads.iter().copied().map(Some).collect() };
-    let speeds = if axes.speeds.is_empty() { vec![base.scene.rolling.speed_kmh] } else { axes.speeds.clone() };
+    let speeds: Vec<Option<f64>> =
+        if axes.speeds.is_empty() { vec![None] } else { axes.speeds.iter().copied().map(Some).collect() };
+    let points: &[Vec<Setting>] = if axes.points.is_empty() { &[Vec::new()] } else { &axes.points };
 
     let (mut variants, mut names) = (Vec::new(), BTreeSet::new());
     for road in &roads {
         for load in &loads {
-            for &speed in &speeds {
-                let mut parts: Vec<String> = road.iter().map(|(name, _)| name.clone()).collect();
-                parts.extend(load.map(|load| format!("{load} N")));
-                let group = parts.join(", ");
-                parts.push(format!("{speed} km/h"));
-                let label = parts.join(", ");
-                let mut name = label.replace(" km/h", "kmh").replace(" N", "N").replace(", ", "-");
-                while !names.insert(name.clone()) {
-                    name.push('+');
+            for point in points {
+                for &speed in &speeds {
+                    let made = Combination { road: road.as_ref(), load: *load, point, speed };
+                    variants.push(made.variant(base, scene.clone(), &mut names)?);
                 }
-                let mut scene = scene.clone();
-                if let Some((_, road)) = road {
-                    scene.insert("road".into(), Value::Table(road.clone()));
-                }
-                set(&mut scene, "rolling", "speed_kmh", Value::Float(speed));
-                if let Some(load) = load {
-                    let given = scene.get("rolling").and_then(|rolling| rolling.get("axle")?.as_table());
-                    // A height gives way to the load; what goes with a load stays.
-                    let mut axle = given.filter(|axle| axle.contains_key("load")).cloned().unwrap_or_default();
-                    axle.insert("load".to_owned(), Value::Float(*load));
-                    set(&mut scene, "rolling", "axle", Value::Table(axle));
-                }
-                set(&mut scene, "outputs", "spectra", Value::Boolean(true));
-                scene.insert("title".into(), Value::String(format!("{}: {label}", base.title())));
-                let loaded = Scene::from_str(&scene.to_string(), &name).map_err(failed(&name))?;
-                loaded.check_time_domain().map_err(failed(&name))?;
-                let plan = Plan::of(&loaded).map_err(failed(&name))?;
-                variants.push(Variant { name, loaded, plan, speed, group });
             }
         }
     }
     Ok(variants)
+}
+
+/// One value of everything that is varied.
+struct Combination<'a> {
+    road: Option<&'a (String, Table)>,
+    load: Option<f64>,
+    point: &'a [Setting],
+    speed: Option<f64>,
+}
+
+impl Combination<'_> {
+    /// What is chosen: factors, values and how both are said together.
+    fn choices(&self, speed: f64) -> (Vec<Choice>, Vec<String>) {
+        let (mut choices, mut labels) = (Vec::new(), Vec::new());
+        let mut add = |factor: &str, value: String, label: String| {
+            choices.push(Choice { factor: factor.to_owned(), value, repeats: is_seed(factor) });
+            labels.push(label);
+        };
+        if let Some((name, _)) = self.road {
+            add("road", name.clone(), name.clone());
+        }
+        if let Some(load) = self.load {
+            add("load N", load.to_string(), format!("{load} N"));
+        }
+        let varied_speed = |setting: &&Setting| setting.key() != SPEED_KEY;
+        for setting in self.point.iter().filter(varied_speed) {
+            let (key, value) = (setting.key(), setting.value());
+            let short = key.rsplit('.').next().unwrap_or(key);
+            let namesakes = self.point.iter().filter(|other| other.key().rsplit('.').next() == Some(short)).count();
+            add(key, value.to_owned(), format!("{}={value}", if namesakes > 1 { key } else { short }));
+        }
+        if self.speed.is_some() || self.point.iter().any(|setting| setting.key() == SPEED_KEY) {
+            add("speed km/h", speed.to_string(), format!("{speed} km/h"));
+        }
+        (choices, labels)
+    }
+
+    /// Its scene, made from the given keys of the sweep's.
+    fn variant(
+        &self,
+        base: &LoadedScene,
+        mut scene: Table,
+        names: &mut BTreeSet<String>,
+    ) -> Result<Variant, SweepError> {
+        let settled = self.point.iter().find(|setting| setting.key() == SPEED_KEY);
+        let settled = settled.and_then(|setting| setting.value().parse().ok());
+        let speed = self.speed.or(settled).unwrap_or(base.scene.rolling.speed_kmh);
+        let (choices, mut labels) = self.choices(speed);
+        let grouped = labels.len() - usize::from(choices.last().is_some_and(|last| last.factor == "speed km/h"));
+        let group = labels[..grouped].join(", ");
+        if grouped == labels.len() {
+            labels.push(format!("{speed} km/h"));
+        }
+        let name = unique_name(&labels, names);
+        if let Some((_, road)) = self.road {
+            scene.insert("road".into(), Value::Table(road.clone()));
+        }
+        set(&mut scene, "rolling", "speed_kmh", Value::Float(speed));
+        if let Some(load) = self.load {
+            let given = scene.get("rolling").and_then(|rolling| rolling.get("axle")?.as_table());
+            // A height gives way to the load; what goes with a load stays.
+            let mut axle = given.filter(|axle| axle.contains_key("load")).cloned().unwrap_or_default();
+            axle.insert("load".to_owned(), Value::Float(load));
+            set(&mut scene, "rolling", "axle", Value::Table(axle));
+        }
+        set(&mut scene, "outputs", "spectra", Value::Boolean(true));
+        scene.insert("title".into(), Value::String(format!("{}: {}", base.title(), labels.join(", "))));
+        let failed = |source| SweepError::Scene { name: name.clone(), source };
+        let loaded = base.varied(scene.to_string(), &name, self.point).map_err(failed)?;
+        loaded.check_time_domain().map_err(failed)?;
+        let plan = Plan::of(&loaded).map_err(failed)?;
+        Ok(Variant { name, loaded, plan, speed, group, choices })
+    }
+}
+
+/// The name of a folder, after the labels of what is varied; signs that a folder's name should not have give way.
+fn unique_name(labels: &[String], names: &mut BTreeSet<String>) -> String {
+    let sign = |sign: char| if sign.is_alphanumeric() || "+-_.=".contains(sign) { sign } else { '_' };
+    let part = |label: &String| -> String {
+        let label = label.replace(" km/h", "kmh").replace(" N", "N");
+        label.chars().map(|letter| if letter == ' ' { letter } else { sign(letter) }).take(MOST_LETTERS).collect()
+    };
+    let mut name = labels.iter().map(part).collect::<Vec<_>>().join("-");
+    while !names.insert(name.clone()) {
+        name.push('+');
+    }
+    name
 }
 
 fn set(scene: &mut Table, table: &str, key: &str, value: Value) {
@@ -167,7 +254,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::scene::{AtEnd, Axle, PLATE, Road};
+    use crate::scene::{AtEnd, Axle, PLATE, Road, Scene};
     use crate::test_models::edit;
 
     fn base() -> LoadedScene {
@@ -186,7 +273,7 @@ mod tests {
             file("crossing.toml", "kind = \"profile\"\nfile = \"a.dat\"\nat_end = \"repeat\""),
             file("stone.crg", ""),
         ];
-        let axes = Axes { speeds: vec![50.0, 62.5], loads: vec![3000.0, 4000.0], roads };
+        let axes = Axes { speeds: vec![50.0, 62.5], loads: vec![3000.0, 4000.0], roads, ..Axes::default() };
         let made = variants(&base(), &axes).unwrap();
         assert_eq!(made.len(), 12);
         assert_eq!(made[0].name, "smooth-3000N-50kmh");
@@ -214,6 +301,40 @@ mod tests {
             assert_eq!(found.choices, alone.choices, "{speed}");
         }
         assert_ne!(made[0].plan.scene.numerics.elements, made[2].plan.scene.numerics.elements);
+    }
+
+    #[test]
+    fn settings_are_put_into_scenes_and_named_and_their_mistakes_told() {
+        let point = |texts: &[&str]| texts.iter().map(|text| Setting::parse(text).unwrap()).collect::<Vec<_>>();
+        let axes = Axes {
+            speeds: vec![50.0, 80.0],
+            points: vec![point(&["road.seed=3", "contact.tread=bedding"])],
+            ..Axes::default()
+        };
+        let made = variants(&base(), &axes).unwrap();
+        assert_eq!((made.len(), made[1].name.as_str()), (2, "seed=3-tread=bedding-80kmh"));
+        assert_eq!(made[1].group, "seed=3, tread=bedding");
+        let told: Vec<(&str, &str, bool)> = made[1]
+            .choices
+            .iter()
+            .map(|choice| (choice.factor.as_str(), choice.value.as_str(), choice.repeats))
+            .collect();
+        assert_eq!(told, [("road.seed", "3", true), ("contact.tread", "bedding", false), ("speed km/h", "80", false)]);
+        assert!(matches!(&made[1].loaded.scene.road, Road::Made(road) if road.seed == 3));
+        // What a task takes along is the whole scene.
+        let again = made[1].loaded.given().unwrap().to_string();
+        assert_eq!(Scene::from_str(&again, "again").unwrap().scene, made[1].loaded.scene);
+        let driven = Axes { points: vec![point(&["rolling.speed_kmh=62.5"])], ..Axes::default() };
+        let made = variants(&base(), &driven).unwrap();
+        assert!((made[0].speed - 62.5).abs() < 1e-12 && made[0].name == "62.5kmh" && made[0].group.is_empty());
+        let long = "x".repeat(100);
+        let named = Axes { points: vec![point(&[&format!("title=a/{long}")])], ..Axes::default() };
+        assert!(variants(&base(), &named).unwrap()[0].name.len() < 60);
+        for (text, word) in [("rolling.sped_kmh=1", "speed_kmh"), ("road.seed=-1", "--set road.seed")] {
+            let wrong = Axes { points: vec![point(&[text])], ..Axes::default() };
+            let SweepError::Scene { source, .. } = variants(&base(), &wrong).unwrap_err() else { panic!("{text}") };
+            assert!(source.render(false).contains(word), "{text}: {}", source.render(false));
+        }
     }
 
     #[test]

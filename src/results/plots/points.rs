@@ -1,0 +1,105 @@
+//! Points with intervals over common axes.
+
+use plotters::style::WHITE;
+
+use super::axis::{Axis, four_digits};
+use super::canvas::{Form, Frame, Grid, MARK, PlotError, draw, legend_width};
+use super::colour;
+
+/// Half the width of an interval's ends in drawn units, and of the place that tells a point's value.
+const SERIF: i32 = 14;
+const REACH: i32 = 20;
+
+/// Points of one kind.
+#[derive(Clone, Debug)]
+pub struct PointSeries<'a> {
+    /// Name in the legend; empty: not listed.
+    pub name: &'a str,
+    /// Places, values and half the width of each value's interval, in the units of the axes.
+    pub points: Vec<(f64, f64, f64)>,
+}
+
+/// A plot of points; where several share a place a line goes through their means.
+#[derive(Clone, Debug)]
+pub struct PointPlot<'a> {
+    /// Title over the picture.
+    pub title: &'a str,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// The points.
+    pub series: Vec<PointSeries<'a>>,
+}
+
+impl PointPlot<'_> {
+    /// The picture as SVG.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`].
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        let listed: Vec<(usize, &str)> =
+            self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
+        let frame = Frame::of(85..765, 50..490);
+        let at = |x: f64, y: f64| (frame.across(self.x.place(x)), frame.up(self.y.place(y)));
+        draw("points", (790 + legend_width(listed.iter().map(|(_, name)| *name)), 550), "", |sheet| {
+            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
+            for (index, series) in self.series.iter().enumerate() {
+                let colour = colour::line(index);
+                let means = series.means();
+                if means.len() < series.points.len() && means.len() > 1 {
+                    sheet.line(means.iter().map(|&(x, y)| at(x, y)).collect(), colour, 1.75);
+                }
+                for &(x, y, half) in &series.points {
+                    let (place, low, high) = (at(x, y), at(x, y - half), at(x, y + half));
+                    if half > 0.0 {
+                        sheet.line(vec![low, high], colour, 1.0);
+                        for (end, up) in [low, high] {
+                            sheet.line(vec![(end - SERIF, up), (end + SERIF, up)], colour, 1.0);
+                        }
+                    }
+                    sheet.mark(place, Form::of_curve(index), MARK, colour, WHITE);
+                    let interval = if half > 0.0 { format!(" \u{b1} {}", four_digits(half)) } else { String::new() };
+                    let named = if series.name.is_empty() { self.y.title() } else { series.name };
+                    let text =
+                        format!("{}: {}\n{named}: {}{interval}", self.x.title(), self.x.label(x), four_digits(y));
+                    sheet.value(place.0 - REACH..place.0 + REACH, &(place.1 - REACH..place.1 + REACH), &text);
+                }
+            }
+            sheet.frame(&frame);
+            for (row, (index, name)) in listed.into_iter().enumerate() {
+                sheet.legend_entry(&frame, row, name, colour::line(index), Some((Form::of_curve(index), WHITE)));
+            }
+        })
+    }
+}
+
+impl PointSeries<'_> {
+    /// The mean value at every place, from the left.
+    fn means(&self) -> Vec<(f64, f64)> {
+        let mut points = self.points.clone();
+        points.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let mean = |points: &[(f64, f64, f64)]| {
+            (points[0].0, points.iter().map(|point| point.1).sum::<f64>() / points.len() as f64)
+        };
+        points.chunk_by(|one, other| one.0.total_cmp(&other.0).is_eq()).map(mean).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_have_intervals_values_and_a_line_through_their_means() {
+        let points = vec![(0.0, 1.0, 0.5), (1.0, 4.0, 0.0), (0.0, 3.0, 0.0)];
+        let series = PointSeries { name: "beside", points };
+        assert_eq!(series.means(), [(0.0, 2.0), (1.0, 4.0)]);
+        let (x, y) = (Axis::of_words("tread", &["elastic", "bedding"]), Axis::linear("Level [dB]", 0.0..5.0));
+        let svg = PointPlot { title: "t", x, y, series: vec![series] }.to_svg().unwrap();
+        for text in ["elastic", "bedding", "beside", "tread: elastic\nbeside: 1.000 \u{b1} 0.5000"] {
+            assert!(svg.contains(text), "{text}: {svg}");
+        }
+        assert_eq!(svg.matches("<title>").count(), 3);
+    }
+}

@@ -1,0 +1,204 @@
+//! What is varied: a key of the scene and its values.
+
+use std::str::FromStr;
+
+use crate::scene::Setting;
+
+/// Most values that one range may stand for; a slip of the finger must not start a million runs.
+const MOST_VALUES: usize = 1000;
+/// What is said of a range without steps.
+pub(super) const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin-hypercube does without";
+
+/// A key of a scene that is varied.
+#[derive(Clone, Debug)]
+pub struct Factor {
+    /// The key, such as `road.seed`.
+    pub key: String,
+    /// What it takes.
+    pub values: Values,
+}
+
+/// The values of a factor.
+#[derive(Clone, Debug)]
+pub enum Values {
+    /// These, in this order.
+    Listed(Vec<Setting>),
+    /// Any between two ends.
+    Between(f64, f64),
+}
+
+/// A range from one number to another.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Range {
+    /// In equal steps, both ends included; as text, so that whole numbers stay whole.
+    Steps(Vec<String>),
+    /// Without steps.
+    Between(f64, f64),
+}
+
+impl Values {
+    /// The values of a list as given.
+    ///
+    /// # Errors
+    /// In words, for a range without steps.
+    pub fn texts(&self) -> Result<Vec<&str>, String> {
+        match self {
+            Self::Listed(values) => Ok(values.iter().map(Setting::value).collect()),
+            Self::Between(..) => Err(NEEDS_STEPS.to_owned()),
+        }
+    }
+}
+
+impl Factor {
+    /// Of a setting whose value is a [`Range`] or a list `A,B,C`; `None` for any other, a text in quotes among them.
+    ///
+    /// # Errors
+    /// In words, for a range that is none and a value that is given twice.
+    pub fn of(setting: &Setting) -> Result<Option<Self>, String> {
+        let key = setting.key();
+        let Some(text) = setting.plain_text() else { return Ok(None) };
+        let listed = |texts: &mut dyn Iterator<Item = &str>| -> Result<Values, String> {
+            let mut seen = Vec::new();
+            let one = |text: &str| {
+                if seen.iter().any(|earlier| earlier == text) {
+                    return Err(format!("--set {key}: {text} is given twice"));
+                }
+                seen.push(text.to_owned());
+                Setting::parse(&format!("{key}={text}"))
+            };
+            texts.map(one).collect::<Result<_, _>>().map(Values::Listed)
+        };
+        let values = match Range::parse(text) {
+            Some(range) => match range.map_err(|problem| format!("--set {key}: {problem}"))? {
+                Range::Steps(texts) => listed(&mut texts.iter().map(String::as_str))?,
+                Range::Between(from, to) => Values::Between(from, to),
+            },
+            None if text.contains(',') => listed(&mut text.split(',').map(str::trim))?,
+            None => return Ok(None),
+        };
+        Ok(Some(Self { key: key.to_owned(), values }))
+    }
+
+    /// Whether its values are draws of the same thing, over which results are averaged: those of a seed.
+    pub fn repeats(&self) -> bool {
+        is_seed(&self.key)
+    }
+
+    /// The value at a place of \[0, 1): of a list that whose equal share the place lies in.
+    ///
+    /// # Errors
+    /// As [`Setting::parse`].
+    pub fn at(&self, place: f64) -> Result<Setting, String> {
+        match &self.values {
+            Values::Listed(values) => {
+                let index = (place * values.len() as f64) as usize;
+                Ok(values[index.min(values.len() - 1)].clone())
+            }
+            Values::Between(from, to) => {
+                // Six digits tell any two of a design apart and can be read.
+                let value = shortest(from + place * (to - from), 6);
+                Setting::parse(&format!("{}={value:?}", self.key))
+            }
+        }
+    }
+}
+
+/// Whether a key is that of a seed.
+pub fn is_seed(key: &str) -> bool {
+    key.rsplit('.').next() == Some("seed")
+}
+
+impl Range {
+    /// `FROM..TO:STEP`, or `FROM..TO` of whole numbers, which go in steps of 1, or of others, which has no steps.
+    /// `None` for what does not begin with a number and two points.
+    pub fn parse(text: &str) -> Option<Result<Self, String>> {
+        let (from, rest) = text.split_once("..")?;
+        let start = number(from).ok()?;
+        Some(Self::from(from.trim(), start, rest))
+    }
+
+    fn from(from: &str, start: f64, rest: &str) -> Result<Self, String> {
+        let (to, step) = rest.split_once(':').map_or((rest, None), |(to, step)| (to, Some(step)));
+        let end = number(to)?;
+        let whole = |text: &str| i64::from_str(text.trim()).is_ok();
+        if end < start {
+            return Err(format!("the range ends at {end}, before it begins at {start}"));
+        }
+        let width = match step {
+            Some(step) => number(step)?,
+            None if whole(from) && whole(to) => 1.0,
+            None => return Ok(Self::Between(start, end)),
+        };
+        if width <= 0.0 {
+            return Err(format!("the step {width} is not a positive number"));
+        }
+        // An end that is missed by rounding only is meant to be there.
+        let steps = ((end - start) / width * (1.0 + 1e-12) + 1e-9).floor();
+        if steps >= MOST_VALUES as f64 {
+            return Err(format!("{} values are more than {MOST_VALUES}: choose a larger step", steps + 1.0));
+        }
+        let whole = whole(from) && step.is_none_or(whole);
+        let text = |index: u32| {
+            let value = shortest(start + f64::from(index) * width, 12);
+            if whole { format!("{value}") } else { format!("{value:?}") }
+        };
+        Ok(Self::Steps((0..=steps as u32).map(text).collect()))
+    }
+}
+
+/// A finite number.
+fn number(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let told = || format!("\"{text}\" is not a number: a range is FROM..TO:STEP, such as 50..130:10");
+    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(told)
+}
+
+/// The number with so many digits that is next to a value.
+fn shortest(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Result<Option<Vec<String>>, String> {
+        let found = Factor::of(&Setting::parse(text)?)?;
+        Ok(found.map(|factor| match factor.values {
+            Values::Listed(values) => values.iter().map(|value| value.value().to_owned()).collect(),
+            Values::Between(from, to) => vec![format!("between {from} and {to}")],
+        }))
+    }
+
+    #[test]
+    fn ranges_and_lists_are_factors_and_all_else_is_a_setting() {
+        let listed = |text: &str| of(text).unwrap().unwrap();
+        assert_eq!(listed("road.seed=1..3"), ["1", "2", "3"]);
+        assert_eq!(listed("rolling.speed_kmh=50..79:10"), ["50", "60", "70"]);
+        assert_eq!(listed("x.y=1..1.3:0.1"), ["1.0", "1.1", "1.2", "1.3"], "the end is there in spite of rounding");
+        assert_eq!(listed("x.y=-0.2..0:0.1"), ["-0.2", "-0.1", "0.0"]);
+        assert_eq!(listed("contact.tread=elastic, bedding"), ["elastic", "bedding"]);
+        assert_eq!(listed("x.y=1,2.5"), ["1", "2.5"]);
+        assert_eq!(listed("x.y=1.0..2"), ["between 1 and 2"]);
+        for text in ["x.y=80", "title=\"a, b\"", "road.file=../a.dat", "numerics.preset=draft", "x=[1, 2]", "x=a..b"] {
+            assert_eq!(of(text), Ok(None), "{text}");
+        }
+    }
+
+    #[test]
+    fn bad_ranges_are_answered() {
+        for (text, word) in [
+            ("x.y=130..50:10", "before it begins"),
+            ("x.y=50..130:0", "not a positive number"),
+            ("x.y=50..130:-10", "not a positive number"),
+            ("x.y=50..fast:10", "\"fast\""),
+            ("x.y=50..130:", "\"\""),
+            ("x.y=1..inf:1", "\"inf\""),
+            ("x.y=1..100000", "larger step"),
+            ("x.y=50,80,50", "given twice"),
+        ] {
+            let error = of(text).unwrap_err();
+            assert!(error.contains(word) && error.contains("--set x.y"), "{text}: {error}");
+        }
+    }
+}

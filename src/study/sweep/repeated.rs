@@ -1,0 +1,288 @@
+//! What a sweep of settings has found: means over seeds with their 95 % confidence, for every combination of the rest.
+//!
+//! With n values x_i of mean m, s^2 = sum (x_i - m)^2/(n - 1) and t the two-sided 95 % quantile of Student's
+//! distribution for n - 1 degrees of freedom, the mean of endless draws lies within m +- t s/sqrt(n) in 19 of 20 cases.
+//! Levels are averaged as levels.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use crate::numeric::quantile_of_student;
+use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
+use crate::results::spectra::FORCE_LEVEL;
+use crate::results::table::{self, Report, aligned};
+use crate::study::sweep::run::{Done, Outcome};
+use crate::study::sweep::variants::{Choice, Variant};
+
+/// The quantity that all bands make together.
+const OVERALL: &str = "force, all bands";
+/// Units.
+const FORCE_UNIT: &str = "dB re 1 N";
+const SOUND_UNIT: &str = "dB(A)";
+
+/// A mean over seeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mean {
+    /// How many values there are.
+    pub runs: usize,
+    /// Their mean.
+    pub mean: f64,
+    /// Half the width of its 95 % interval; `None` for a single value.
+    pub interval: Option<f64>,
+    /// The lowest.
+    pub lowest: f64,
+    /// The highest.
+    pub highest: f64,
+}
+
+impl Mean {
+    /// Of values; `None` without a finite one.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+        let (first, count) = (*values.first()?, values.len() as f64);
+        let mean = values.iter().sum::<f64>() / count;
+        let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+        let interval =
+            quantile_of_student(values.len() - 1).map(|quantile| quantile * (squares / (count - 1.0) / count).sqrt());
+        let fold = |least: fn(f64, f64) -> f64| values.iter().copied().fold(first, least);
+        Some(Self { runs: values.len(), mean, interval, lowest: fold(f64::min), highest: fold(f64::max) })
+    }
+
+    /// `70.12 +- 0.31`.
+    fn text(&self, decimals: usize) -> String {
+        let interval = self.interval.map_or_else(String::new, |interval| format!(" +- {interval:.decimals$}"));
+        format!("{:.decimals$}{interval}", self.mean)
+    }
+}
+
+/// Something that is found in every run.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Quantity {
+    /// What comes first in tables.
+    rank: (u8, i32),
+    name: String,
+    unit: &'static str,
+}
+
+/// One combination of what is varied, seeds left out.
+#[derive(Clone, Debug)]
+pub struct RepeatedRow {
+    /// Values, in the order of the table's factors.
+    pub values: Vec<String>,
+    /// How many runs were asked for.
+    pub planned: usize,
+    means: BTreeMap<Quantity, Mean>,
+}
+
+/// A combination, how many runs it was to have, and what they have found.
+type Values = (Vec<String>, usize, BTreeMap<Quantity, Vec<f64>>);
+
+/// What was found.
+#[derive(Clone, Debug, Default)]
+pub struct RepeatedTable {
+    /// What is varied, seeds left out.
+    pub factors: Vec<String>,
+    /// The combinations, in the order of the sweep.
+    pub rows: Vec<RepeatedRow>,
+    quantities: Vec<Quantity>,
+}
+
+impl RepeatedTable {
+    /// Of a sweep's variants and how they ended.
+    pub fn new(variants: &[Variant], outcomes: &[Outcome]) -> Self {
+        let kept = |variant: &Variant| -> Vec<Choice> {
+            variant.choices.iter().filter(|choice| !choice.repeats).cloned().collect()
+        };
+        let factors = variants.first().map(kept).unwrap_or_default().into_iter().map(|choice| choice.factor).collect();
+        let mut order: BTreeMap<Vec<String>, usize> = BTreeMap::new();
+        let mut found: Vec<Values> = Vec::new();
+        for (variant, outcome) in variants.iter().zip(outcomes) {
+            let values: Vec<String> = kept(variant).into_iter().map(|choice| choice.value).collect();
+            let row = *order.entry(values.clone()).or_insert_with(|| {
+                found.push((values, 0, BTreeMap::new()));
+                found.len() - 1
+            });
+            found[row].1 += 1;
+            for (quantity, value) in outcome.done().map(quantities).unwrap_or_default() {
+                found[row].2.entry(quantity).or_default().push(value);
+            }
+        }
+        let row = |(values, planned, found): Values| {
+            let mean = |(quantity, values): (Quantity, Vec<f64>)| Some((quantity, Mean::of(values)?));
+            RepeatedRow { values, planned, means: found.into_iter().filter_map(mean).collect() }
+        };
+        let rows: Vec<RepeatedRow> = found.into_iter().map(row).collect();
+        let mut quantities: Vec<Quantity> = rows.iter().flat_map(|row| row.means.keys().cloned()).collect();
+        quantities.sort_unstable();
+        quantities.dedup();
+        Self { factors, rows, quantities }
+    }
+
+    /// For people: a line per combination, third octaves left to the files.
+    pub fn report(&self) -> Report {
+        let shown: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 < BAND).collect();
+        let titles = shown.iter().map(|quantity| format!("{}, {}", quantity.name, quantity.unit));
+        let header = self.factors.iter().cloned().chain(["runs".to_owned()]).chain(titles);
+        let row = |row: &RepeatedRow| -> Vec<String> {
+            let cell = |quantity: &&Quantity| {
+                let decimals = if quantity.rank.0 == RESISTANCE { 5 } else { 2 };
+                row.means.get(*quantity).map_or("-".to_owned(), |mean| mean.text(decimals))
+            };
+            let runs = row.means.values().map(|mean| mean.runs).max().unwrap_or(0);
+            let runs = if runs == row.planned { runs.to_string() } else { format!("{runs} of {}", row.planned) };
+            row.values.iter().cloned().chain([runs]).chain(shown.iter().map(cell)).collect()
+        };
+        let mut report = Report::default();
+        report.table(aligned(header, self.rows.iter().map(row)));
+        if self.rows.iter().any(|row| row.means.values().any(|mean| mean.interval.is_some())) {
+            report.text("means over seeds +- half of their 95 % interval\n");
+        }
+        report
+    }
+
+    /// Every mean, with the columns that say which.
+    fn lines(&self) -> impl Iterator<Item = (&RepeatedRow, &Quantity, &Mean)> {
+        self.rows.iter().flat_map(|row| row.means.iter().map(move |(quantity, mean)| (row, quantity, mean)))
+    }
+
+    /// Every mean as CSV: the factors, quantity, unit, runs, mean, half its 95 % interval, lowest and highest value.
+    pub fn csv(&self) -> String {
+        let columns = ["quantity", "unit", "runs", "mean", "interval_95", "lowest", "highest"];
+        let header = self.factors.iter().cloned().chain(columns.map(str::to_owned));
+        let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| -> Vec<String> {
+            let interval = mean.interval.map_or_else(String::new, |interval| interval.to_string());
+            let [middle, lowest, highest] = [mean.mean, mean.lowest, mean.highest].map(|number| number.to_string());
+            let names = [quantity.name.clone(), quantity.unit.to_owned(), mean.runs.to_string()];
+            row.values.iter().cloned().chain(names).chain([middle, interval, lowest, highest]).collect()
+        };
+        table::csv(header, self.lines().map(line))
+    }
+
+    /// The same as JSON: an array of objects.
+    pub fn to_json(&self) -> Value {
+        let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| {
+            let factors: serde_json::Map<String, Value> = self
+                .factors
+                .iter()
+                .cloned()
+                .zip(row.values.iter().map(|value| match value.parse::<f64>() {
+                    Ok(number) => json!(number),
+                    Err(_) => json!(value),
+                }))
+                .collect();
+            json!({
+                "factors": factors, "quantity": quantity.name, "unit": quantity.unit, "runs": mean.runs,
+                "mean": mean.mean, "interval_95": mean.interval, "lowest": mean.lowest, "highest": mean.highest,
+            })
+        };
+        self.lines().map(line).collect()
+    }
+
+    /// Levels against each factor that takes more than one value, as name of a file and picture: a point with its
+    /// interval for every combination, and a line through the means where values occur more than once.
+    ///
+    /// # Errors
+    /// [`PlotError`].
+    pub fn plots(&self, title: &str) -> Result<Vec<(String, String)>, PlotError> {
+        let mut plots = Vec::new();
+        for (column, factor) in self.factors.iter().enumerate() {
+            for (name, axis, rank) in [("force", FORCE_LEVEL, FORCE), ("sound", "Level [dB(A)]", SOUND)] {
+                let drawn: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 == rank).collect();
+                let labels = self.labels(column);
+                if labels.len() < 2 || drawn.is_empty() {
+                    continue;
+                }
+                let (x, places) = axis_of(factor, &labels);
+                let series: Vec<PointSeries<'_>> = drawn
+                    .iter()
+                    .map(|quantity| {
+                        let point = |row: &RepeatedRow| {
+                            let mean = row.means.get(*quantity)?;
+                            let place = labels.iter().position(|label| *label == row.values[column])?;
+                            Some((places[place], mean.mean, mean.interval.unwrap_or(0.0)))
+                        };
+                        let points: Vec<(f64, f64, f64)> = self.rows.iter().filter_map(point).collect();
+                        PointSeries { name: if rank == SOUND { &quantity.name } else { "" }, points }
+                    })
+                    .collect();
+                let ends = series.iter().flat_map(|series| &series.points);
+                let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
+                let y = Axis::linear_around(axis, ends);
+                let title = &format!("{axis} against {factor}: {title}");
+                let svg = PointPlot { title, x, y, series }.to_svg()?;
+                let file: String = factor.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
+                plots.push((format!("{name}_by_{file}.svg"), svg));
+            }
+        }
+        Ok(plots)
+    }
+
+    /// A factor's values, each once.
+    fn labels(&self, column: usize) -> Vec<&str> {
+        let mut labels: Vec<&str> = Vec::new();
+        for row in &self.rows {
+            if !labels.contains(&row.values[column].as_str()) {
+                labels.push(&row.values[column]);
+            }
+        }
+        labels
+    }
+}
+
+/// Ranks of quantities.
+const FORCE: u8 = 0;
+const SOUND: u8 = 1;
+const RESISTANCE: u8 = 2;
+const BAND: u8 = 3;
+
+/// What a run has found; of bands those that it vouches for.
+fn quantities(done: &Done) -> Vec<(Quantity, f64)> {
+    let mut found = Vec::new();
+    let mut add = |rank: (u8, i32), name: &str, unit, value| {
+        found.push((Quantity { rank, name: name.to_owned(), unit }, value));
+    };
+    let known = || done.levels.iter().filter(|level| level.valid);
+    let power: f64 = known().map(|level| 10.0_f64.powf(0.1 * level.level)).sum();
+    if power > 0.0 {
+        add((FORCE, 0), OVERALL, FORCE_UNIT, 10.0 * power.log10());
+    }
+    for (index, (name, level)) in done.sound.iter().enumerate() {
+        add((SOUND, index as i32), name, SOUND_UNIT, *level);
+    }
+    if let Some(resistance) = done.rolling_resistance {
+        add((RESISTANCE, 0), "rolling resistance", "coefficient", resistance.coefficient);
+    }
+    for level in known() {
+        add((BAND, level.band.0), &format!("force, {} Hz", level.band.nominal_frequency()), FORCE_UNIT, level.level);
+    }
+    found
+}
+
+/// An axis for a factor, and where its values lie on it: numbers at their place, words one beside the other.
+fn axis_of(factor: &str, labels: &[&str]) -> (Axis, Vec<f64>) {
+    let numbers: Option<Vec<f64>> = labels.iter().map(|label| label.parse().ok()).collect();
+    match numbers {
+        Some(places) => (Axis::linear_around(factor, places.iter().copied()), places),
+        None => (Axis::of_words(factor, labels), (0..labels.len()).map(|index| index as f64).collect()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_has_the_interval_of_the_tables() {
+        // By hand: mean 2, s = 1, t = 4.303 for two degrees of freedom.
+        let mean = Mean::of([1.0, 2.0, 3.0, f64::NEG_INFINITY]).unwrap();
+        assert_eq!(
+            (mean.runs, mean.lowest.to_bits(), mean.highest.to_bits()),
+            (3, 1.0_f64.to_bits(), 3.0_f64.to_bits())
+        );
+        assert!((mean.mean - 2.0).abs() < 1e-15 && (mean.interval.unwrap() - 4.303 / 3.0_f64.sqrt()).abs() < 1e-3);
+        assert_eq!(Mean::of([5.0]).unwrap().interval, None);
+        assert_eq!(Mean::of([]), None);
+        assert_eq!(mean.text(1), "2.0 +- 2.5");
+    }
+}

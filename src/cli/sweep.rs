@@ -13,7 +13,8 @@ use tyrewave::run::RunError;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
 use tyrewave::study::sweep::{
-    Axes, Design, Factor, Outcome, Range, RepeatedTable, SPEED_KEY, SweepBlock, Variant, blocks, sweep, variants,
+    Axes, Design, Done, Factor, Label, Outcome, Range, RepeatedTable, SPEED_KEY, SweepBlock, Variant, blocks, sweep,
+    variants,
 };
 
 use super::context::{Context, print};
@@ -172,8 +173,13 @@ impl SweepArguments {
         let mut progress = context.progress();
         let outcomes = sweep(&variants, &folder, context.threads, context.interrupt.flag(), &mut progress);
         drop(progress);
-        let blocks = blocks(&variants, &outcomes);
-        let repeated = (!axes.points.is_empty()).then(|| RepeatedTable::new(&variants, &outcomes));
+        let runs: Vec<(Label, Option<Done>)> = variants
+            .iter()
+            .zip(&outcomes)
+            .map(|(variant, outcome)| (variant.label.clone(), outcome.done().cloned()))
+            .collect();
+        let blocks = blocks(&runs);
+        let repeated = RepeatedTable::new(&runs);
         let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
         let write = |name: &str, text: &str| {
             let path = folder.join(name);
@@ -197,7 +203,7 @@ impl SweepArguments {
             if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {}", base.title()))? {
                 write(GROWTH, &svg)?;
             }
-            let spectra = spectra(&variants, &outcomes);
+            let spectra = spectra(&runs);
             // More cannot be told apart in one picture.
             if !spectra.is_empty() && (repeated.is_none() || spectra.len() <= MOST_SPECTRA) {
                 let quantity = FORCE_LEVEL;
@@ -232,12 +238,10 @@ fn side_by_side(blocks: &[SweepBlock]) -> Report {
 }
 
 /// Names and levels of the variants that have any.
-fn spectra<'a>(variants: &'a [Variant], outcomes: &'a [Outcome]) -> Vec<(&'a str, &'a [BandLevel])> {
-    let levels = |outcome: &'a Outcome| outcome.done().map(|done| done.levels.as_slice());
-    let named = variants.iter().zip(outcomes).filter_map(|(variant, outcome)| {
-        levels(outcome).filter(|levels| !levels.is_empty()).map(|levels| (variant.name.as_str(), levels))
-    });
-    named.collect()
+fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
+    let done = runs.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
+    let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));
+    levels.filter(|(_, levels)| !levels.is_empty()).collect()
 }
 
 /// Reports what failed; an error unless all variants are done, each under its load.
@@ -250,10 +254,10 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
                     RunError::Scene(error) => error.render(colour),
                     other => other.to_string(),
                 };
-                tell(&format!("{}: {message}", variant.name));
-                failed.push(variant.name.clone());
+                tell(&format!("{}: {message}", variant.label.name));
+                failed.push(variant.label.name.clone());
             }
-            Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.name.clone()),
+            Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.label.name.clone()),
             Outcome::Done(_) | Outcome::Stopped => {}
         }
     }

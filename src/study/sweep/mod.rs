@@ -18,4 +18,4 @@ pub use factor::{Factor, Range};
 pub use repeated::RepeatedTable;
 pub use run::{Done, Outcome, sweep};
 pub use table::{SweepBlock, blocks};
-pub use variants::{Axes, Choice, SPEED_KEY, SweepError, Variant, variants};
+pub use variants::{Axes, Choice, Label, SPEED_KEY, SweepError, Variant, variants};

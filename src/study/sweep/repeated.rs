@@ -12,8 +12,8 @@ use crate::numeric::quantile_of_student;
 use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::table::{self, Report, aligned};
-use crate::study::sweep::run::{Done, Outcome};
-use crate::study::sweep::variants::{Choice, Variant};
+use crate::study::sweep::run::Done;
+use crate::study::sweep::variants::Label;
 
 /// The quantity that all bands make together.
 const OVERALL: &str = "force, all bands";
@@ -89,22 +89,21 @@ pub struct RepeatedTable {
 }
 
 impl RepeatedTable {
-    /// Of a sweep's variants and how they ended.
-    pub fn new(variants: &[Variant], outcomes: &[Outcome]) -> Self {
-        let kept = |variant: &Variant| -> Vec<Choice> {
-            variant.choices.iter().filter(|choice| !choice.repeats).cloned().collect()
-        };
-        let factors = variants.first().map(kept).unwrap_or_default().into_iter().map(|choice| choice.factor).collect();
+    /// Of a sweep's variants and what each has found; `None` where nothing but road, load and speed is varied.
+    pub fn new(runs: &[(Label, Option<Done>)]) -> Option<Self> {
+        let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
+        let (first, _) = runs.first().filter(|(label, _)| label.is_of_a_design())?;
+        let factors = kept(first).into_iter().map(|choice| choice.factor).collect();
         let mut order: BTreeMap<Vec<String>, usize> = BTreeMap::new();
         let mut found: Vec<Values> = Vec::new();
-        for (variant, outcome) in variants.iter().zip(outcomes) {
-            let values: Vec<String> = kept(variant).into_iter().map(|choice| choice.value).collect();
+        for (label, done) in runs {
+            let values: Vec<String> = kept(label).into_iter().map(|choice| choice.value).collect();
             let row = *order.entry(values.clone()).or_insert_with(|| {
                 found.push((values, 0, BTreeMap::new()));
                 found.len() - 1
             });
             found[row].1 += 1;
-            for (quantity, value) in outcome.done().map(quantities).unwrap_or_default() {
+            for (quantity, value) in done.as_ref().map(quantities).unwrap_or_default() {
                 found[row].2.entry(quantity).or_default().push(value);
             }
         }
@@ -116,7 +115,7 @@ impl RepeatedTable {
         let mut quantities: Vec<Quantity> = rows.iter().flat_map(|row| row.means.keys().cloned()).collect();
         quantities.sort_unstable();
         quantities.dedup();
-        Self { factors, rows, quantities }
+        Some(Self { factors, rows, quantities })
     }
 
     /// For people: a line per combination, third octaves left to the files.

@@ -162,7 +162,7 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
 
 /// The levels of a variant that an earlier sweep has finished: the same scene, version and road file.
 fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
-    let folder = target.join(&variant.name);
+    let folder = target.join(&variant.label.name);
     // What cannot be put in order is told when the variant is run.
     let _ = ResultsFolder::put_in_order(&folder);
     let summary = read_summary(&folder)?;
@@ -195,8 +195,8 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
     if stop.load(Ordering::Relaxed) {
         return Outcome::Stopped;
     }
-    let target = target.join(&variant.name);
-    let mut progress = VariantProgress { name: &variant.name, watch, done: 0, time_step: 0.0 };
+    let target = target.join(&variant.label.name);
+    let mut progress = VariantProgress { name: &variant.label.name, watch, done: 0, time_step: 0.0 };
     let report = if resumable(variant, &target, &mut progress) {
         run::resume(&target, threads, counters::Watch::default(), stop, &mut progress)
     } else {

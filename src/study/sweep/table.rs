@@ -7,8 +7,8 @@ use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::summary::RollingResistance;
 use crate::results::table::{self, Report, aligned, numbers};
 use crate::sound::SpeedCoefficient;
-use crate::study::sweep::run::{Done, Outcome};
-use crate::study::sweep::variants::Variant;
+use crate::study::sweep::run::Done;
+use crate::study::sweep::variants::Label;
 
 /// Speed that levels are related to \[km/h\] (UN R117 for car tyres).
 const REFERENCE_SPEED: f64 = 80.0;
@@ -38,18 +38,18 @@ pub struct SweepBlock {
     pub lines: Vec<BandLine>,
 }
 
-/// The blocks of a sweep, in the order of its variants.
-pub fn blocks(variants: &[Variant], outcomes: &[Outcome]) -> Vec<SweepBlock> {
-    let mut pairs: Vec<(&Variant, &Outcome)> = variants.iter().zip(outcomes).collect();
+/// The blocks of a sweep, in the order of its variants, from what each has found.
+pub fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
     // A design may have its speeds in any order; the groups keep that in which they begin.
     let first: BTreeMap<&str, usize> =
-        variants.iter().enumerate().rev().map(|(index, variant)| (variant.group.as_str(), index)).collect();
-    pairs.sort_by_key(|(variant, _)| first.get(variant.group.as_str()));
-    let block = |pairs: &[(&Variant, &Outcome)]| {
-        let found = pairs.iter().map(|(_, outcome)| outcome.done().cloned().unwrap_or_default()).collect();
-        SweepBlock::new(&pairs[0].0.group, pairs.iter().map(|(variant, _)| variant.speed).collect(), found)
+        runs.iter().enumerate().rev().map(|(index, (label, _))| (label.group.as_str(), index)).collect();
+    let mut runs: Vec<&(Label, Option<Done>)> = runs.iter().collect();
+    runs.sort_by_key(|(label, _)| first.get(label.group.as_str()));
+    let block = |runs: &[&(Label, Option<Done>)]| {
+        let found = runs.iter().map(|(_, done)| done.clone().unwrap_or_default()).collect();
+        SweepBlock::new(&runs[0].0.group, runs.iter().map(|(label, _)| label.speed).collect(), found)
     };
-    pairs.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
+    runs.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
 }
 
 impl SweepBlock {

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use toml::{Table, Value};
 
@@ -13,6 +14,10 @@ use crate::study::sweep::factor::is_seed;
 
 /// The key of the speed, over which levels grow.
 pub const SPEED_KEY: &str = "rolling.speed_kmh";
+/// Names of what is no single key, or has a table of its own.
+const ROAD: &str = "road";
+const LOAD: &str = "load N";
+const SPEED: &str = "speed km/h";
 /// Most letters that a value has in the name of a folder.
 const MOST_LETTERS: usize = 40;
 
@@ -30,7 +35,7 @@ pub struct Axes {
 }
 
 /// What one variant has of something that is varied.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Choice {
     /// The key, or in words.
     pub factor: String,
@@ -40,21 +45,35 @@ pub struct Choice {
     pub repeats: bool,
 }
 
+/// Where a variant stands in the tables.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Label {
+    /// Name of the variant and of its results folder.
+    pub name: String,
+    /// What it has in common with the variants at other speeds: road, load and settings, as far as they are varied.
+    pub group: String,
+    /// Speed \[km/h\].
+    pub speed: f64,
+    /// What it has of everything that is varied.
+    pub choices: Vec<Choice>,
+}
+
 /// One scene of a sweep.
 #[derive(Clone, Debug)]
 pub struct Variant {
-    /// Name of its results folder.
-    pub name: String,
+    /// What the tables say of it.
+    pub label: Label,
     /// The scene, open where the scene of the sweep is open.
     pub loaded: LoadedScene,
     /// Its plan.
     pub plan: Plan,
-    /// Speed \[km/h\].
-    pub speed: f64,
-    /// What it has in common with the variants at other speeds: road, load and settings, as far as they are varied.
-    pub group: String,
-    /// What it has of everything that is varied.
-    pub choices: Vec<Choice>,
+}
+
+impl Label {
+    /// Whether it is one of a design: not only road, load and speed are varied.
+    pub fn is_of_a_design(&self) -> bool {
+        self.choices.iter().any(|choice| ![ROAD, LOAD, SPEED].contains(&choice.factor.as_str()))
+    }
 }
 
 /// Why there is no sweep.
@@ -133,10 +152,10 @@ impl Combination<'_> {
             labels.push(label);
         };
         if let Some((name, _)) = self.road {
-            add("road", name.clone(), name.clone());
+            add(ROAD, name.clone(), name.clone());
         }
         if let Some(load) = self.load {
-            add("load N", load.to_string(), format!("{load} N"));
+            add(LOAD, load.to_string(), format!("{load} N"));
         }
         let varied_speed = |setting: &&Setting| setting.key() != SPEED_KEY;
         for setting in self.point.iter().filter(varied_speed) {
@@ -146,7 +165,7 @@ impl Combination<'_> {
             add(key, value.to_owned(), format!("{}={value}", if namesakes > 1 { key } else { short }));
         }
         if self.speed.is_some() || self.point.iter().any(|setting| setting.key() == SPEED_KEY) {
-            add("speed km/h", speed.to_string(), format!("{speed} km/h"));
+            add(SPEED, speed.to_string(), format!("{speed} km/h"));
         }
         (choices, labels)
     }
@@ -162,7 +181,7 @@ impl Combination<'_> {
         let settled = settled.and_then(|setting| setting.value().parse().ok());
         let speed = self.speed.or(settled).unwrap_or(base.scene.rolling.speed_kmh);
         let (choices, mut labels) = self.choices(speed);
-        let grouped = labels.len() - usize::from(choices.last().is_some_and(|last| last.factor == "speed km/h"));
+        let grouped = labels.len() - usize::from(choices.last().is_some_and(|last| last.factor == SPEED));
         let group = labels[..grouped].join(", ");
         if grouped == labels.len() {
             labels.push(format!("{speed} km/h"));
@@ -185,7 +204,7 @@ impl Combination<'_> {
         let loaded = base.varied(scene.to_string(), &name, self.point).map_err(failed)?;
         loaded.check_time_domain().map_err(failed)?;
         let plan = Plan::of(&loaded).map_err(failed)?;
-        Ok(Variant { name, loaded, plan, speed, group, choices })
+        Ok(Variant { label: Label { name, group, speed, choices }, loaded, plan })
     }
 }
 
@@ -276,16 +295,16 @@ mod tests {
         let axes = Axes { speeds: vec![50.0, 62.5], loads: vec![3000.0, 4000.0], roads, ..Axes::default() };
         let made = variants(&base(), &axes).unwrap();
         assert_eq!(made.len(), 12);
-        assert_eq!(made[0].name, "smooth-3000N-50kmh");
-        assert_eq!(made[11].name, "stone-4000N-62.5kmh");
-        assert_eq!(made[7].group, "crossing, 4000 N");
+        assert_eq!(made[0].label.name, "smooth-3000N-50kmh");
+        assert_eq!(made[11].label.name, "stone-4000N-62.5kmh");
+        assert_eq!(made[7].label.group, "crossing, 4000 N");
         assert!(matches!(made[2].loaded.scene.rolling.axle, Axle::Load { load, .. } if (load - 4000.0).abs() < 1e-9));
         assert!((made[1].loaded.scene.rolling.speed_kmh - 62.5).abs() < 1e-12);
         let Road::Profile(profile) = &made[4].loaded.scene.road else { panic!("{:?}", made[4].loaded.scene.road) };
         assert_eq!((profile.file.as_path(), profile.at_end), (folder.path().join("a.dat").as_path(), AtEnd::Repeat));
         assert!(matches!(made[8].loaded.scene.road, Road::OpenCrg(_)));
         let same = variants(&base(), &Axes { speeds: vec![80.0, 80.0], ..Axes::default() }).unwrap();
-        assert_eq!((same[0].name.as_str(), same[1].name.as_str()), ("80kmh", "80kmh+"));
+        assert_eq!((same[0].label.name.as_str(), same[1].label.name.as_str()), ("80kmh", "80kmh+"));
         assert_eq!(same[0].loaded.scene.tyre, base().scene.tyre);
     }
 
@@ -312,9 +331,10 @@ mod tests {
             ..Axes::default()
         };
         let made = variants(&base(), &axes).unwrap();
-        assert_eq!((made.len(), made[1].name.as_str()), (2, "seed=3-tread=bedding-80kmh"));
-        assert_eq!(made[1].group, "seed=3, tread=bedding");
+        assert_eq!((made.len(), made[1].label.name.as_str()), (2, "seed=3-tread=bedding-80kmh"));
+        assert_eq!(made[1].label.group, "seed=3, tread=bedding");
         let told: Vec<(&str, &str, bool)> = made[1]
+            .label
             .choices
             .iter()
             .map(|choice| (choice.factor.as_str(), choice.value.as_str(), choice.repeats))
@@ -326,10 +346,14 @@ mod tests {
         assert_eq!(Scene::from_str(&again, "again").unwrap().scene, made[1].loaded.scene);
         let driven = Axes { points: vec![point(&["rolling.speed_kmh=62.5"])], ..Axes::default() };
         let made = variants(&base(), &driven).unwrap();
-        assert!((made[0].speed - 62.5).abs() < 1e-12 && made[0].name == "62.5kmh" && made[0].group.is_empty());
+        assert!(
+            (made[0].label.speed - 62.5).abs() < 1e-12
+                && made[0].label.name == "62.5kmh"
+                && made[0].label.group.is_empty()
+        );
         let long = "x".repeat(100);
         let named = Axes { points: vec![point(&[&format!("title=a/{long}")])], ..Axes::default() };
-        assert!(variants(&base(), &named).unwrap()[0].name.len() < 60);
+        assert!(variants(&base(), &named).unwrap()[0].label.name.len() < 60);
         for (text, word) in [("rolling.sped_kmh=1", "speed_kmh"), ("road.seed=-1", "--set road.seed")] {
             let wrong = Axes { points: vec![point(&[text])], ..Axes::default() };
             let SweepError::Scene { source, .. } = variants(&base(), &wrong).unwrap_err() else { panic!("{text}") };

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import tyrewave
 from conftest import ROOT, SMALL
+
+import tyrewave
 
 SCENES = ROOT / "scenes"
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import tyrewave
 from conftest import ROOT, SMALL, settings
+
+import tyrewave
 
 ARRAYS = ["time", "total_force", "patch_force", "patch_element"]
 SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.2]}], "radiation.quality": "draft"}

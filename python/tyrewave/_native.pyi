@@ -6,6 +6,28 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Complaint",
+    "RunError",
+    "Scene",
+    "SceneError",
+    "compliance",
+    "heights",
+    "indent",
+    "influence",
+    "influence_spectrum",
+    "mobility",
+    "plan",
+    "read_sound",
+    "resume",
+    "road_description",
+    "run_in_memory",
+    "run_to_folder",
+    "slice_curve",
+    "slice_displacements",
+    "third_octaves",
+]
+
 _Progress: TypeAlias = Callable[[str, int, int], object]
 _Path: TypeAlias = str | PathLike[str]
 

@@ -8,7 +8,7 @@ target=${CARGO_TARGET_DIR:-target}
 mkdir -p "$target"
 target=$(cd "$target" && pwd)
 environment=$target/python-environment
-export CARGO_TARGET_DIR=$target
+export CARGO_TARGET_DIR=$target PIP_DISABLE_PIP_VERSION_CHECK=1
 # The package's own code is made quickly; the profile's name stands for nothing else.
 quick=(--config 'profile.dev.package.tyrewave.opt-level=1')
 

@@ -1,5 +1,6 @@
 """What the tests share: a small scene, and the program."""
 
+import json
 import os
 import subprocess
 from collections.abc import Callable
@@ -48,9 +49,4 @@ def program() -> Callable[..., str]:
 
 def settings(of: dict[str, object]) -> list[str]:
     """As the program takes them."""
-    texts = {True: "true", False: "false"}
-    return [
-        word
-        for key, value in of.items()
-        for word in ("--set", f"{key}={texts.get(value, value) if isinstance(value, bool) else value}")
-    ]
+    return [word for key, value in of.items() for word in ("--set", f"{key}={json.dumps(value)}")]

@@ -1,5 +1,6 @@
 """Runs: the same bytes as the program's, in memory and in folders."""
 
+import importlib.util
 import json
 import warnings
 from collections.abc import Callable
@@ -63,6 +64,11 @@ def test_sound_is_heard_in_memory_and_in_a_folder(tmp_path: Path) -> None:
     levels = memory.sound["near"]
     assert np.array_equal(levels["level_db_a"], folder.sound["near"]["level_db_a"], equal_nan=True)
     assert 60.0 < np.nanmax(levels["level_db_a"]) < 130.0
+    if importlib.util.find_spec("xarray"):
+        heard_by = memory.to_xarray()["sound_level_a"].sel(receiver="near")
+        assert heard_by.attrs["units"] == "dB(A)" and np.array_equal(
+            heard_by.values, levels["level_db_a"], equal_nan=True
+        )
     rate, pressure = folder.pressure("near")
     assert rate == 48000 and pressure.ndim == 2 and 0.001 < np.abs(pressure).max() < 100.0
     with pytest.raises(KeyError):

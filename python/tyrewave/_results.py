@@ -156,7 +156,7 @@ class Results(Mapping[str, NDArray[Any]]):
         return _native.read_sound(self.folder / audio["file"])
 
     def to_xarray(self) -> xarray.Dataset:
-        """All arrays and the force's third octaves as a dataset, units and names in the attributes. Needs xarray."""
+        """Arrays and third octaves as a dataset, units and names in the attributes. Needs xarray."""
         import xarray
 
         across = {"patch_force": "column", "row_force": "row"}
@@ -173,6 +173,18 @@ class Results(Mapping[str, NDArray[Any]]):
             attributes = {"units": "dB", "long_name": "contact force level re 1 N"}
             data["force_level"] = ("band", bands["level_db_re_1n"], attributes)
             data["force_level_valid"] = ("band", bands["valid"] > 0, {"long_name": "whether the run vouches for it"})
+        if heard := self.sound:
+            tables = list(heard.values())
+            bands_heard = tables[0]["nominal_hz"]
+            coordinates["receiver"] = ("receiver", list(heard))
+            coordinates["sound_band"] = ("sound_band", bands_heard, {"units": "Hz", "long_name": "nominal frequency"})
+            for name, column, units in (
+                ("sound_level", "level_db_re_20upa", "dB"),
+                ("sound_level_a", "level_db_a", "dB(A)"),
+            ):
+                levels = np.stack([table[column] for table in tables])
+                attributes = {"units": units, "long_name": "sound pressure level re 20 uPa"}
+                data[name] = (["receiver", "sound_band"], levels, attributes)
         about = {name: self.summary[name] for name in ("title", "version", "scene_sha256")}
         return xarray.Dataset(data, coordinates, about)
 

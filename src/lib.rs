@@ -33,13 +33,14 @@
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
 //! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] -> [`run`]
-//! -> [`study`] -> [`report`] -> [`performance`].
+//! -> [`study`] -> [`report`] -> [`performance`] -> `python`.
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
 //! slices; [`radiation`] knows bodies and air alone; [`time_rule`] is how a run goes from one step to the next, a
 //! choice that a scene names. The command line is the program's own and uses what everybody can; `test_models` is for
-//! tests alone.
+//! tests alone; `python`, there with the feature of that name, is the Python package's extension module and stands
+//! last.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.
@@ -50,6 +51,8 @@ pub mod half_space;
 pub mod numeric;
 pub mod performance;
 pub mod plan;
+#[cfg(feature = "python")]
+mod python;
 pub mod radiation;
 pub mod report;
 pub mod response;

@@ -1,10 +1,9 @@
 //! `tyrewave check`: whether scenes can be run.
 
 use clap::Args;
-use tyrewave::plan::Plan;
 use tyrewave::results::table::{Report, row, words};
-use tyrewave::run::prepare::open_road;
-use tyrewave::scene::{LoadedScene, Setting};
+use tyrewave::run::prepare::checked;
+use tyrewave::scene::Setting;
 
 use super::context::Context;
 use super::error::CliError;
@@ -51,13 +50,4 @@ impl CheckArguments {
         report.append(notes);
         if context.options.quiet { Ok(()) } else { context.print_report(&report) }
     }
-}
-
-/// The plan of a scene that can be run; its road is opened.
-pub fn checked(loaded: &LoadedScene) -> Result<Plan, CliError> {
-    loaded.check_time_domain()?;
-    let plan = Plan::of(loaded)?.with_kept_model();
-    plan.check(loaded)?;
-    open_road(loaded, &plan, 0.5 * plan.amounts().expected.points * plan.element)?;
-    Ok(plan)
 }

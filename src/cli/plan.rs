@@ -1,15 +1,14 @@
 //! `tyrewave plan`: what a run would do, why, and what it would take.
 
 use clap::Args;
-use serde_json::json;
 use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
-use tyrewave::report::decision_table;
+use tyrewave::report::{decision_table, plan_record};
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
+use tyrewave::run::prepare::checked;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::calibration::{calibrate, calibrated};
 
-use super::check::checked;
 use super::context::{Context, print};
 use super::error::CliError;
 use super::scene_file::SceneFile;
@@ -53,39 +52,10 @@ impl PlanArguments {
         let costs = if self.calibrate { calibrate(stop) } else { calibrated(stop) }?;
         let forecast = plan.forecast(&costs, context.threads, process);
         if context.options.json {
-            return print(&record(&loaded, &plan, &amounts, &forecast)?);
+            return print(&format!("{:#}\n", plan_record(&loaded, &plan, &amounts, &forecast)?));
         }
         context.print_report(&text(&loaded, &plan, &amounts, &forecast))
     }
-}
-
-fn record(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecast) -> Result<String, CliError> {
-    let counter = |&(counter, amount)| json!({ "counter": counter, "amount": amount });
-    let held = |&(what, bytes)| json!({ "what": what, "bytes": bytes });
-    let counters: Vec<_> = amounts.counters.iter().map(counter).collect();
-    let memory: Vec<_> = amounts.memory.iter().map(held).collect();
-    let record = json!({
-        "title": loaded.title(),
-        "scene_sha256": loaded.clone().settled(plan.scene.clone()).hash()?,
-        "effects": plan.decisions.rows,
-        "choices": plan.choices,
-        "notes": plan.decisions.notes,
-        "sizes": {
-            "speed": plan.speed,
-            "elements": plan.scene.numerics.elements,
-            "element": plan.element,
-            "time_step": plan.time_step,
-            "warm_up_steps": plan.warm_up_steps,
-            "steps": plan.steps,
-            "expected": amounts.expected,
-        },
-        "work": amounts.work,
-        "counters": counters,
-        "memory": memory,
-        "result_bytes": amounts.result_bytes,
-        "forecast": forecast,
-    });
-    Ok(format!("{record:#}\n"))
 }
 
 fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecast) -> Report {

@@ -4,6 +4,7 @@ use ndarray::ArrayView2;
 
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
+use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
 use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
@@ -32,10 +33,8 @@ impl LookBack<'_> {
         let title = self.loaded.title();
         // A run too short for a spectrum has none: the summary's warnings say so.
         if (outputs.spectra || outputs.plots)
-            && let Some(spectrum) = self.record.spectrum()
+            && let Some(levels) = self.force_levels()
         {
-            let spectrum = spectrum.valid_to(self.prepared.valid_to);
-            let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
             if outputs.spectra {
                 folder.write_text(SPECTRA_FILE, &force_levels_csv(&levels))?;
             }
@@ -76,6 +75,12 @@ impl LookBack<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Third octaves of the force re 1 N, of a run that is long enough for a spectrum.
+    pub(crate) fn force_levels(&self) -> Option<Vec<BandLevel>> {
+        let spectrum = self.record.spectrum()?.valid_to(self.prepared.valid_to);
+        Some(spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))
     }
 
     /// All that the summary says but the vibration.

@@ -13,7 +13,7 @@ mod cells;
 pub mod checkpoint;
 pub mod error;
 pub mod in_memory;
-mod look_back;
+pub(crate) mod look_back;
 pub mod past;
 pub mod prepare;
 pub mod progress;

@@ -202,6 +202,18 @@ pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadS
     open().map_err(|error| in_scene(loaded, error))
 }
 
+/// The plan of a scene that can be run; its road is opened, nothing is simulated.
+///
+/// # Errors
+/// Whatever can be known to be wrong without running.
+pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
+    loaded.check_time_domain()?;
+    let plan = Plan::of(loaded)?.with_kept_model();
+    plan.check(loaded)?;
+    open_road(loaded, &plan, 0.5 * plan.amounts().expected.points * plan.element)?;
+    Ok(plan)
+}
+
 /// What opening a scene's road may use.
 pub fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }

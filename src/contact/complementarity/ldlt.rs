@@ -148,11 +148,13 @@ impl<S: Simd> Panel<'_, S> {
         stream / vectors * vectors * self.rows + stream % vectors
     }
 
-    /// Takes off the panel what the columns before it do, in two streams of rows if there are as many; returns the
-    /// first that is left.
+    /// Takes off the panel what the columns before it do, in two streams of rows where the next is there and lies in
+    /// another block: vectors of the same one lie between each other. Returns the first that is left.
     #[inline(always)]
     fn open(self, block: &mut [f64], stream: usize, streams: usize) -> usize {
-        if stream + 1 < streams { self.take_off_two(block, stream) } else { self.take_off::<PANEL>(block, stream) }
+        let next = stream + 1;
+        let apart = next < streams && next.is_multiple_of(LINE / S::F64_LANES);
+        if apart { self.take_off_two(block, stream) } else { self.take_off::<PANEL>(block, stream) }
     }
 
     /// The same of the last panel, which has no more rows than columns, and those may be fewer.
@@ -190,7 +192,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 1
     }
 
-    /// Two streams together.
+    /// Two streams of two blocks together.
     #[inline(always)]
     fn take_off_two(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -401,6 +403,52 @@ mod tests {
             for i in 0..rows {
                 assert!((right[i] - (i + 1) as f64).abs() < 1e-11, "{rows}: {}", right[i]);
                 assert!((right[stride + i] + 2.0 * (i + 1) as f64).abs() < 1e-11, "{rows}");
+            }
+        }
+    }
+
+    /// Vectors of one number, and of as many as every processor of this machine's kind has.
+    #[test]
+    fn processors_with_narrow_vectors_factorise_and_solve_alike() {
+        for rows in [1_usize, 2, 4, 7, 8, 9, 31, 33, 64, 100] {
+            let padded = rows.next_multiple_of(LINE);
+            let solved = |narrow: Option<Narrow>| {
+                let (mut matrix, mut right) = (vec![0.0; room(rows)], vec![1.0; padded]);
+                assemble_entries(rows, entry, &mut matrix);
+                let (mut factors, mut sums) = (vec![0.0; (PANEL + 1) * padded], vec![0.0; LINE * rows]);
+                let panels = ByPanels { matrix: &mut matrix, factors: &mut factors, rows };
+                Narrow::carry_out(narrow, panels).unwrap();
+                right[rows..].fill(0.0);
+                let steps = Substitutions { factor: &matrix, sums: &mut sums, right: &mut right, rows };
+                Narrow::carry_out(narrow, steps);
+                right
+            };
+            let expected = solved(None);
+            for narrow in [Narrow::One, Narrow::Four] {
+                for (found, expected) in solved(Some(narrow)).iter().zip(&expected) {
+                    assert!((found - expected).abs() < 1e-12, "{rows} rows, {narrow:?}: {found} {expected}");
+                }
+            }
+        }
+    }
+
+    /// Numbers to a vector, where they are fewer than this processor has.
+    #[derive(Clone, Copy, Debug)]
+    enum Narrow {
+        One,
+        Four,
+    }
+
+    impl Narrow {
+        fn carry_out<W: WithSimd>(narrow: Option<Self>, work: W) -> W::Output {
+            match narrow {
+                Some(Self::One) => work.with_simd(pulp::Scalar::new()),
+                #[cfg(target_arch = "x86_64")]
+                Some(Self::Four) => match pulp::x86::V3::try_new() {
+                    Some(simd) => Simd::vectorize(simd, work),
+                    None => work.with_simd(pulp::Scalar::new()),
+                },
+                _ => Arch::new().dispatch(work),
             }
         }
     }

@@ -21,7 +21,7 @@ use crate::plan::{Plan, SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
-use crate::results::sound::{BodySummary, ReceiverSpectrum};
+use crate::results::sound::{BodySummary, ReceiverSpectrum, SoundError};
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
@@ -55,6 +55,8 @@ pub struct HeardSound {
     pub receivers: Vec<ReceiverSpectrum>,
     /// The body that radiates.
     pub body: BodySummary,
+    /// How far off levels may be.
+    pub error: SoundError,
 }
 
 /// What evolves of a [`SoundRecorder`].
@@ -172,7 +174,8 @@ impl SoundRecorder {
     /// # Errors
     /// Too short for a spectrum.
     pub fn heard(&self) -> Result<HeardSound, RunError> {
-        Ok(HeardSound { receivers: self.receiver_spectra(&self.point_spectra()?), body: self.way.body.clone() })
+        let receivers = self.receiver_spectra(&self.point_spectra()?);
+        Ok(HeardSound { receivers, body: self.way.body.clone(), error: self.sound.error() })
     }
 
     /// Takes the state down.

@@ -31,6 +31,7 @@ mod projection;
 mod short_waves;
 mod surface_waves;
 mod tail_sum;
+mod wave_compliance;
 mod waves;
 
 pub use cell_grid::CellGrid;
@@ -42,4 +43,5 @@ pub use kernel::Field;
 pub use lane_sum::FaceValues;
 pub use projection::Projection;
 pub use surface_waves::SurfaceWaves;
+pub use wave_compliance::wave_compliance;
 pub use waves::Waves;

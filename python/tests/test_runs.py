@@ -1,0 +1,131 @@
+"""Runs: the same bytes as the program's, in memory and in folders."""
+
+import importlib.util
+import json
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT, SMALL, settings
+
+import tyrewave
+
+ARRAYS = ["time", "total_force", "patch_force", "patch_element"]
+SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.2]}], "radiation.quality": "draft"}
+
+
+@pytest.fixture(autouse=True)
+def quiet() -> None:
+    warnings.simplefilter("ignore", tyrewave.RunWarning)
+
+
+def test_a_folder_has_the_bytes_of_the_command_line(
+    scene: tyrewave.Scene, program: Callable[..., str], tmp_path: Path
+) -> None:
+    program("run", ROOT / "scenes/default.toml", *settings(SMALL), "--out", tmp_path / "program")
+    results = scene.run(tmp_path / "package")
+    names = sorted(path.name for path in (tmp_path / "program").iterdir())
+    assert sorted(path.name for path in (tmp_path / "package").iterdir()) == names
+    assert {"total_force.npy", "spectra.csv", "summary.json"} <= set(names)
+    for name in names:
+        found, expected = ((tmp_path / whose / name).read_bytes() for whose in ("package", "program"))
+        if name == "summary.json":
+            # Costs are those of the machine and the moment.
+            found, expected = (json.loads(text) | {"cost": None} for text in (found, expected))
+        assert found == expected, name
+    assert results.folder == tmp_path / "package"
+
+
+def test_memory_holds_what_a_folder_does(scene: tyrewave.Scene, tmp_path: Path) -> None:
+    folder, memory = scene.run(tmp_path / "a", threads=1), scene.run(threads=2)
+    for name in ARRAYS:
+        assert memory[name].dtype == folder[name].dtype
+        assert memory[name].tobytes() == folder[name].tobytes(), name
+    assert memory.spectra.keys() == folder.spectra.keys()
+    for name, column in memory.spectra.items():
+        assert np.array_equal(column, folder.spectra[name], equal_nan=True), name
+    without = {"cost": None, "files": None}
+    assert memory.summary | without == folder.summary | without
+    assert memory.units == {"time": "s", "total_force": "N", "patch_force": "N", "patch_element": "1"}
+
+
+def test_an_axle_that_moves_is_recorded_in_both(tmp_path: Path) -> None:
+    axle = {"rolling.axle": {"mass": 350.0, "stiffness": 2e4, "damping": 1e3, "load": 3400.0}}
+    moving = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=axle | {key: SMALL[key] for key in list(SMALL)[:4]})
+    assert moving.run(tmp_path / "a")["axle"].tobytes() == moving.run()["axle"].tobytes()
+
+
+def test_sound_is_heard_in_memory_and_in_a_folder(tmp_path: Path) -> None:
+    heard = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | SOUND)
+    folder, memory = heard.run(tmp_path / "a"), heard.run()
+    assert list(folder.sound) == list(memory.sound) == ["near"]
+    levels = memory.sound["near"]
+    assert np.array_equal(levels["level_db_a"], folder.sound["near"]["level_db_a"], equal_nan=True)
+    assert 60.0 < np.nanmax(levels["level_db_a"]) < 130.0
+    if importlib.util.find_spec("xarray"):
+        heard_by = memory.to_xarray()["sound_level_a"].sel(receiver="near")
+        assert heard_by.attrs["units"] == "dB(A)" and np.array_equal(
+            heard_by.values, levels["level_db_a"], equal_nan=True
+        )
+    rate, pressure = folder.pressure("near")
+    assert rate == 48000 and pressure.ndim == 2 and 0.001 < np.abs(pressure).max() < 100.0
+    with pytest.raises(KeyError):
+        memory.pressure("far")
+
+
+def test_arrays_are_handed_over_and_not_copied(scene: tyrewave.Scene, tmp_path: Path) -> None:
+    memory = scene.run()
+    for name in ARRAYS:
+        owner: object = memory[name]
+        while isinstance(owner, np.ndarray) and owner.base is not None:
+            owner = owner.base
+        # numpy owns nothing of it: the memory is the run's own.
+        assert not isinstance(owner, np.ndarray), name
+        assert "PySliceContainer" in type(owner).__name__, name
+        assert memory[name].flags.c_contiguous and not memory[name].flags.owndata
+    scene.run(tmp_path / "a")
+    for name, array in tyrewave.open(tmp_path / "a").items():
+        assert isinstance(array, np.memmap), name
+
+
+def test_results_are_a_dataset_with_units(scene: tyrewave.Scene) -> None:
+    pytest.importorskip("xarray")
+    results = scene.run()
+    data = results.to_xarray()
+    assert data["total_force"].attrs["units"] == "N" and data["time"].attrs["units"] == "s"
+    assert data["patch_force"].dims == ("time", "column")
+    assert np.shares_memory(data["patch_force"].values, results.patch_force)
+    assert data["force_level"].attrs["units"] == "dB" and data["band"].attrs["units"] == "Hz"
+    assert data.attrs["scene_sha256"] == results.summary["scene_sha256"]
+    assert float(data["total_force"].sum("time")) == pytest.approx(float(data["patch_force"].sum()))
+
+
+def test_a_plan_says_what_the_program_says(scene: tyrewave.Scene, program: Callable[..., str]) -> None:
+    plan = scene.plan(threads=1)
+    line = program("plan", ROOT / "scenes/default.toml", *settings(SMALL), "--json", "--threads", "1")
+    told = json.loads(line)
+    for name in ("sizes", "effects", "choices", "notes", "work", "counters", "result_bytes", "scene_sha256"):
+        assert plan.record[name] == told[name], name
+    assert plan.sizes["elements"] == 64
+    assert all(effect["reason"] for effect in plan.effects)
+    assert plan.forecast["threads"] == 1 and plan.forecast["wall_seconds"] > 0.0
+    assert "64 elements" in repr(plan)
+
+
+def test_what_should_be_known_is_a_warning() -> None:
+    missed = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | {"rolling.axle.tolerance": 1e-9})
+    with pytest.warns(tyrewave.RunWarning, match="off the load") as told:
+        missed.run()
+    assert told[0].filename == __file__
+
+
+def test_progress_is_told() -> None:
+    told: list[tuple[str, int, int]] = []
+    scene = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | {"rolling.duration": 3.0})
+    scene.run(progress=lambda *state: told.append(state))
+    stages = {stage for stage, _, _ in told}
+    assert "roll" in stages, told
+    steps = [(done, total) for stage, done, total in told if stage == "roll"]
+    assert steps == sorted(steps) and all(0 <= done <= total for done, total in steps)

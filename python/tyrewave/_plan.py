@@ -1,0 +1,46 @@
+"""What a run would do."""
+
+from typing import Any
+
+
+class Plan:
+    """What a run would do and why, and what it would take on this machine; nothing is simulated for it.
+
+    `record` is all of it as `tyrewave plan --json` prints it.
+    """
+
+    def __init__(self, record: dict[str, Any]) -> None:
+        self.record = record
+
+    @property
+    def sizes(self) -> dict[str, Any]:
+        """Speed [m/s], elements, length of one [m], time step [s], steps, and what is expected of the contact."""
+        return dict(self.record["sizes"])
+
+    @property
+    def effects(self) -> list[dict[str, Any]]:
+        """Which effects the scene calls for, and why."""
+        return list(self.record["effects"])
+
+    @property
+    def choices(self) -> list[dict[str, Any]]:
+        """What was chosen where the scene leaves it open: key, value, reason."""
+        return list(self.record["choices"])
+
+    @property
+    def notes(self) -> list[str]:
+        """What is worth knowing before."""
+        return list(self.record["notes"])
+
+    @property
+    def forecast(self) -> dict[str, Any]:
+        """Time of each stage and `wall_seconds` of all [s], largest `memory` [bytes], on so many `threads`."""
+        return dict(self.record["forecast"])
+
+    def __repr__(self) -> str:
+        sizes, forecast = self.sizes, self.forecast
+        return (
+            f"<tyrewave.Plan: {sizes['elements']} elements of {1e3 * sizes['element']:.2f} mm, {sizes['steps']} steps "
+            f"of {1e6 * sizes['time_step']:.1f} us; about {forecast['wall_seconds']:.1f} s on {forecast['threads']} "
+            f"threads and {1e-6 * forecast['memory']:.0f} MB>"
+        )

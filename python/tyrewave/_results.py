@@ -1,0 +1,235 @@
+"""What a run has found: arrays, tables, summary, with their units."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import warnings
+from collections.abc import Iterator, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tyrewave import _native
+from tyrewave._progress import Told, teller
+
+if TYPE_CHECKING:
+    import xarray
+
+_Path = str | PathLike[str]
+Table = dict[str, NDArray[Any]]
+
+UNITS = {
+    "time": "s",
+    "total_force": "N",
+    "patch_force": "N",
+    "patch_element": "1",
+    "axle": "m",
+    "row_force": "N",
+    "contact_area": "m^2",
+    "peak_pressure": "Pa",
+    "cells": "N",
+    "cells_time": "s",
+}
+"""Units of the arrays."""
+
+_MEANINGS = {
+    "time": "time",
+    "total_force": "contact force",
+    "patch_force": "contact force of an element in the window",
+    "patch_element": "number of the element in the window's first column",
+    "axle": "indentation of the rigid tyre into z = 0",
+    "row_force": "contact force of each row of cells across",
+    "contact_area": "area of the cells that carry force",
+    "peak_pressure": "largest pressure on a cell",
+}
+"""What the arrays are; those that have a row for every step."""
+
+
+class RunWarning(UserWarning):
+    """Something that the user of a run's results should know."""
+
+
+class Results(Mapping[str, NDArray[Any]]):
+    """What a run has found: a mapping of arrays by name, beside tables and a summary.
+
+    Arrays have a row for every time step, the warm-up included. Those of a folder are mapped, not read: they take no
+    memory until somebody looks at them, and cannot be written to.
+    """
+
+    folder: Path | None
+    """Where they are; None for results in memory."""
+    summary: dict[str, Any]
+    """What was run, how it went, what it cost: `summary.json` of a results folder."""
+    units: dict[str, str]
+    """Units of the arrays."""
+
+    def __init__(
+        self, arrays: dict[str, NDArray[Any]], summary: dict[str, Any], tables: dict[str, str], folder: Path | None
+    ) -> None:
+        self._arrays, self._tables = arrays, tables
+        self.summary, self.folder = summary, folder
+        self.units = {name: UNITS[name] for name in arrays if name in UNITS}
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self._arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        shapes = ", ".join(f"{name} {list(array.shape)}" for name, array in self._arrays.items())
+        where = "in memory" if self.folder is None else f"in {self.folder}"
+        return f"<tyrewave.Results {where}: {self.summary['title']}; {shapes}>"
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Time [s], [steps]."""
+        return self["time"]
+
+    @property
+    def total_force(self) -> NDArray[np.float64]:
+        """Contact force [N], [steps]."""
+        return self["total_force"]
+
+    @property
+    def patch_force(self) -> NDArray[np.float64]:
+        """Contact force of every element of a window round the patch [N], [steps, columns]."""
+        return self["patch_force"]
+
+    @property
+    def patch_element(self) -> NDArray[np.int64]:
+        """Number of the element in the window's first column, [steps]."""
+        return self["patch_element"]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know."""
+        return list(self.summary["warnings"])
+
+    @property
+    def spectra(self) -> Table:
+        """Third octaves of the contact force after the warm-up: the columns of `spectra.csv`, levels in dB re 1 N.
+
+        Empty for a run that is too short. `valid` is 0 for bands that the run does not vouch for.
+        """
+        return self.table("spectra.csv")
+
+    @property
+    def vibration(self) -> Table:
+        """Third octaves of velocities of tread and belt, dB re 1 m/s: the columns of `vibration.csv`, which runs into a
+        folder write where the scene wants them."""
+        return self.table("vibration.csv")
+
+    @property
+    def sound(self) -> dict[str, Table]:
+        """Third octaves at each receiver, dB re 20 uPa and dB(A): the columns of `sound.csv` by the receiver's name."""
+        table = self.table("sound.csv")
+        if not table:
+            return {}
+        names = table.pop("receiver")
+        return {
+            str(name): {column: values[names == name] for column, values in table.items()}
+            for name in dict.fromkeys(names.tolist())
+        }
+
+    def table(self, name: str) -> Table:
+        """Columns of a table of the run, by its file's name; empty where it has none. An empty cell is NaN."""
+        text = self._tables.get(name)
+        if text is None and self.folder is not None and (self.folder / name).is_file():
+            text = (self.folder / name).read_text(encoding="utf-8")
+        return {} if text is None else _columns(text)
+
+    def pressure(self, receiver: str) -> tuple[int, NDArray[np.float64]]:
+        """The sound at a receiver, of a run into a folder: samples a second, and pressures [Pa], [samples, channels]."""
+        heard = self.summary.get("sound") or {"receivers": []}
+        audio = next((entry.get("audio") for entry in heard["receivers"] if entry["name"] == receiver), None)
+        if audio is None or self.folder is None:
+            raise KeyError(f"no sound file of a receiver {receiver!r}")
+        return _native.read_sound(self.folder / audio["file"])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Arrays and third octaves as a dataset, units and names in the attributes. Needs xarray."""
+        import xarray
+
+        across = {"patch_force": "column", "row_force": "row"}
+        data: dict[str, Any] = {}
+        for name, array in self._arrays.items():
+            if name in _MEANINGS and name != "time":
+                dims = ["time", across[name]] if name in across else ["time"]
+                data[name] = (dims, array, {"units": UNITS[name], "long_name": _MEANINGS[name]})
+        coordinates: dict[str, Any] = {}
+        if "time" in self:
+            coordinates["time"] = ("time", self.time, {"units": "s", "long_name": _MEANINGS["time"]})
+        if bands := self.spectra:
+            coordinates["band"] = ("band", bands["nominal_hz"], {"units": "Hz", "long_name": "nominal frequency"})
+            attributes = {"units": "dB", "long_name": "contact force level re 1 N"}
+            data["force_level"] = ("band", bands["level_db_re_1n"], attributes)
+            data["force_level_valid"] = ("band", bands["valid"] > 0, {"long_name": "whether the run vouches for it"})
+        if heard := self.sound:
+            tables = list(heard.values())
+            bands_heard = tables[0]["nominal_hz"]
+            coordinates["receiver"] = ("receiver", list(heard))
+            coordinates["sound_band"] = ("sound_band", bands_heard, {"units": "Hz", "long_name": "nominal frequency"})
+            for name, column, units in (
+                ("sound_level", "level_db_re_20upa", "dB"),
+                ("sound_level_a", "level_db_a", "dB(A)"),
+            ):
+                levels = np.stack([table[column] for table in tables])
+                attributes = {"units": units, "long_name": "sound pressure level re 20 uPa"}
+                data[name] = (["receiver", "sound_band"], levels, attributes)
+        about = {name: self.summary[name] for name in ("title", "version", "scene_sha256")}
+        return xarray.Dataset(data, coordinates, about)
+
+
+def _columns(text: str) -> Table:
+    rows = csv.reader(io.StringIO(text))
+    header = next(rows)
+    columns = list(zip(*rows, strict=True)) or [()] * len(header)
+
+    def column(cells: tuple[str, ...]) -> NDArray[Any]:
+        try:
+            return np.array([float(cell) if cell else np.nan for cell in cells])
+        except ValueError:
+            return np.array(cells)
+
+    return {name: column(cells) for name, cells in zip(header, columns, strict=True)}
+
+
+def in_memory(found: dict[str, Any]) -> Results:
+    """Results from what a run has handed over."""
+    summary = json.loads(found.pop("summary"))
+    tables = {name: found.pop(name) for name in list(found) if name.endswith(".csv")}
+    return Results(found, summary, {name: text for name, text in tables.items() if text is not None}, None)
+
+
+def open_results(folder: _Path) -> Results:
+    """Opens a results folder, of a run that is complete or not. Arrays are mapped, not read."""
+    place = Path(folder)
+    summary = json.loads((place / "summary.json").read_text(encoding="utf-8"))
+    if not isinstance(summary, dict) or summary.get("format") != "tyrewave results":
+        raise ValueError(f"{place} is not a tyrewave results folder")
+    arrays: dict[str, NDArray[Any]] = {
+        path.stem: np.load(path, mmap_mode="r", allow_pickle=False) for path in sorted(place.glob("*.npy"))
+    }
+    return Results(arrays, summary, {}, place)
+
+
+def warned(results: Results, depth: int) -> Results:
+    """The results, after what the user should know was said."""
+    for text in results.warnings:
+        warnings.warn(text, RunWarning, stacklevel=depth + 1)
+    return results
+
+
+def resume(folder: _Path, *, threads: int | None = None, progress: Told | bool | None = None) -> Results:
+    """Goes on with a run into a folder that was interrupted or killed, named by its results folder or by its own: the
+    same bytes as if it had never stopped."""
+    return warned(open_results(_native.resume(folder, threads, teller(progress))), 2)

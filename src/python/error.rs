@@ -1,0 +1,177 @@
+//! What Python is told when something cannot be done: exceptions of the package's own, and the system's.
+
+use std::io;
+use std::path::Path;
+
+use pyo3::create_exception;
+use pyo3::exceptions::{
+    PyFileExistsError, PyFileNotFoundError, PyIsADirectoryError, PyKeyboardInterrupt, PyMemoryError, PyOSError,
+    PyRuntimeError, PyValueError,
+};
+use pyo3::prelude::*;
+use thiserror::Error;
+
+use crate::half_space::HalfSpaceError;
+use crate::response::SpectrumError;
+use crate::results::{CheckpointError, ResultsError};
+use crate::road::slices::SliceError;
+use crate::run;
+use crate::scene::{self, Diagnostic};
+
+create_exception!(
+    tyrewave,
+    SceneError,
+    PyValueError,
+    "A scene that makes no sense. `complaints` lists its mistakes, each with file, line and key; the message shows \
+     them in their places."
+);
+create_exception!(tyrewave, RunError, PyRuntimeError, "A run that failed on its way, or cannot be gone on with.");
+
+/// A mistake in a scene, with its place.
+#[pyclass(module = "tyrewave", frozen, get_all)]
+pub(super) struct Complaint {
+    /// The file's name, or what stands for one.
+    file: String,
+    /// Line in it, from 1.
+    line: usize,
+    /// Column in characters, from 1.
+    column: usize,
+    /// Path of the key, such as `tyre.layers[1].thickness`; empty where no key is concerned.
+    key: String,
+    /// What is wrong.
+    message: String,
+    /// What would be right.
+    hint: String,
+    /// All of it in one line.
+    text: String,
+}
+
+#[pymethods]
+impl Complaint {
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<tyrewave.Complaint {}>", self.text)
+    }
+}
+
+impl From<&Diagnostic> for Complaint {
+    fn from(diagnostic: &Diagnostic) -> Self {
+        Self {
+            file: diagnostic.file().to_owned(),
+            line: diagnostic.line(),
+            column: diagnostic.column(),
+            key: diagnostic.key().to_owned(),
+            message: diagnostic.problem().to_string(),
+            hint: diagnostic.problem().right().to_owned(),
+            text: diagnostic.to_string(),
+        }
+    }
+}
+
+/// Why something could not be done, before Python is told.
+#[derive(Debug, Error)]
+pub(super) enum Failure {
+    #[error(transparent)]
+    Run(#[from] run::RunError),
+    #[error(transparent)]
+    HalfSpace(#[from] HalfSpaceError),
+    #[error(transparent)]
+    Spectrum(#[from] SpectrumError),
+    /// An argument that makes no sense.
+    #[error("{0}")]
+    Argument(String),
+    /// Arrays that do not fit.
+    #[error("there is no room for {0} bytes of arrays; with `out` they go to files")]
+    Room(f64),
+    /// A defect of the package.
+    #[error("{0}")]
+    Inside(String),
+}
+
+impl From<scene::SceneError> for Failure {
+    fn from(error: scene::SceneError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+impl From<SliceError> for Failure {
+    fn from(error: SliceError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+impl Failure {
+    /// Where a run that was stopped is kept.
+    pub(super) fn kept(&self) -> Option<&Path> {
+        match self {
+            Self::Run(run::RunError::Interrupted { kept }) => kept.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// The exception.
+    pub(super) fn raised(self, py: Python<'_>) -> PyErr {
+        let text = self.to_string();
+        match self {
+            Self::Run(error) => of_a_run(py, error, text),
+            Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => RunError::new_err(text),
+            Self::HalfSpace(_) | Self::Spectrum(_) | Self::Argument(_) => PyValueError::new_err(text),
+            Self::Room(_) => PyMemoryError::new_err(text),
+            Self::Inside(_) => PyRuntimeError::new_err(text),
+        }
+    }
+}
+
+fn of_a_run(py: Python<'_>, error: run::RunError, text: String) -> PyErr {
+    match error {
+        run::RunError::Scene(error) => of_a_scene(py, error),
+        run::RunError::Road(_) | run::RunError::Slices(_) => PyValueError::new_err(text),
+        run::RunError::Results(error) => of_results(&error, text),
+        run::RunError::Kept { source, .. } => of_results(&source, text),
+        run::RunError::Checkpoint(CheckpointError::Nothing { .. }) => PyFileNotFoundError::new_err(text),
+        run::RunError::Checkpoint(CheckpointError::Io { source, .. }) => of_system(&source, text),
+        run::RunError::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
+        run::RunError::Contact(_)
+        | run::RunError::Plot(_)
+        | run::RunError::Spectrum(_)
+        | run::RunError::Checkpoint(_) => RunError::new_err(text),
+    }
+}
+
+fn of_a_scene(py: Python<'_>, error: scene::SceneError) -> PyErr {
+    let text = error.render(false);
+    match &error {
+        scene::SceneError::NotFound { .. } => return PyFileNotFoundError::new_err(error.to_string()),
+        scene::SceneError::Folder { .. } => return PyIsADirectoryError::new_err(error.to_string()),
+        scene::SceneError::Unreadable { source, .. } => return of_system(source, error.to_string()),
+        _ => {}
+    }
+    let complaints: Vec<Complaint> = error.diagnostics().iter().map(Complaint::from).collect();
+    let raised = SceneError::new_err(text);
+    // An exception without its list is still the right one.
+    let told = raised.value(py).setattr("complaints", complaints);
+    told.err().unwrap_or(raised)
+}
+
+fn of_results(error: &ResultsError, text: String) -> PyErr {
+    match error {
+        ResultsError::NotOurs { .. } | ResultsError::ForeignEntry { .. } => PyFileExistsError::new_err(text),
+        ResultsError::NoFolderName { .. } => PyValueError::new_err(text),
+        ResultsError::Create { source, .. }
+        | ResultsError::Write { source, .. }
+        | ResultsError::Rename { source, .. } => of_system(source, text),
+        _ => PyOSError::new_err(text),
+    }
+}
+
+/// The system's answer, in our words, with its number where it has one.
+fn of_system(source: &io::Error, text: String) -> PyErr {
+    match source.raw_os_error() {
+        // Python makes the fitting kind of `OSError` of the number.
+        Some(number) => PyOSError::new_err((number, text)),
+        None => PyOSError::new_err(text),
+    }
+}

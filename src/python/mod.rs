@@ -1,0 +1,36 @@
+//! The extension module of the Python package, `tyrewave._native`: thin over what every program can use of this
+//! library. Dictionaries, units and the rest of what is Python's own are made in `python/tyrewave`.
+//!
+//! Everything that takes time goes through [`work`]: with the interpreter let go, on its own threads, and stopped by
+//! Ctrl-C. Arrays are handed over, not copied.
+
+mod contact;
+mod error;
+mod road;
+mod run;
+mod scene;
+mod signal;
+mod tyre;
+mod value;
+mod work;
+
+use pyo3::prelude::*;
+
+/// What the package `tyrewave` is built on.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::contact::{indent, slice_curve};
+    #[pymodule_export]
+    use super::error::{Complaint, RunError, SceneError};
+    #[pymodule_export]
+    use super::road::{heights, road_description, slice_displacements};
+    #[pymodule_export]
+    use super::run::{plan, resume, run_in_memory, run_to_folder};
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    use super::signal::{read_sound, third_octaves};
+    #[pymodule_export]
+    use super::tyre::{compliance, influence, influence_spectrum, mobility};
+}

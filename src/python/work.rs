@@ -1,0 +1,154 @@
+//! Work with the interpreter let go: on threads of its own, watched by the thread that called.
+//!
+//! The caller's thread looks ten times a second whether Python has a signal for it (Ctrl-C) and tells how far the work
+//! has come. A signal, or an exception of who is told, asks the work to stop; the exception is raised when it has.
+//! Threads are a pool for each call and end with it, so that a process which forks later takes none of them along.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use ndarray::Array2;
+use pyo3::prelude::*;
+use rayon::ThreadPoolBuilder;
+
+use super::error::Failure;
+use crate::counters::Stage;
+use crate::run::Progress;
+
+/// Time between two looks.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// More threads are a slip of the finger.
+const MOST_THREADS: usize = 1024;
+
+/// What work and caller know of each other.
+#[derive(Default)]
+pub(super) struct Watched {
+    /// Asks the work to stop.
+    pub(super) stop: AtomicBool,
+    /// Steps done, and of how many; 0 of 0 outside of the steps.
+    done: AtomicU64,
+    steps: AtomicU64,
+    /// What is going on.
+    stage: Mutex<&'static str>,
+}
+
+impl Watched {
+    /// What is going on, how much of it is done, and of how much: 0 where that is not known.
+    fn state(&self) -> (&'static str, u64, u64) {
+        let stage = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        (stage, self.done.load(Ordering::Relaxed), self.steps.load(Ordering::Relaxed))
+    }
+
+    fn enter(&self, stage: &'static str, done: u64, steps: u64) {
+        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage;
+        self.done.store(done, Ordering::Relaxed);
+        self.steps.store(steps, Ordering::Relaxed);
+    }
+}
+
+impl Progress for &Watched {
+    fn stage(&mut self, stage: Stage) {
+        self.enter(stage.title(), 0, 0);
+    }
+
+    fn pieces(&mut self, done: usize, open: usize) {
+        self.done.store(done as u64, Ordering::Relaxed);
+        self.steps.store((done + open) as u64, Ordering::Relaxed);
+    }
+
+    fn march(&mut self, done: u64, steps: u64, _time_step: f64) {
+        self.enter("roll", done, steps);
+    }
+
+    fn step(&mut self, done: u64) {
+        self.done.store(done, Ordering::Relaxed);
+    }
+
+    // What a run has to say at its end is in its summary, too.
+    fn note(&mut self, _text: &str) {}
+
+    fn finish(&mut self) {}
+}
+
+/// Whom the caller tells how far the work has come.
+struct Told<'a> {
+    progress: Option<&'a Py<PyAny>>,
+    last: (&'static str, u64, u64),
+}
+
+impl Told<'_> {
+    /// Calls `progress(stage, done, total)` if there is news.
+    fn tell(&mut self, py: Python<'_>, watched: &Watched) -> PyResult<()> {
+        let state = watched.state();
+        let Some(progress) = self.progress.filter(|_| state != self.last) else { return Ok(()) };
+        self.last = state;
+        progress.call1(py, state).map(drop)
+    }
+}
+
+/// Has work done on so many threads, by default one for each processor, with the interpreter let go.
+///
+/// # Errors
+/// That of the work; the exception that stopped it, which then has the attribute `kept`: where an unfinished run is, or
+/// `None`.
+pub(super) fn carried_out<T: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(&Watched) -> Result<T, Failure> + Send,
+) -> PyResult<T> {
+    if let Some(threads) = threads.filter(|threads| !(1..=MOST_THREADS).contains(threads)) {
+        let wrong = format!("threads is {threads}: 1 to {MOST_THREADS} are possible");
+        return Err(Failure::Argument(wrong).raised(py));
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or_default()).build();
+    let pool = pool.map_err(|error| Failure::Inside(format!("cannot start threads: {error}")).raised(py))?;
+    let watched = Watched::default();
+    let mut told = Told { progress, last: watched.state() };
+    let (done, stopped) = py.detach(|| {
+        pool.in_place_scope(|scope| {
+            let (sender, receiver) = channel();
+            let watched = &watched;
+            // Nobody to send to: the caller is gone, and with it whoever wants to know.
+            scope.spawn(move |_| drop(sender.send(work(watched))));
+            let mut stopped: Option<PyErr> = None;
+            loop {
+                let look = |py: Python<'_>| py.check_signals().and_then(|()| told.tell(py, watched));
+                match receiver.recv_timeout(LOOK_EVERY) {
+                    Err(RecvTimeoutError::Timeout) if stopped.is_some() => {}
+                    Err(RecvTimeoutError::Timeout) => {
+                        stopped = Python::attach(look).err();
+                        watched.stop.store(stopped.is_some(), Ordering::Relaxed);
+                    }
+                    Ok(done) => {
+                        let stopped = stopped.or_else(|| Python::attach(look).err());
+                        return (Some(done), stopped);
+                    }
+                    // The work has panicked; the scope hands that on.
+                    Err(RecvTimeoutError::Disconnected) => return (None, stopped),
+                }
+            }
+        })
+    });
+    match (done, stopped) {
+        (Some(done), Some(stopped)) => {
+            let kept = done.as_ref().err().and_then(Failure::kept);
+            let told = stopped.value(py).setattr("kept", kept);
+            Err(told.err().unwrap_or(stopped))
+        }
+        (Some(done), None) => done.map_err(|failure| failure.raised(py)),
+        (None, stopped) => Err(stopped.unwrap_or_else(|| Failure::Inside("the work has ended".into()).raised(py))),
+    }
+}
+
+/// Rows of equal length as an array.
+///
+/// # Errors
+/// [`Failure::Inside`] for rows of another length.
+pub(super) fn shaped<T>(rows: Vec<Vec<T>>, columns: usize) -> Result<Array2<T>, Failure> {
+    let shape = (rows.len(), columns);
+    let values = rows.into_iter().flatten().collect();
+    Array2::from_shape_vec(shape, values).map_err(|error| Failure::Inside(error.to_string()))
+}

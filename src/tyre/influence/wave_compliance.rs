@@ -1,0 +1,46 @@
+//! The compliance of single waves of a tyre, curved or flat.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::kernel::Kernel;
+use crate::scene::Tyre;
+use crate::tyre::layers::compliance::Matrix3;
+
+/// Relative accuracy of a curved tyre's waves.
+const TOLERANCE: f64 = 1e-8;
+
+/// C \[m/Pa\] of the waves of `around` periods round the tyre and of a lateral number, at frequencies \[Hz\] from 0 on:
+/// displacement i of the tread's surface for unit traction j; order circumferential, lateral, outward. Wave by wave, in
+/// each frequency by frequency.
+pub fn wave_compliance(tyre: &Tyre, around: &[u32], lateral: usize, frequencies: &[f64]) -> Vec<Matrix3> {
+    let highest = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
+    let kernel = Kernel::new(tyre, TAU * highest, TOLERANCE);
+    let at: Vec<_> = frequencies.par_iter().map(|&frequency| kernel.at(Complex64::new(0.0, TAU * frequency))).collect();
+    let wave = |&n: &u32| at.iter().map(|at| at.full(i64::from(n), lateral)).collect::<Vec<_>>();
+    around.par_iter().flat_map_iter(wave).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, PLATE, Scene};
+    use crate::tyre::layers::compliance::Stack;
+
+    #[test]
+    fn a_flat_tyre_answers_as_its_layers_and_a_curved_one_as_them_where_waves_are_short() {
+        let norm = |matrix: &Matrix3| matrix.iter().flatten().map(|value| value.norm()).fold(0.0, f64::max);
+        for (scene, around, allowed) in [(PLATE, 7, 1e-14), (DEFAULT, 300, 3e-2)] {
+            let tyre = Scene::from_str(scene, "scene").unwrap().scene.tyre;
+            let found = wave_compliance(&tyre, &[1, around], 1, &[0.0, 700.0]);
+            assert_eq!(found.len(), 4);
+            let s = Complex64::new(0.0, TAU * 700.0);
+            let waves = super::super::Waves::new(&tyre);
+            let flat = Stack::new(&tyre).at(s).full(waves.kx(around.into()), waves.ky(1)).0;
+            let zz = (found[3][2][2] - flat[2][2]).norm();
+            assert!(zz <= allowed * norm(&flat), "{scene:.40}: {zz:e} of {:e}", norm(&flat));
+        }
+    }
+}

@@ -2,23 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::builder::ArgPredicate;
+use clap::{Arg, Args};
 use tyrewave::response::BandLevel;
 use tyrewave::results::ResultsError;
-use tyrewave::results::plots::ThirdOctavePlot;
-use tyrewave::results::spectra::FORCE_LEVEL;
 use tyrewave::results::summary::SUMMARY_FILE;
-use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
-use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
 use tyrewave::study::sweep::{Axes, Outcome, Variant, blocks, sweep, variants};
 
 use super::context::{Context, print};
 use super::error::CliError;
 use super::messages::tell;
 use super::options::positive;
-use super::output_file::{Replaces, check};
 use super::side::Place;
+use super::sweep_tables::{check_tables, told_missed, write_tables};
+use super::sweep_tasks::TaskArguments;
 
 const EXAMPLES: &str = "\
 Every combination of speed, load and road is a run of its own, with a results folder of its own under the sweep's. \
@@ -32,26 +30,36 @@ tolerance is marked with a star, and the exit code is 1.
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
 their checkpoint. A variant is another one when its scene, the version of tyrewave or its road file has changed.
 
+With --tasks the scenes are written into a folder as tasks, for a batch system or other machines, and nothing is run; \
+a task is done by --task, and the tables are made by --collect of what is there. A task that is done again is done \
+already; one that was killed goes on from its checkpoint (outputs.checkpoint_interval). What a task leaves is what \
+the tables need, with --keep-results its results folder, too. Beside the tasks: job.slurm and job.hq, job arrays for \
+Slurm and HyperQueue with memory and time from the plan. --collect answers with exit code 1 as long as tasks are \
+missing, and writes which elements of the array they are in into the file `missing`.
+
 A road is a file: a profile (.dat, .csv) or OpenCRG (.crg) takes the place of the scene's road, whose other keys stay \
 if it is of the same kind; a .toml file holds the keys of a whole [road].
 
 Examples:
   tyrewave sweep scenes/default.toml --speed 50..130:10
   tyrewave sweep scenes/default.toml --speed 50,80,100 --load 3000,4000 --out trial
-  tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg";
+  tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg
+  tyrewave sweep scenes/default.toml --speed 50..130:1 --load 2000..5000:100 --tasks shared/trial
+  sbatch shared/trial/job.slurm
+  bash shared/trial/job.hq
+  tyrewave sweep --task shared/trial 0..99 --threads 4
+  tyrewave sweep --collect shared/trial
+  sbatch --array=$(cat shared/trial/missing) shared/trial/job.slurm";
 
 /// Most values that a range may stand for; a slip of the finger must not start a million runs.
 const MOST_VALUES: usize = 1000;
 
-/// What is written beside the variants' folders.
-const TEXT: &str = "sweep.txt";
-const TABLE: &str = "sweep.csv";
-const SOUND: &str = "sweep_sound.csv";
-const GROWTH: &str = "growth.svg";
-const LEVELS: &str = "levels.svg";
+/// Tasks that are in a folder have scene and speeds there.
+const ELSEWHERE: [&str; 2] = ["task", "collect"];
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
+#[command(mut_arg("scene", |scene| elsewhere(scene, "-")), mut_arg("speed", |speed| elsewhere(speed, "1")))]
 pub struct SweepArguments {
     #[command(flatten)]
     place: Place,
@@ -64,6 +72,15 @@ pub struct SweepArguments {
     /// Road file; may be given several times; default: the scene's road.
     #[arg(long, value_name = "FILE")]
     road: Vec<PathBuf>,
+    #[command(flatten)]
+    tasks: TaskArguments,
+}
+
+/// An argument that is not asked for where tasks in a folder are done or collected; it has some value then.
+fn elsewhere(argument: Arg, value: &'static str) -> Arg {
+    let unused = ELSEWHERE.map(|mode| (mode, ArgPredicate::IsPresent, value));
+    let argument = argument.required(false).required_unless_present_any(ELSEWHERE);
+    argument.default_value_ifs(unused).conflicts_with_all(ELSEWHERE)
 }
 
 /// Positive numbers from the command line, each once.
@@ -99,10 +116,17 @@ fn values(text: &str) -> Result<Values, String> {
 impl SweepArguments {
     /// Runs the sweep and prints its table.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        if self.tasks.are_there() {
+            return self.tasks.execute(self.place.out.as_deref(), context);
+        }
         let base = context.load(&self.place.scene)?;
         let loads = self.load.map_or(Vec::new(), |loads| loads.0);
         let axes = Axes { speeds: self.speed.0, loads, roads: self.road };
         let variants = variants(&base, &axes)?;
+        if self.tasks.are_written() {
+            let pictures = base.scene.outputs.plots;
+            return self.tasks.write((&base.title(), pictures), &variants, self.place.out.as_deref(), context);
+        }
         let folder = self.place.clone().target("sweep");
         if folder.join(SUMMARY_FILE).exists() {
             return Err(ResultsError::NotOurs { path: folder }.into());
@@ -110,42 +134,15 @@ impl SweepArguments {
         let base_road = base.scene.road.file();
         let roads = axes.roads.iter().map(PathBuf::as_path);
         let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(base_road).chain(roads).collect();
-        for name in [TEXT, TABLE, SOUND, GROWTH, LEVELS] {
-            check(&folder.join(name), Replaces::AllBut(&inputs))?;
-        }
+        check_tables(&folder, &inputs)?;
         std::fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
 
         let mut progress = context.progress();
         let outcomes = sweep(&variants, &folder, context.threads, context.interrupt.flag(), &mut progress);
         drop(progress);
         let blocks = blocks(&variants, &outcomes);
-        let mut report = Report::default();
-        for (index, block) in blocks.iter().enumerate() {
-            if index > 0 {
-                report.text("\n");
-            }
-            report.append(block.report());
-        }
-        let write = |name: &str, text: &str| {
-            let path = folder.join(name);
-            std::fs::write(&path, text).map_err(ResultsError::writing(&path))
-        };
-        write(TEXT, &report.to_string())?;
-        write(TABLE, &csv(&blocks))?;
-        if let Some(sound) = sound_csv(&blocks) {
-            write(SOUND, &sound)?;
-        }
-        if base.scene.outputs.plots {
-            if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {}", base.title()))? {
-                write(GROWTH, &svg)?;
-            }
-            let spectra = spectra(&variants, &outcomes);
-            if !spectra.is_empty() {
-                let quantity = FORCE_LEVEL;
-                let title = &format!("Contact force, third octaves: {}", base.title());
-                write(LEVELS, &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
-            }
-        }
+        let report =
+            write_tables(&folder, (&base.title(), base.scene.outputs.plots), &blocks, spectra(&variants, &outcomes))?;
         let ended = ended(&variants, &outcomes, context.colour);
         if matches!(ended, Err(CliError::SweepStopped)) {
             return ended;
@@ -189,15 +186,12 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
     if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Stopped)) {
         return Err(CliError::SweepStopped);
     }
-    let told = |names: &[String], what: &str| format!("{} of {} variants {what}", names.len(), variants.len());
     let mut wrong = Vec::new();
     if !failed.is_empty() {
-        wrong.push(format!("{}: {}; the others are done", told(&failed, "failed"), failed.join(", ")));
+        let (count, all) = (failed.len(), variants.len());
+        wrong.push(format!("{count} of {all} variants failed: {}; the others are done", failed.join(", ")));
     }
-    if !missed.is_empty() {
-        let what = "missed their load by more than its tolerance";
-        wrong.push(format!("{}: {}; their results are kept", told(&missed, what), missed.join(", ")));
-    }
+    wrong.extend(told_missed(&missed, variants.len()));
     if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
 }
 

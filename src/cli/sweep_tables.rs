@@ -1,0 +1,70 @@
+//! The tables of a sweep and their place.
+
+use std::path::Path;
+
+use tyrewave::response::BandLevel;
+use tyrewave::results::ResultsError;
+use tyrewave::results::plots::ThirdOctavePlot;
+use tyrewave::results::spectra::FORCE_LEVEL;
+use tyrewave::results::table::Report;
+use tyrewave::storage::PendingFile;
+use tyrewave::study::sweep::SweepBlock;
+use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
+
+use super::error::CliError;
+use super::output_file::{Replaces, check};
+
+/// What is written beside the variants' folders.
+const TEXT: &str = "sweep.txt";
+const TABLE: &str = "sweep.csv";
+const SOUND: &str = "sweep_sound.csv";
+const GROWTH: &str = "growth.svg";
+const LEVELS: &str = "levels.svg";
+
+/// Refuses to put a sweep's tables in the place of its inputs.
+pub fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
+    [TEXT, TABLE, SOUND, GROWTH, LEVELS].iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
+}
+
+/// Writes the tables of a sweep, and its pictures where they are wanted; hands back the report.
+pub fn write_tables(
+    folder: &Path,
+    (title, plots): (&str, bool),
+    blocks: &[SweepBlock],
+    spectra: Vec<(&str, &[BandLevel])>,
+) -> Result<Report, CliError> {
+    let mut report = Report::default();
+    for (index, block) in blocks.iter().enumerate() {
+        if index > 0 {
+            report.text("\n");
+        }
+        report.append(block.report());
+    }
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        let file = PendingFile::create(&path).map_err(ResultsError::creating(&path))?;
+        file.complete(text).map_err(ResultsError::writing(&path))
+    };
+    write(TEXT, &report.to_string())?;
+    write(TABLE, &csv(blocks))?;
+    if let Some(sound) = sound_csv(blocks) {
+        write(SOUND, &sound)?;
+    }
+    if plots {
+        if let Some(svg) = growth_plot(blocks, &format!("Growth with the speed: {title}"))? {
+            write(GROWTH, &svg)?;
+        }
+        if !spectra.is_empty() {
+            let title = &format!("Contact force, third octaves: {title}");
+            write(LEVELS, &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, error: None }.to_svg()?)?;
+        }
+    }
+    Ok(report)
+}
+
+/// What is said of the variants that missed their load, if any did.
+pub fn told_missed(missed: &[String], all: usize) -> Option<String> {
+    let what = "variants missed their load by more than its tolerance";
+    let told = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));
+    (!missed.is_empty()).then(told)
+}

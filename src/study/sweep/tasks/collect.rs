@@ -1,0 +1,79 @@
+//! What is there of all tasks, and what is missing.
+
+use std::path::PathBuf;
+
+use crate::response::BandLevel;
+use crate::storage::Unusable;
+use crate::study::sweep::run::Done;
+use crate::study::sweep::table::SweepBlock;
+use crate::study::sweep::tasks::error::TaskError;
+use crate::study::sweep::tasks::folder::TaskFolder;
+use crate::study::sweep::tasks::numbers::Numbers;
+use crate::study::sweep::tasks::outcomes::Outcomes;
+use crate::study::sweep::tasks::task::Label;
+
+/// What is there of all tasks.
+#[derive(Debug, Default)]
+pub struct Collection {
+    /// The tasks, in the order of their numbers, and what those that are done have found.
+    pub tasks: Vec<(Label, Option<Done>)>,
+    /// Tasks that failed when they were last tried: number, name and reason.
+    pub failed: Vec<(u64, String, String)>,
+    /// Outcomes that cannot be used; their tasks are missing.
+    pub unusable: Vec<(PathBuf, Unusable)>,
+}
+
+impl TaskFolder {
+    /// Collects what is there and makes one file of each shard that is done; `each` is told of every shard.
+    ///
+    /// # Errors
+    /// [`TaskError`].
+    pub fn collect(&self, mut each: impl FnMut()) -> Result<Collection, TaskError> {
+        let mut collection = Collection::default();
+        for shard in 0..self.shards() {
+            let tasks = self.shard(shard)?;
+            let outcomes = Outcomes::of(self, shard, &tasks);
+            outcomes.compact()?;
+            let found = outcomes.read()?;
+            collection.unusable.extend(found.unusable);
+            for (index, (number, done)) in self.numbers(shard).zip(&found.done).enumerate() {
+                if let (None, Some(reason)) = (done, outcomes.failure(index)) {
+                    collection.failed.push((number, tasks[index].label.name.clone(), reason));
+                }
+            }
+            collection.tasks.extend(tasks.into_iter().map(|task| task.label).zip(found.done));
+            each();
+        }
+        Ok(collection)
+    }
+}
+
+impl Collection {
+    /// Numbers of the tasks that are not done.
+    pub fn missing(&self) -> Numbers {
+        let numbers = (0..).zip(&self.tasks).filter(|(_, (_, done))| done.is_none());
+        Numbers::new(numbers.map(|(number, _)| number))
+    }
+
+    /// Names of the tasks whose load was missed.
+    pub fn missed_loads(&self) -> Vec<String> {
+        let missed = |done: &Option<Done>| done.as_ref().is_some_and(|done| done.missed_load().is_some());
+        self.tasks.iter().filter(|(_, done)| missed(done)).map(|(label, _)| label.name.clone()).collect()
+    }
+
+    /// The blocks of the sweep's table.
+    pub fn blocks(&self) -> Vec<SweepBlock> {
+        let block = |tasks: &[(Label, Option<Done>)]| {
+            let found = tasks.iter().map(|(_, done)| done.clone().unwrap_or_default()).collect();
+            SweepBlock::new(&tasks[0].0.group, tasks.iter().map(|(label, _)| label.speed).collect(), found)
+        };
+        self.tasks.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
+    }
+
+    /// Names and levels of the tasks that have any.
+    pub fn spectra(&self) -> Vec<(&str, &[BandLevel])> {
+        let done = self.tasks.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
+        let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));
+        levels.filter(|(_, levels)| !levels.is_empty()).collect()
+    }
+}

@@ -1,0 +1,81 @@
+//! One scene with all that doing it takes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::numeric::digest::sha256;
+use crate::plan::{Plan, unit_record};
+use crate::run::checkpoint::file_digest;
+use crate::scene::{Scene, SceneError};
+use crate::study::sweep::tasks::error::TaskError;
+use crate::study::sweep::variants::Variant;
+
+/// A task: nothing but the road file and the program is needed beside it.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Task {
+    /// SHA-256 of scene and road: its name by content.
+    pub id: String,
+    /// What the tables say of it.
+    pub label: Label,
+    /// The scene as TOML, open where the scene of the sweep is open, its tyre within, the path of its road absolute.
+    scene: String,
+    /// SHA-256 of the road file's content; empty without one.
+    road: String,
+    /// Wall time that the plan expects on one thread \[s\].
+    pub seconds: f64,
+    /// Largest memory that the plan expects, the program itself not included \[bytes\].
+    pub memory: f64,
+    /// Whether it has all threads to itself: what several at a time would each solve is solved once and kept.
+    pub alone: bool,
+}
+
+/// Where a variant stands in the tables.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Label {
+    /// Name of the variant.
+    pub name: String,
+    /// [`Variant::group`].
+    pub group: String,
+    /// Speed \[km/h\].
+    pub speed: f64,
+}
+
+impl Task {
+    /// Of a variant. `road`: SHA-256 of its road file's content;
+    ///
+    /// # Errors
+    /// A scene that TOML cannot hold.
+    pub(super) fn of(variant: &Variant, road: String) -> Result<Self, TaskError> {
+        let Variant { name, loaded, plan, speed, group } = variant;
+        let scene = loaded.given().map_err(failed(name))?.to_string();
+        let forecast = plan.clone().with_kept_model().forecast(&unit_record::known(), 1, 0.0);
+        Ok(Self {
+            id: sha256(&[&scene, "\n", &road]),
+            label: Label { name: name.clone(), group: group.clone(), speed: *speed },
+            scene,
+            road,
+            seconds: forecast.wall_seconds,
+            memory: forecast.memory,
+            alone: plan.decisions.radiation.is_some(),
+        })
+    }
+
+    /// Its variant, once more.
+    ///
+    /// # Errors
+    /// [`TaskError::Road`] for a road file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].
+    pub(super) fn variant(&self) -> Result<Variant, TaskError> {
+        let Label { name, group, speed } = self.label.clone();
+        let loaded = Scene::from_str(&self.scene, &name).map_err(failed(&name))?;
+        if let Some(path) = loaded.scene.road.file()
+            && file_digest(path).map_err(TaskError::reading(path))? != self.road
+        {
+            return Err(TaskError::Road { task: name, path: path.to_owned() });
+        }
+        let plan = Plan::of(&loaded).map_err(failed(&name))?;
+        Ok(Variant { name, loaded, plan, speed, group })
+    }
+}
+
+fn failed(name: &str) -> impl Fn(SceneError) -> TaskError + use<'_> {
+    |source| TaskError::Scene { task: name.to_owned(), source }
+}

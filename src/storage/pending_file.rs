@@ -101,4 +101,14 @@ mod tests {
             assert!(PendingFile::create(&wrong).is_err(), "{}", wrong.display());
         }
     }
+
+    #[test]
+    fn processes_of_one_id_on_two_machines_do_not_write_to_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = || PendingFile::create(&folder.path().join("table.csv")).unwrap();
+        let (one, other) = (of(), of());
+        assert_ne!(one.temporary(), other.temporary());
+        let name = one.temporary().file_name().unwrap().to_string_lossy().into_owned();
+        assert!(!name.contains(&format!(".{}-", std::process::id())), "{name}");
+    }
 }

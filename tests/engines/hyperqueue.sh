@@ -19,11 +19,10 @@ if command -v hq > /dev/null; then
     until hq server info > /dev/null 2>&1; do sleep 0.1; done
     worker() { hq worker start --cpus 1 --heartbeat 1s > "$WORK/worker-$1.log" 2>&1 & worker=$!; started+=("$worker"); }
     worker 1
-    first=$worker
     worker 2
     submit() { bash "$1/job.hq" ${2:+"$2"} > /dev/null || fail "hq submit"; }
     finish() { hq job wait all > /dev/null 2>&1; }
-    kill_worker() { kill -KILL "$first"; worker 3; }
+    again() { worker 3; }
 else
     python3 -m venv "$WORK/venv" > /dev/null 2>&1 && "$WORK/venv/bin/pip" install -q hyperqueue > /dev/null 2>&1 ||
         skip "there is no hq, and pip has no hyperqueue"
@@ -35,7 +34,7 @@ else
         last=("$@")
     }
     finish() { wait "$first" 2> /dev/null; }
-    kill_worker() { kill -KILL "$first"; finish; sleep 2; submit "${last[@]}"; }
+    again() { finish; sleep 2; submit "${last[@]}"; }
 fi
 echo "HyperQueue: $engine, $(nproc) processors; $("$PROGRAM" --version)"
 
@@ -49,7 +48,11 @@ submit "$tasks"
 until_done "$tasks" 20
 kill_one "$tasks"
 until_done "$tasks" 60
-kill_worker && echo "killed a worker"
+hold_one "$tasks"
+kill -KILL "$(ps -o ppid= -p "$pid" | tr -d ' ')"
+kill -CONT "$pid"
+echo "killed the worker of task $number"
+again
 finish
 "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2> "$WORK/told" || cat "$WORK/told"
 if [ -e "$tasks/missing" ]; then

@@ -146,7 +146,7 @@ fn what_makes_no_sense_is_answered() {
 fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
     let folder = written(ROAD, 0.1);
     let place = folder.path();
-    assert_done(&task(place, "0..2"));
+    ["0", "1", "2"].iter().for_each(|number| assert_done(&task(place, number)));
     let [manifest, tasks] = ["t/manifest", "t/shard-0000/tasks"].map(|name| place.join(name));
     for path in [&manifest, &tasks] {
         let whole = fs::read(path).unwrap();
@@ -167,9 +167,11 @@ fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
         assert!(path.is_file(), "{shown}");
     }
     assert!(text(&collect(place).stdout).contains("3 of 6 tasks are done"));
-    // An outcome that is damaged, or another task's, is no outcome.
+    // An outcome that is damaged, or another scene's, is no outcome.
+    assert_done(&sweep(place, &["--set", "numerics.elements=80", "--tasks", "u"]));
+    assert_done(&tyrewave(place, &["sweep", "--task", "u", "1"]));
+    fs::copy(place.join("u/shard-0000/outcome-1"), place.join("t/shard-0000/outcome-1")).unwrap();
     damage(&place.join("t/shard-0000/outcome-0"));
-    fs::copy(place.join("t/shard-0000/outcome-2"), place.join("t/shard-0000/outcome-1")).unwrap();
     let collected = collect(place);
     assert!(text(&collected.stdout).contains("1 of 6 tasks are done"), "{}", text(&collected.stdout));
     let message = text(&collected.stderr);

@@ -33,8 +33,7 @@ impl TaskFolder {
         for shard in 0..self.shards() {
             let tasks = self.shard(shard)?;
             let outcomes = Outcomes::of(self, shard, &tasks);
-            outcomes.compact()?;
-            let found = outcomes.read()?;
+            let found = outcomes.collect()?;
             collection.unusable.extend(found.unusable);
             for (index, (number, done)) in self.numbers(shard).zip(&found.done).enumerate() {
                 if let (None, Some(reason)) = (done, outcomes.failure(index)) {

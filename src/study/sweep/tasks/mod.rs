@@ -11,7 +11,8 @@
 //! DIR/manifest              written last: format, version, how many tasks, which
 //! DIR/shard-0007/tasks      the tasks 7000 to 7999
 //! DIR/shard-0007/outcome-N  what task N has found; failed-N: why it has not
-//! DIR/shard-0007/outcomes   all of them, once all are there
+//! DIR/shard-0007/outcomes-* what some of them have found
+//! DIR/shard-0007/outcomes   what all of them have found, instead of those
 //! DIR/shard-0007/results    runs under way with their checkpoints; with `keep_results` all that have ended
 //! DIR/shard-0007/lock-N     held by the process that does task N
 //! ```

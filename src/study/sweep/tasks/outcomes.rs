@@ -1,31 +1,38 @@
 //! What tasks have found.
 //!
-//! A task that is done leaves a small file. A million of those are more than a shared disk likes: once all tasks of a
-//! shard are done they become one file, by whoever sees it first. That file has its name before the small ones go, and
-//! whoever misses one of those looks at it again: at any moment every outcome is found, however many collect at once.
+//! A task that is done leaves a small file. A million of those are more than a shared disk likes: whoever does many
+//! tasks makes one file of each [`TOGETHER`] that it has written, and once all tasks of a shard are done they become
+//! one file, by whoever sees it first. A file that takes the place of others has its name before those go, and whoever
+//! misses one of them looks again: at any moment every outcome is found, however many write and collect at once.
 
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use crate::numeric::digest::sha256;
 use crate::storage::flat_folder::entries;
-use crate::storage::sealed_file::Body;
 use crate::storage::{Format, Unusable};
 use crate::study::sweep::run::Done;
 use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::{TaskFolder, write_sealed};
 use crate::study::sweep::tasks::task::Task;
 
-/// Name of all outcomes of a shard.
+/// Outcomes of one process that become one file.
+pub(super) const TOGETHER: usize = 64;
+/// Name of all outcomes of a shard; of some of them it is longer by their count and digest.
 const OUTCOMES: &str = "outcomes";
-const OUTCOMES_FORMAT: Format = Format { magic: b"TWAVEOUS", version: 1, name: "outcomes of tasks" };
 /// Name of one outcome, before the task's number.
 const OUTCOME: &str = "outcome-";
-const OUTCOME_FORMAT: Format = Format { magic: b"TWAVEOUT", version: 1, name: "an outcome of a task" };
+const FORMAT: Format = Format { magic: b"TWAVEOUT", version: 1, name: "outcomes of tasks" };
 /// Name of the reason why a task has failed, before the task's number.
 const FAILED: &str = "failed-";
 /// Name of the folder that runs are in.
 const RESULTS: &str = "results";
+/// How often files are looked for anew that have become one meanwhile.
+const ATTEMPTS: usize = 100;
+
+/// An outcome in a file: the task's place in its shard, its id, what it has found.
+type Entry = (usize, String, Done);
 
 /// The outcomes of a shard's tasks.
 pub struct Outcomes<'a> {
@@ -40,7 +47,7 @@ pub struct Outcomes<'a> {
 pub struct Found {
     /// What each task has found, in their order.
     pub done: Vec<Option<Done>>,
-    /// Files that are there and cannot be used: their tasks are to be done again.
+    /// Files that are there and cannot be used: their tasks are to be done again, unless others know of them.
     pub unusable: Vec<(PathBuf, Unusable)>,
 }
 
@@ -65,56 +72,54 @@ impl<'a> Outcomes<'a> {
     /// # Errors
     /// [`TaskError::Read`].
     pub fn read(&self) -> Result<Found, TaskError> {
-        let mut unusable = Vec::new();
-        if let Some(done) = self.read_all(&mut unusable)? {
-            return Ok(Found { done, unusable });
-        }
-        let there = entries(&self.folder).map_err(TaskError::reading(&self.folder))?;
-        let mut done = vec![None; self.tasks.len()];
-        let mut vanished = false;
-        for name in there {
-            let number = name.strip_prefix(OUTCOME).and_then(|number| number.parse::<u64>().ok());
-            let index = number.and_then(|number| usize::try_from(number.checked_sub(self.first)?).ok());
-            let Some(index) = index.filter(|&index| index < self.tasks.len()) else { continue };
-            done[index] = self.read_one(index, &mut unusable)?;
-            vanished |= done[index].is_none();
-        }
-        if vanished || done.iter().any(Option::is_none) {
-            // Somebody else may have made one file of them meanwhile.
-            if let Some(done) = self.read_all(&mut Vec::new())? {
-                return Ok(Found { done, unusable: Vec::new() });
+        let mut found = Found::default();
+        for _ in 0..ATTEMPTS {
+            found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
+            let mut vanished = false;
+            for name in self.names()? {
+                vanished |= !self.add(&name, &mut found)?;
+            }
+            if !vanished || found.is_complete() {
+                break;
             }
         }
-        Ok(Found { done, unusable })
+        Ok(found)
     }
 
-    /// What one task of the shard has found, if it is done.
-    ///
-    /// # Errors
-    /// [`TaskError::Read`].
-    pub fn read_task(&self, index: usize) -> Result<Option<Done>, TaskError> {
-        match self.read_one(index, &mut Vec::new())? {
-            Some(done) => Ok(Some(done)),
-            None => Ok(self.read_all(&mut Vec::new())?.and_then(|mut done| done.swap_remove(index))),
+    /// Names of the files of outcomes.
+    fn names(&self) -> Result<Vec<String>, TaskError> {
+        let mut names = entries(&self.folder).map_err(TaskError::reading(&self.folder))?;
+        names.retain(|name| [OUTCOME, OUTCOMES].iter().any(|prefix| name.starts_with(prefix)) && !name.contains('.'));
+        Ok(names)
+    }
+
+    /// Adds what a file holds; whether it was there.
+    fn add(&self, name: &str, found: &mut Found) -> Result<bool, TaskError> {
+        let path = self.folder.join(name);
+        let entries: Result<Vec<Entry>, Unusable> = match FORMAT.read(&path) {
+            Ok(body) => body.and_then(|body| body.finish()),
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
+            Err(source) => return Err(TaskError::Read { path, source }),
+        };
+        match entries {
+            Ok(entries) => {
+                for (index, id, done) in entries {
+                    match self.tasks.get(index) {
+                        Some(task) if task.id == id => found.done[index] = Some(done),
+                        _ => found.unusable.push((path.clone(), Unusable::Key)),
+                    }
+                }
+            }
+            Err(reason) => found.unusable.push((path, reason)),
         }
+        Ok(true)
     }
 
-    fn read_one(&self, index: usize, unusable: &mut Vec<(PathBuf, Unusable)>) -> Result<Option<Done>, TaskError> {
-        let content = |body: Body| {
-            let (id, done): (String, Done) = body.finish()?;
-            if id == self.tasks[index].id { Ok(done) } else { Err(Unusable::Key) }
-        };
-        read(&OUTCOME_FORMAT, &self.file(OUTCOME, index), content, unusable)
-    }
-
-    fn read_all(&self, unusable: &mut Vec<(PathBuf, Unusable)>) -> Result<Option<Vec<Option<Done>>>, TaskError> {
-        let content = |body: Body| {
-            let all: Vec<(String, Done)> = body.finish()?;
-            let ours =
-                all.len() == self.tasks.len() && all.iter().zip(self.tasks).all(|((id, _), task)| *id == task.id);
-            if ours { Ok(all.into_iter().map(|(_, done)| Some(done)).collect()) } else { Err(Unusable::Key) }
-        };
-        read(&OUTCOMES_FORMAT, &self.folder.join(OUTCOMES), content, unusable)
+    /// Whether a task of the shard has been done by somebody whose outcome is not one file with others.
+    pub fn has(&self, index: usize) -> bool {
+        let mut found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
+        let name = format!("{OUTCOME}{}", self.first + index as u64);
+        self.add(&name, &mut found).is_ok_and(|there| there && found.done[index].is_some())
     }
 
     /// Keeps what a task of the shard has found.
@@ -122,10 +127,34 @@ impl<'a> Outcomes<'a> {
     /// # Errors
     /// [`TaskError::Results`].
     pub fn keep(&self, index: usize, done: &Done) -> Result<(), TaskError> {
-        write_sealed(&OUTCOME_FORMAT, &self.file(OUTCOME, index), &(&self.tasks[index].id, done))?;
+        self.write(&self.file(OUTCOME, index), [(index, done)])?;
         // A reason of an earlier attempt.
         let _ = fs::remove_file(self.file(FAILED, index));
         Ok(())
+    }
+
+    /// Makes one file of what this process has kept by [`Self::keep`].
+    ///
+    /// # Errors
+    /// [`TaskError::Results`].
+    pub fn join(&self, kept: &[(usize, Done)]) -> Result<(), TaskError> {
+        if kept.len() < 2 {
+            return Ok(());
+        }
+        let ids: Vec<&str> = kept.iter().map(|(index, _)| self.tasks[*index].id.as_str()).collect();
+        // Others may join others, but what has the same name is the same.
+        let name = format!("{OUTCOMES}-{}-{}", kept.len(), sha256(&ids));
+        self.write(&self.folder.join(name), kept.iter().map(|(index, done)| (*index, done)))?;
+        for (index, _) in kept {
+            // Whoever has made one file of the whole shard has removed it.
+            let _ = fs::remove_file(self.file(OUTCOME, *index));
+        }
+        Ok(())
+    }
+
+    fn write<'d>(&self, path: &Path, done: impl IntoIterator<Item = (usize, &'d Done)>) -> Result<(), TaskError> {
+        let entry = |(index, done): (usize, &'d Done)| (index, self.tasks[index].id.as_str(), done);
+        write_sealed(&FORMAT, path, &done.into_iter().map(entry).collect::<Vec<_>>())
     }
 
     /// Keeps the reason why a task of the shard has failed, for whoever collects; what cannot be kept has been told.
@@ -139,41 +168,158 @@ impl<'a> Outcomes<'a> {
         Some(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// Makes one file of all outcomes, if all are there and are not one file already.
+    /// Makes one file of all outcomes where the names of the files say that all may be there.
+    ///
+    /// # Errors
+    /// As [`Self::collect`].
+    pub fn complete(&self) -> Result<(), TaskError> {
+        let count = |name: &String| match name.strip_prefix(OUTCOMES) {
+            Some(rest) => rest.split('-').nth(1).map_or(Some(0), |count| count.parse::<usize>().ok()).unwrap_or(0),
+            None => 1,
+        };
+        let counted: usize = self.names()?.iter().map(count).sum();
+        if counted >= self.tasks.len() { self.collect().map(drop) } else { Ok(()) }
+    }
+
+    /// All that is there; one file of it, once all are there.
     ///
     /// # Errors
     /// [`TaskError::Read`], [`TaskError::Results`].
-    pub fn compact(&self) -> Result<(), TaskError> {
-        let there = entries(&self.folder).map_err(TaskError::reading(&self.folder))?;
-        if there.iter().filter(|name| name.starts_with(OUTCOME)).count() < self.tasks.len() {
-            return Ok(());
-        }
+    pub fn collect(&self) -> Result<Found, TaskError> {
         let found = self.read()?;
-        let ids = self.tasks.iter().map(|task| task.id.as_str());
-        let all: Option<Vec<(&str, Done)>> = ids.zip(found.done).map(|(id, done)| Some((id, done?))).collect();
-        if let Some(all) = all {
-            write_sealed(&OUTCOMES_FORMAT, &self.folder.join(OUTCOMES), &all)?;
-            for index in 0..self.tasks.len() {
-                // Whoever collects at the same time may have removed it.
-                let _ = fs::remove_file(self.file(OUTCOME, index));
-            }
-            // Unless results are kept it is empty.
-            let _ = fs::remove_dir(self.results());
+        let names = self.names()?;
+        if !found.is_complete() || names == [OUTCOMES] {
+            return Ok(found);
         }
-        Ok(())
+        let done = found.done.iter().enumerate();
+        self.write(&self.folder.join(OUTCOMES), done.filter_map(|(index, done)| Some((index, done.as_ref()?))))?;
+        for name in names.iter().filter(|name| *name != OUTCOMES) {
+            // Whoever collects at the same time may have removed it.
+            let _ = fs::remove_file(self.folder.join(name));
+        }
+        // Unless results are kept it is empty.
+        let _ = fs::remove_dir(self.results());
+        Ok(found)
     }
 }
 
-/// What a sealed file holds; `None` where there is none, or one that cannot be used.
-fn read<T>(
-    format: &Format,
-    path: &Path,
-    content: impl FnOnce(Body) -> Result<T, Unusable>,
-    unusable: &mut Vec<(PathBuf, Unusable)>,
-) -> Result<Option<T>, TaskError> {
-    match format.read(path) {
-        Ok(body) => Ok(body.and_then(content).map_err(|reason| unusable.push((path.to_owned(), reason))).ok()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(source) => Err(TaskError::Read { path: path.to_owned(), source }),
+impl Found {
+    fn is_complete(&self) -> bool {
+        self.done.iter().all(Option::is_some)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::summary::LoadResult;
+
+    const COUNT: usize = 12;
+
+    fn tasks() -> Vec<Task> {
+        (0..COUNT).map(|index| Task::example(&format!("scene {index}"))).collect()
+    }
+
+    /// What a task finds, by its number.
+    fn done(index: usize) -> Done {
+        let load = LoadResult { wanted: 0.1 + index as f64, relative_error: 1.0 / 3.0, tolerance: 0.01, met: false };
+        Done { load: Some(load), ..Done::default() }
+    }
+
+    fn of<'a>(folder: &Path, tasks: &'a [Task]) -> Outcomes<'a> {
+        Outcomes { folder: folder.to_owned(), first: 3000, tasks }
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names = entries(folder).unwrap();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn outcomes_are_found_in_one_file_in_some_and_in_many() {
+        let (folder, tasks) = (tempfile::tempdir().unwrap(), tasks());
+        let outcomes = of(folder.path(), &tasks);
+        let known = |wanted: &[usize]| {
+            let found = outcomes.read().unwrap();
+            assert!(found.unusable.is_empty());
+            let expected = (0..COUNT).map(|index| wanted.contains(&index).then(|| done(index)));
+            assert_eq!(found.done, expected.collect::<Vec<_>>());
+        };
+        known(&[]);
+        for index in [0, 5, 7] {
+            outcomes.keep(index, &done(index)).unwrap();
+            assert!(outcomes.has(index) && !outcomes.has(index + 1));
+        }
+        known(&[0, 5, 7]);
+        assert_eq!(names(folder.path()), ["outcome-3000", "outcome-3005", "outcome-3007"]);
+        outcomes.join(&[(0, done(0)), (7, done(7))]).unwrap();
+        known(&[0, 5, 7]);
+        assert_eq!(names(folder.path()).len(), 2);
+        outcomes.complete().unwrap();
+        known(&[0, 5, 7]);
+        for index in 0..COUNT {
+            outcomes.keep(index, &done(index)).unwrap();
+        }
+        outcomes.complete().unwrap();
+        assert_eq!(names(folder.path()), ["outcomes"]);
+        known(&(0..COUNT).collect::<Vec<_>>());
+        // What comes later is of no harm and goes with the next collection.
+        outcomes.keep(3, &done(3)).unwrap();
+        known(&(0..COUNT).collect::<Vec<_>>());
+        outcomes.collect().unwrap();
+        assert_eq!(names(folder.path()), ["outcomes"]);
+    }
+
+    #[test]
+    fn whoever_reads_while_others_join_and_collect_misses_nothing() {
+        let (folder, tasks) = (tempfile::tempdir().unwrap(), tasks());
+        let read = || {
+            let found = of(folder.path(), &tasks).read().unwrap();
+            found.done.iter().filter(|done| done.is_some()).count()
+        };
+        for _ in 0..20 {
+            for index in 0..COUNT {
+                of(folder.path(), &tasks).keep(index, &done(index)).unwrap();
+            }
+            std::thread::scope(|scope| {
+                let halves = [0..COUNT / 2, COUNT / 2..COUNT];
+                for half in halves {
+                    let kept: Vec<_> = half.map(|index| (index, done(index))).collect();
+                    let tasks = &tasks;
+                    let folder = folder.path();
+                    scope.spawn(move || of(folder, tasks).join(&kept).unwrap());
+                }
+                for _ in 0..2 {
+                    scope.spawn(|| assert!(of(folder.path(), &tasks).collect().unwrap().is_complete()));
+                }
+                for _ in 0..20 {
+                    assert_eq!(read(), COUNT);
+                }
+            });
+            of(folder.path(), &tasks).collect().unwrap();
+            assert_eq!(names(folder.path()), ["outcomes"]);
+            fs::remove_file(folder.path().join("outcomes")).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_others_have_found_or_nobody_can_read_is_not_taken() {
+        let (folder, tasks) = (tempfile::tempdir().unwrap(), tasks());
+        let outcomes = of(folder.path(), &tasks);
+        let mut others = tasks.clone();
+        others[2].id = "another".to_owned();
+        of(folder.path(), &others).keep(2, &done(2)).unwrap();
+        outcomes.keep(4, &done(4)).unwrap();
+        let path = folder.path().join("outcome-3004");
+        let whole = fs::read(&path).unwrap();
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 1;
+            fs::write(&path, bytes).unwrap();
+            let found = outcomes.read().unwrap();
+            assert!(found.done.iter().all(Option::is_none) && found.unusable.len() == 2, "byte {at}");
+        }
+        assert!(!outcomes.has(4) && !outcomes.has(2));
     }
 }

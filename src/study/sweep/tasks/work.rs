@@ -6,17 +6,17 @@
 use std::fs::{self, File, TryLockError};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use crate::counters::Stage;
 use crate::results::ResultsError;
 use crate::run::Progress;
 use crate::storage::flat_folder;
-use crate::study::sweep::run::{Outcome, sweep};
+use crate::study::sweep::run::{Done, Outcome, sweep};
 use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::TaskFolder;
-use crate::study::sweep::tasks::outcomes::Outcomes;
+use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
 use crate::study::sweep::tasks::task::Task;
 use crate::study::trial::UNIT;
 
@@ -76,12 +76,14 @@ impl TaskFolder {
         let mut ended = Vec::new();
         for shard in self.shards_of(numbers)? {
             let tasks = self.shard(shard)?;
-            let worker = Worker { outcomes: Outcomes::of(self, shard, &tasks), tasks: &tasks, work, stop, tell };
+            let outcomes = Outcomes::of(self, shard, &tasks);
+            let worker = Worker { outcomes, kept: Mutex::default(), tasks: &tasks, work, stop, tell };
             let first = self.numbers(shard).start;
             let wanted: Vec<usize> =
                 (0..tasks.len()).filter(|&index| numbers.contains(&(first + index as u64))).collect();
             ended.extend(worker.all(&wanted, first)?);
-            worker.outcomes.compact()?;
+            worker.join(1)?;
+            worker.outcomes.complete()?;
         }
         Ok(ended)
     }
@@ -90,6 +92,8 @@ impl TaskFolder {
 /// Does tasks of a shard.
 struct Worker<'a> {
     outcomes: Outcomes<'a>,
+    /// What it has found, each in a file of its own still.
+    kept: Mutex<Vec<(usize, Done)>>,
     tasks: &'a [Task],
     work: Work,
     stop: &'a AtomicBool,
@@ -146,14 +150,21 @@ impl Worker<'_> {
         refusal.map_or(Ok(all), Err)
     }
 
+    /// Makes one file of what has been found, once it is so much.
+    fn join(&self, least: usize) -> Result<(), TaskError> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = if kept.len() >= least { std::mem::take(&mut *kept) } else { Vec::new() };
+        self.outcomes.join(&kept)
+    }
+
     /// Does a task that was not done a moment ago.
     fn one(&self, index: usize, number: u64, threads: usize) -> Result<Ended, TaskError> {
         let task = &self.tasks[index];
         let Some(_lock) = Lock::of(self.outcomes.file(LOCK, index))? else { return Ok(Ended::Busy) };
-        if self.outcomes.read_task(index)?.is_some() {
+        if self.outcomes.has(index) {
             return Ok(Ended::Found);
         }
-        let variant = task.variant()?;
+        let variant = task.variant(self.work.keep_results)?;
         let results = self.outcomes.results();
         fs::create_dir_all(&results).map_err(ResultsError::creating(&results))?;
         let mut told = Told { number, name: &task.label.name, tell: self.tell, all: 0.0, begun: false };
@@ -165,7 +176,10 @@ impl Worker<'_> {
                     // What cannot be deleted is in nobody's way.
                     let _ = flat_folder::remove(&results.join(&task.label.name));
                 }
-                Ok(Ended::Done(done.missed_load().map(ToString::to_string)))
+                let missed = done.missed_load().map(ToString::to_string);
+                self.kept.lock().unwrap_or_else(PoisonError::into_inner).push((index, done));
+                self.join(TOGETHER)?;
+                Ok(Ended::Done(missed))
             }
             Some(Outcome::Failed(error)) => {
                 let reason = error.to_string();

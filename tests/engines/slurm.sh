@@ -49,7 +49,7 @@ KillWait=10
 PreemptType=preempt/partition_prio
 PreemptMode=REQUEUE
 NodeName=$(hostname -s) NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=2000 State=UNKNOWN
-PartitionName=low Nodes=ALL Default=YES PriorityTier=1 PreemptMode=REQUEUE GraceTime=10 State=UP
+PartitionName=low Nodes=ALL Default=YES PriorityTier=1 PreemptMode=REQUEUE GraceTime=2 State=UP
 PartitionName=high Nodes=ALL PriorityTier=2 PreemptMode=OFF State=UP
 END
 sleep 1
@@ -61,7 +61,7 @@ for _ in $(seq 60); do sinfo -h -o %T 2> /dev/null | grep -q idle && break; slee
 sinfo -h -o %T 2> /dev/null | grep -q idle || { tail -5 "$WORK"/*.log "$WORK"/*.out; skip "Slurm does not start here"; }
 echo "$(sinfo --version), $(nproc) processors; $("$PROGRAM" --version)"
 
-until_idle() { while [ -n "$(squeue -h)" ]; do sleep "${1:-0.5}"; done; }
+until_idle() { while [ -n "$(squeue -h)" ]; do sleep "${1:-0.5}"; ${2:-true}; done; }
 # Slurm lets a job wait for two minutes that was put back into the queue.
 at_once() { for job in $(squeue -h -t PD -o %A); do scontrol update JobId="$job" StartTime=now 2> /dev/null; done; }
 
@@ -92,18 +92,16 @@ check "$tasks" "$WORK/log"
 
 # Two long tasks that two jobs of a higher priority drive out.
 tasks=$WORK/long
-long=("${scene[@]}" --set "rolling.duration=${LONG:-100.0}" --speed 60,80)
+long=("${scene[@]}" --set "rolling.duration=${LONG:-1000.0}" --speed 60,80)
 "$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
 "$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet && sbatch --quiet "$tasks/job.slurm"
-sleep 5
+sleep 3
 for _ in 1 2; do sbatch --quiet --partition=high --ntasks=1 --mem=100M --output=/dev/null --wrap "sleep 3"; done
-sleep 5
-echo "driven out by jobs of a higher priority: $(squeue -h -p low -t PD -r -o %K | tr '\n' ' ')"
-at_once
-until_idle
+until_idle 1 at_once
 "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
 cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
 cat "$tasks"/logs/*.txt
+grep -q "goes on at" "$tasks"/logs/*.txt || fail "no task was driven out and went on"
 
 begin=$(now)
 "$PROGRAM" sweep "${many[@]}" --out "$WORK/many" --quiet > /dev/null || fail "the plain sweep of many"

@@ -11,6 +11,7 @@ use tyrewave::run::RunError;
 use tyrewave::scene::SceneError;
 use tyrewave::storage::{CacheError, InputError};
 use tyrewave::study::sweep::SweepError;
+use tyrewave::study::sweep::tasks::TaskError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;
@@ -34,6 +35,8 @@ pub enum CliError {
     HalfSpace(#[from] HalfSpaceError),
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    #[error(transparent)]
+    Tasks(#[from] TaskError),
     #[error(transparent)]
     Profile(PerformanceError),
     #[error("the cache of influence models: {0}")]
@@ -86,7 +89,8 @@ impl CliError {
             Self::InFile { source, .. } => source.exit_code(),
             Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => FAILED,
             Self::HalfSpace(_) => USAGE,
-            Self::Sweep(_) | Self::Read { .. } | Self::Usage(_) => USAGE,
+            Self::Tasks(TaskError::Results(error)) if !error.is_refusal() => NOT_WRITABLE,
+            Self::Sweep(_) | Self::Tasks(_) | Self::Read { .. } | Self::Usage(_) => USAGE,
             Self::Cache(_) | Self::Failed(_) | Self::Worse => FAILED,
             Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
             Self::Print(_) => NOT_WRITABLE,
@@ -102,6 +106,7 @@ impl CliError {
     pub fn render(&self, colour: bool) -> String {
         match self {
             Self::Run(RunError::Scene(error)) => error.render(colour),
+            Self::Tasks(TaskError::Scene { task, source }) => format!("task {task}:\n{}", source.render(colour)),
             Self::Sweep(SweepError::Scene { name, source }) => format!("variant {name}:\n{}", source.render(colour)),
             other => other.to_string(),
         }

@@ -41,6 +41,8 @@ mod slice;
 mod slices;
 mod study;
 mod sweep;
+mod sweep_tables;
+mod sweep_tasks;
 mod tyre;
 mod tyre_views;
 

@@ -2,27 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use tyrewave::response::BandLevel;
+use clap::builder::ArgPredicate;
+use clap::{Arg, Args};
 use tyrewave::results::ResultsError;
-use tyrewave::results::plots::ThirdOctavePlot;
-use tyrewave::results::spectra::FORCE_LEVEL;
 use tyrewave::results::summary::SUMMARY_FILE;
-use tyrewave::results::table::Report;
 use tyrewave::run::RunError;
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
-use tyrewave::study::sweep::{
-    Axes, Design, Done, Factor, Label, Outcome, Range, RepeatedTable, SPEED_KEY, SweepBlock, Variant, blocks, sweep,
-    variants,
-};
+use tyrewave::study::sweep::{Axes, Design, Done, Factor, Label, Outcome, Range, SPEED_KEY, Variant, sweep, variants};
 
 use super::context::{Context, print};
 use super::error::CliError;
 use super::messages::tell;
 use super::options::positive;
-use super::output_file::{Replaces, check};
 use super::side::Place;
+use super::sweep_tables::{check_tables, told_missed, write_tables};
+use super::sweep_tasks::TaskArguments;
 
 const EXAMPLES: &str = "\
 Every combination of what is varied is a run of its own, with a results folder of its own under the sweep's. \
@@ -43,6 +37,13 @@ mean, third octaves included; force_by_KEY.svg and sound_by_KEY.svg show levels 
 --latin-hypercube 40 takes 40 points between the ends of all --set FROM..TO, whose parts each are taken once, instead \
 of every combination; values of seeds are repeated at each, and so are --speed, --load and --road.
 
+With --tasks the scenes are written into a folder as tasks, for a batch system or other machines, and nothing is run; \
+a task is done by --task, and the tables are made by --collect of what is there. A task that is done again is done \
+already; one that was killed goes on from its checkpoint (outputs.checkpoint_interval). What a task leaves is what \
+the tables need, with --keep-results its results folder, too. Beside the tasks: job.slurm and job.hq, job arrays for \
+Slurm and HyperQueue with memory and time from the plan. --collect answers with exit code 1 as long as tasks are \
+missing, and writes which elements of the array they are in into the file `missing`.
+
 A road is a file: a profile (.dat, .csv) or OpenCRG (.crg) takes the place of the scene's road, whose other keys stay \
 if it is of the same kind; a .toml file holds the keys of a whole [road].
 
@@ -52,22 +53,27 @@ Examples:
   tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg
   tyrewave sweep scenes/default.toml --set contact.tread=elastic,bedding --set road.seed=1..20
   tyrewave sweep scenes/default.toml --latin-hypercube 40 --set rolling.speed_kmh=50.0..130 \\
-      --set tyre.layers[1].thickness=0.008..0.014";
+      --set tyre.layers[1].thickness=0.008..0.014
+  tyrewave sweep scenes/default.toml --speed 50..130:1 --load 2000..5000:100 --tasks shared/trial
+  sbatch shared/trial/job.slurm
+  bash shared/trial/job.hq
+  tyrewave sweep --task shared/trial 0..99 --threads 4
+  tyrewave sweep --collect shared/trial
+  sbatch --array=$(cat shared/trial/missing) shared/trial/job.slurm";
 
-/// What is written beside the variants' folders.
-const TEXT: &str = "sweep.txt";
-const TABLE: &str = "sweep.csv";
-const SOUND: &str = "sweep_sound.csv";
-const GROWTH: &str = "growth.svg";
-const LEVELS: &str = "levels.svg";
-const DESIGN: &str = "design.csv";
-const DESIGN_JSON: &str = "design.json";
-
-/// Most spectra of a design in one picture.
-const MOST_SPECTRA: usize = 12;
+/// Tasks that are in a folder have a scene, and what is varied of it, there.
+const ELSEWHERE: [&str; 2] = ["task", "collect"];
+/// What says it.
+const VARIED: [&str; 5] = ["settings", "speed", "load", "road", "latin_hypercube"];
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
+#[command(mut_arg("scene", elsewhere))]
+#[command(mut_args(|argument| if VARIED.contains(&argument.get_id().as_str()) {
+    argument.conflicts_with_all(ELSEWHERE)
+} else {
+    argument
+}))]
 pub struct SweepArguments {
     #[command(flatten)]
     place: Place,
@@ -86,6 +92,15 @@ pub struct SweepArguments {
     /// Seed of the Latin hypercube's random numbers.
     #[arg(long, value_name = "SEED", default_value_t = 1, requires = "latin_hypercube")]
     design_seed: u64,
+    #[command(flatten)]
+    tasks: TaskArguments,
+}
+
+/// The scene, which is not asked for where tasks in a folder are done or collected; it has some name then.
+fn elsewhere(scene: Arg) -> Arg {
+    let unused = ELSEWHERE.map(|mode| (mode, ArgPredicate::IsPresent, "-"));
+    let scene = scene.required(false).required_unless_present_any(ELSEWHERE);
+    scene.default_value_ifs(unused).conflicts_with_all(ELSEWHERE)
 }
 
 /// Positive numbers from the command line, each once.
@@ -156,8 +171,15 @@ impl SweepArguments {
 
     /// Runs the sweep and prints its table.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
+        if self.tasks.are_there() {
+            return self.tasks.execute(self.place.out.as_deref(), context);
+        }
         let (base, axes) = self.varied(context)?;
         let variants = variants(&base, &axes)?;
+        let pictures = base.scene.outputs.plots;
+        if self.tasks.are_written() {
+            return self.tasks.write((&base.title(), pictures), &variants, self.place.out.as_deref(), context);
+        }
         let folder = self.place.clone().target("sweep");
         if folder.join(SUMMARY_FILE).exists() {
             return Err(ResultsError::NotOurs { path: folder }.into());
@@ -165,9 +187,7 @@ impl SweepArguments {
         let base_road = base.scene.road.file();
         let roads = axes.roads.iter().map(PathBuf::as_path);
         let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(base_road).chain(roads).collect();
-        for name in [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON] {
-            check(&folder.join(name), Replaces::AllBut(&inputs))?;
-        }
+        check_tables(&folder, &inputs)?;
         std::fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
 
         let mut progress = context.progress();
@@ -178,39 +198,7 @@ impl SweepArguments {
             .zip(&outcomes)
             .map(|(variant, outcome)| (variant.label.clone(), outcome.done().cloned()))
             .collect();
-        let blocks = blocks(&runs);
-        let repeated = RepeatedTable::new(&runs);
-        let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
-        let write = |name: &str, text: &str| {
-            let path = folder.join(name);
-            std::fs::write(&path, text).map_err(ResultsError::writing(&path))
-        };
-        write(TEXT, &report.to_string())?;
-        write(TABLE, &csv(&blocks))?;
-        if let Some(sound) = sound_csv(&blocks) {
-            write(SOUND, &sound)?;
-        }
-        if let Some(repeated) = &repeated {
-            write(DESIGN, &repeated.csv())?;
-            write(DESIGN_JSON, &format!("{:#}\n", repeated.to_json()))?;
-            if base.scene.outputs.plots {
-                for (name, svg) in repeated.plots(&base.title())? {
-                    write(&name, &svg)?;
-                }
-            }
-        }
-        if base.scene.outputs.plots {
-            if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {}", base.title()))? {
-                write(GROWTH, &svg)?;
-            }
-            let spectra = spectra(&runs);
-            // More cannot be told apart in one picture.
-            if !spectra.is_empty() && (repeated.is_none() || spectra.len() <= MOST_SPECTRA) {
-                let quantity = FORCE_LEVEL;
-                let title = &format!("Contact force, third octaves: {}", base.title());
-                write(LEVELS, &ThirdOctavePlot { title, quantity, spectra, error: None }.to_svg()?)?;
-            }
-        }
+        let report = write_tables(&folder, (&base.title(), pictures), &runs)?;
         let ended = ended(&variants, &outcomes, context.colour);
         if matches!(ended, Err(CliError::SweepStopped)) {
             return ended;
@@ -223,25 +211,6 @@ impl SweepArguments {
         }
         ended
     }
-}
-
-/// The tables of all roads, loads and settings, speeds side by side.
-fn side_by_side(blocks: &[SweepBlock]) -> Report {
-    let mut report = Report::default();
-    for (index, block) in blocks.iter().enumerate() {
-        if index > 0 {
-            report.text("\n");
-        }
-        report.append(block.report());
-    }
-    report
-}
-
-/// Names and levels of the variants that have any.
-fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
-    let done = runs.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
-    let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));
-    levels.filter(|(_, levels)| !levels.is_empty()).collect()
 }
 
 /// Reports what failed; an error unless all variants are done, each under its load.
@@ -264,15 +233,12 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
     if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Stopped)) {
         return Err(CliError::SweepStopped);
     }
-    let told = |names: &[String], what: &str| format!("{} of {} variants {what}", names.len(), variants.len());
     let mut wrong = Vec::new();
     if !failed.is_empty() {
-        wrong.push(format!("{}: {}; the others are done", told(&failed, "failed"), failed.join(", ")));
+        let (count, all) = (failed.len(), variants.len());
+        wrong.push(format!("{count} of {all} variants failed: {}; the others are done", failed.join(", ")));
     }
-    if !missed.is_empty() {
-        let what = "missed their load by more than its tolerance";
-        wrong.push(format!("{}: {}; their results are kept", told(&missed, what), missed.join(", ")));
-    }
+    wrong.extend(told_missed(&missed, variants.len()));
     if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
 }
 

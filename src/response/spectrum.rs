@@ -22,6 +22,7 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::third_octave::ThirdOctaveBand;
@@ -72,7 +73,7 @@ pub struct PowerSpectrum {
 }
 
 /// Level of one band.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct BandLevel {
     /// The band.
     pub band: ThirdOctaveBand,

@@ -6,8 +6,10 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 /// One third-octave band, named by its distance n from the 1 kHz band.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub struct ThirdOctaveBand(pub i32);
 
 /// Nominal mid-frequencies of one decade (IEC 61260-1, annex E; the R10 series).

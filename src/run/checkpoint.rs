@@ -233,7 +233,8 @@ fn influence_digest(prepared: &Prepared) -> String {
     hexadecimal(hash.finalize())
 }
 
-fn file_digest(path: &Path) -> std::io::Result<String> {
+/// SHA-256 of a file's content.
+pub(crate) fn file_digest(path: &Path) -> std::io::Result<String> {
     let mut reader = BufReader::with_capacity(1 << 16, input::open(path)?.0);
     let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
     loop {

@@ -1,8 +1,10 @@
 //! Files that are whole or not there.
 
 use std::fs::{self, File};
+use std::hash::{BuildHasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A file that takes its name when it is complete. Begun before a long work, so that a place that cannot be written to
@@ -20,10 +22,12 @@ impl PendingFile {
     /// # Errors
     /// Of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
-        // Processes differ by number, the files of a process by a count.
+        // The files of a process differ by a count, processes by the number that the standard library draws for each of
+        // them: several machines that share a disk have processes of the same id.
+        static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().hash_one(0));
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        Self::create_as(path, &format!(".{}-{count}.tmp", std::process::id()))
+        Self::create_as(path, &format!(".{:016x}-{count}.tmp", *PROCESS))
     }
 
     /// As [`Self::create`], its name so far that of the file with a suffix: for a file that only one process can write.
@@ -96,5 +100,15 @@ mod tests {
         for wrong in [folder.path().to_owned(), folder.path().join("none/trace.json")] {
             assert!(PendingFile::create(&wrong).is_err(), "{}", wrong.display());
         }
+    }
+
+    #[test]
+    fn processes_of_one_id_on_two_machines_do_not_write_to_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = || PendingFile::create(&folder.path().join("table.csv")).unwrap();
+        let (one, other) = (of(), of());
+        assert_ne!(one.temporary(), other.temporary());
+        let name = one.temporary().file_name().unwrap().to_string_lossy().into_owned();
+        assert!(!name.contains(&format!(".{}-", std::process::id())), "{name}");
     }
 }

@@ -48,6 +48,7 @@ mod sound;
 mod spectra;
 mod study;
 mod sweep;
+mod sweep_tasks;
 mod time_rules;
 mod tread_laws;
 mod tyre;

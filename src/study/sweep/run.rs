@@ -9,6 +9,8 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use serde::{Deserialize, Serialize};
+
 use crate::counters::{self, Stage};
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
@@ -35,9 +37,10 @@ pub enum Outcome {
 }
 
 /// What a variant that is done has found, as its folder says.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Done {
     /// Whether an earlier sweep had finished it.
+    #[serde(skip)]
     pub found: bool,
     /// Third-octave levels of the contact force \[dB re 1 N\].
     pub levels: Vec<BandLevel>,

@@ -1,0 +1,97 @@
+//! The tables of a sweep and their place.
+
+use std::path::Path;
+
+use tyrewave::response::BandLevel;
+use tyrewave::results::ResultsError;
+use tyrewave::results::plots::ThirdOctavePlot;
+use tyrewave::results::spectra::FORCE_LEVEL;
+use tyrewave::results::table::Report;
+use tyrewave::storage::PendingFile;
+use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
+use tyrewave::study::sweep::{Done, Label, RepeatedTable, SweepBlock, blocks};
+
+use super::error::CliError;
+use super::output_file::{Replaces, check};
+
+/// What is written beside the variants' folders.
+const TEXT: &str = "sweep.txt";
+const TABLE: &str = "sweep.csv";
+const SOUND: &str = "sweep_sound.csv";
+const GROWTH: &str = "growth.svg";
+const LEVELS: &str = "levels.svg";
+const DESIGN: &str = "design.csv";
+const DESIGN_JSON: &str = "design.json";
+
+/// More spectra of a design in one picture cannot be told apart.
+const MOST_SPECTRA: usize = 12;
+
+/// Refuses to put a sweep's tables in the place of its inputs.
+pub fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
+    let names = [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON];
+    names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
+}
+
+/// Writes the tables of a sweep, and its pictures where they are wanted; hands back the report.
+pub fn write_tables(
+    folder: &Path,
+    (title, plots): (&str, bool),
+    runs: &[(Label, Option<Done>)],
+) -> Result<Report, CliError> {
+    let blocks = blocks(runs);
+    let repeated = RepeatedTable::new(runs);
+    let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        let file = PendingFile::create(&path).map_err(ResultsError::creating(&path))?;
+        file.complete(text).map_err(ResultsError::writing(&path))
+    };
+    write(TEXT, &report.to_string())?;
+    write(TABLE, &csv(&blocks))?;
+    if let Some(sound) = sound_csv(&blocks) {
+        write(SOUND, &sound)?;
+    }
+    if let Some(repeated) = &repeated {
+        write(DESIGN, &repeated.csv())?;
+        write(DESIGN_JSON, &format!("{:#}\n", repeated.to_json()))?;
+        let drawn = if plots { repeated.plots(title)? } else { Vec::new() };
+        drawn.iter().try_for_each(|(name, svg)| write(name, svg))?;
+    }
+    if plots {
+        if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {title}"))? {
+            write(GROWTH, &svg)?;
+        }
+        let spectra = spectra(runs);
+        if !spectra.is_empty() && (repeated.is_none() || spectra.len() <= MOST_SPECTRA) {
+            let title = &format!("Contact force, third octaves: {title}");
+            write(LEVELS, &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, error: None }.to_svg()?)?;
+        }
+    }
+    Ok(report)
+}
+
+/// The tables of all roads, loads and settings, speeds side by side.
+fn side_by_side(blocks: &[SweepBlock]) -> Report {
+    let mut report = Report::default();
+    for (index, block) in blocks.iter().enumerate() {
+        if index > 0 {
+            report.text("\n");
+        }
+        report.append(block.report());
+    }
+    report
+}
+
+/// Names and levels of the variants that have any.
+fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
+    let done = runs.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
+    let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));
+    levels.filter(|(_, levels)| !levels.is_empty()).collect()
+}
+
+/// What is said of the variants that missed their load, if any did.
+pub fn told_missed(missed: &[String], all: usize) -> Option<String> {
+    let what = "variants missed their load by more than its tolerance";
+    let told = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));
+    (!missed.is_empty()).then(told)
+}

@@ -1,0 +1,282 @@
+//! `tyrewave sweep --tasks`, `--task` and `--collect`: a sweep through a folder of tasks.
+
+use std::ffi::OsString;
+use std::fs;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+use tyrewave::results::ResultsError;
+use tyrewave::study::sweep::Variant;
+use tyrewave::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
+use tyrewave::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, Work, Written};
+
+use super::context::{Context, print};
+use super::error::CliError;
+use super::messages::tell;
+use super::output_file::{OutputFile, Replaces};
+use super::sweep_tables::{check_tables, told_missed, write_tables};
+
+/// Job files beside the tasks.
+const SLURM: &str = "job.slurm";
+const HYPERQUEUE: &str = "job.hq";
+/// So many missing or failed tasks are named one by one.
+const NAMED: usize = 5;
+/// Pictures of more variants show nothing.
+const MOST_DRAWN: usize = 1000;
+
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Tasks")]
+pub struct TaskArguments {
+    /// Write the scenes into a folder as tasks, with job files for Slurm and HyperQueue, and run nothing. --threads is
+    /// then the number of processors, and tasks at a time, of an element of the job array; default: 1.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["task", "collect"])]
+    tasks: Option<PathBuf>,
+    /// Do one of the tasks in a folder, or those from N to M (N..M, both included), on --threads threads.
+    #[arg(long, num_args = 2, value_names = ["DIR", "N"], conflicts_with = "collect")]
+    task: Vec<OsString>,
+    /// Table what the tasks in a folder have found and name what is missing; tables go to the folder, or to --out.
+    #[arg(long, value_name = "DIR")]
+    collect: Option<PathBuf>,
+    /// Tasks of an element of the job array; default: enough for a minute, and for at most 1000 elements.
+    #[arg(long, value_name = "N", requires = "tasks", value_parser = clap::value_parser!(u64).range(1..))]
+    chunk: Option<u64>,
+    /// Elements of Slurm's job array at a time, at most; default: 1000.
+    #[arg(long, value_name = "N", requires = "tasks", value_parser = clap::value_parser!(u64).range(1..))]
+    at_once: Option<u64>,
+    /// Keep the results folder of every task, as DIR/shard-.../results/NAME; with --tasks: have job files do so.
+    #[arg(long)]
+    keep_results: bool,
+}
+
+impl TaskArguments {
+    /// Whether tasks are written.
+    pub fn are_written(&self) -> bool {
+        self.tasks.is_some()
+    }
+
+    /// Whether the tasks are there, to be done or collected.
+    pub fn are_there(&self) -> bool {
+        self.collect.is_some() || !self.task.is_empty()
+    }
+
+    /// Does or collects tasks.
+    pub fn execute(&self, out: Option<&Path>, context: &Context) -> Result<(), CliError> {
+        match (&self.collect, self.task.as_slice()) {
+            (Some(folder), _) => collect(folder, out, context),
+            (None, [folder, numbers]) => self.work(Path::new(folder), &numbers.to_string_lossy(), context),
+            _ => Err(CliError::Usage("--task needs a folder and a number".to_owned())),
+        }
+    }
+
+    /// Writes tasks and job files.
+    pub fn write(
+        &self,
+        (title, plots): (&str, bool),
+        variants: &[Variant],
+        out: Option<&Path>,
+        context: &Context,
+    ) -> Result<(), CliError> {
+        let (Some(folder), None) = (&self.tasks, out) else {
+            return Err(CliError::Usage("--tasks names the folder: there is nothing for --out".to_owned()));
+        };
+        let threads = context.options.threads.map_or(1, usize::from);
+        let chunk = |count, seconds| self.chunk.unwrap_or_else(|| jobs::chunk(count, seconds, threads));
+        let write_jobs = |written: &Written| self.write_jobs(written, threads);
+        let written = TaskFolder::write(folder, (title, plots), variants, chunk, write_jobs)?;
+        let (count, place) = (written.folder.count(), folder.display());
+        if context.options.json {
+            let json = json!({
+                "tasks": count, "found": written.found, "chunk": written.folder.chunk(),
+                "longest_seconds": written.seconds[0], "seconds": written.seconds[1], "memory": written.memory,
+            });
+            return print(&format!("{json:#}\n"));
+        }
+        let there = if written.found { ", as they were there already" } else { "" };
+        context.say(&format!(
+            "{count} tasks in {place}{there}\n\
+             planned on one thread: at most {:.1} s and {:.0} MB each, {:.2} h in all\n\
+             submit with `sbatch {place}/{SLURM}` or `bash {place}/{HYPERQUEUE}`, or do them here with\n\
+             `tyrewave sweep --task {place} 0..{}`; then `tyrewave sweep --collect {place}`\n",
+            written.seconds[0],
+            written.memory / 1e6,
+            written.seconds[1] / 3600.0,
+            count.saturating_sub(1),
+        ))
+    }
+
+    fn write_jobs(&self, written: &Written, threads: usize) -> Result<(), CliError> {
+        let path = written.folder.path();
+        let unknown = |what: &'static str| move |error| CliError::Failed(format!("{what}: {error}"));
+        let folder = std::path::absolute(path).map_err(unknown("the folder of tasks"))?;
+        let program = std::env::current_exe().map_err(unknown("the program's own file"))?;
+        let mut jobs = Jobs { keep_results: self.keep_results, ..Jobs::of(written, &program, &folder, threads) };
+        jobs.at_once = self.at_once.unwrap_or(jobs.at_once);
+        // Slurm does not make the folder that messages go to.
+        let logs = path.join(LOGS);
+        fs::create_dir_all(&logs).map_err(ResultsError::creating(&logs))?;
+        for (name, text) in [(SLURM, jobs.slurm()), (HYPERQUEUE, jobs.hyperqueue())] {
+            OutputFile::begin(&path.join(name), Replaces::Beginning(HEAD))?.complete(&text)?;
+        }
+        Ok(())
+    }
+
+    /// Does tasks.
+    fn work(&self, folder: &Path, numbers: &str, context: &Context) -> Result<(), CliError> {
+        let numbers = range(numbers).map_err(CliError::Usage)?;
+        let folder = TaskFolder::open(folder)?;
+        folder.shards_of(&numbers)?;
+        let bar = context.bar("tasks", numbers.end() - numbers.start() + 1);
+        let told = |number: u64, name: &str, event: Event<'_>| {
+            let text = match event {
+                Event::GoesOn([rolled, all]) => format!("goes on at {rolled:.3} s of {all:.3} s"),
+                Event::Note(text) => format!("note: {text}"),
+                Event::Ended(ended) => {
+                    bar.inc(1);
+                    told(ended)
+                }
+            };
+            let said = format!("task {number} ({name}): {text}");
+            match event {
+                Event::Ended(Ended::Failed(_) | Ended::Busy) => bar.suspend(|| tell(&said)),
+                // Told for people: where nobody listens to it the task is done all the same.
+                _ => bar.suspend(|| context.say(&format!("{said}\n")).unwrap_or_default()),
+            }
+        };
+        let work = Work { threads: context.threads, keep_results: self.keep_results };
+        let ended = folder.work(&numbers, work, context.interrupt.flag(), &told)?;
+        bar.finish_and_clear();
+        let count = |of: fn(&Ended) -> bool| ended.iter().filter(|ended| of(ended)).count();
+        let [stopped, busy, failed] = [
+            count(|ended| *ended == Ended::Stopped),
+            count(|ended| *ended == Ended::Busy),
+            count(|ended| matches!(ended, Ended::Failed(_))),
+        ];
+        if stopped > 0 {
+            return Err(CliError::SweepStopped);
+        }
+        if busy + failed > 0 {
+            let all = ended.len();
+            return Err(CliError::Failed(format!(
+                "{failed} of {all} tasks failed, {busy} are done by another process"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// How a task ended, in words.
+fn told(ended: &Ended) -> String {
+    match ended {
+        Ended::Found => "has been done before".to_owned(),
+        Ended::Done(None) => "done".to_owned(),
+        Ended::Done(Some(missed)) => format!("done; {missed}"),
+        Ended::Stopped => "stopped; it goes on from there".to_owned(),
+        Ended::Busy => "another process is at it".to_owned(),
+        Ended::Failed(reason) => format!("failed: {reason}"),
+    }
+}
+
+/// `N` or `N..M`.
+fn range(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let number = |text: &str| {
+        let number = text.trim().parse::<u64>();
+        number.map_err(|_| format!("\"{text}\" is not a task's number: give N, or N..M, both included"))
+    };
+    let (first, last) = match text.split_once("..") {
+        None => (number(text)?, number(text)?),
+        Some((first, last)) => (number(first)?, number(last)?),
+    };
+    if first > last { Err(format!("the tasks end at {last}, before they begin at {first}")) } else { Ok(first..=last) }
+}
+
+/// Tables what is there and names what is missing.
+fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), CliError> {
+    let folder = TaskFolder::open(path)?;
+    let place = out.unwrap_or(path);
+    check_tables(place, &[])?;
+    fs::create_dir_all(place).map_err(ResultsError::creating(place))?;
+    let bar = context.bar("collecting", folder.shards());
+    let collection = folder.collect(|| bar.inc(1))?;
+    bar.finish_and_clear();
+    let drawn = folder.plots() && collection.tasks.len() <= MOST_DRAWN;
+    let report = write_tables(place, (folder.title(), drawn), &collection.tasks)?;
+
+    let missing = collection.missing();
+    let elements = Numbers::new(missing.as_slice().iter().map(|number| number / folder.chunk()));
+    write_missing(path, &elements)?;
+    let (count, gone) = (folder.count(), missing.as_slice().len());
+    if context.options.json {
+        let failed: Vec<_> = collection
+            .failed
+            .iter()
+            .map(|(task, name, reason)| json!({ "task": task, "name": name, "reason": reason }))
+            .collect();
+        let json = json!({
+            "tasks": count, "done": count - gone as u64, "missing": missing.to_string(),
+            "elements": elements.to_string(), "failed": failed, "missed_load": collection.missed_loads(),
+            "tables": report.to_json(),
+        });
+        print(&format!("{json:#}\n"))?;
+    } else {
+        context.print_report(&report)?;
+        let done = count - gone as u64;
+        context.say(&format!("\n{done} of {count} tasks are done\ntables in {}\n", place.display()))?;
+    }
+    for (path, reason) in &collection.unusable {
+        tell(&format!("note: {} cannot be used: {reason}; what it held is to be done again", path.display()));
+    }
+    ended(&collection, &missing, path)
+}
+
+/// Writes which elements of the job array have missing tasks; no such file where none has.
+fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
+    let path = folder.join(MISSING);
+    if elements.as_slice().is_empty() {
+        // There may be none.
+        let _ = fs::remove_file(&path);
+        return Ok(());
+    }
+    OutputFile::begin(&path, Replaces::AllBut(&[]))?.complete(&format!("{elements}\n"))
+}
+
+/// An error unless all tasks are done, each under its load.
+fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<(), CliError> {
+    let (all, numbers) = (collection.tasks.len(), missing.as_slice());
+    let mut wrong = Vec::new();
+    if !numbers.is_empty() {
+        let name = |&number: &u64| {
+            let task = usize::try_from(number).ok().and_then(|index| collection.tasks.get(index));
+            task.map(|(label, _)| format!("{number} ({})", label.name))
+        };
+        let first: Vec<String> = numbers.iter().take(NAMED).filter_map(name).collect();
+        let more = if numbers.len() > NAMED { ", ..." } else { "" };
+        wrong.push(format!("{} of {all} tasks are missing: {}{more}", numbers.len(), first.join(", ")));
+    }
+    for (number, name, reason) in collection.failed.iter().take(NAMED) {
+        wrong.push(format!("task {number} ({name}) failed: {reason}"));
+    }
+    if !numbers.is_empty() {
+        let file = folder.join(MISSING);
+        wrong.push(format!("elements of the job array that would do them are in {}", file.display()));
+    }
+    wrong.extend(told_missed(&collection.missed_loads(), all));
+    if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tasks_are_named_by_a_number_or_a_range() {
+        assert_eq!(range("17"), Ok(17..=17));
+        assert_eq!(range("0..24"), Ok(0..=24));
+        for (text, word) in
+            [("3..1", "before they begin"), ("-1", "not a task's number"), ("1..", "N..M"), ("all", "\"all\"")]
+        {
+            assert!(range(text).unwrap_err().contains(word), "{text}");
+        }
+    }
+}

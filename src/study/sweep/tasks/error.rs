@@ -1,0 +1,100 @@
+//! Why a folder of tasks cannot be used.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::results::ResultsError;
+use crate::scene::SceneError;
+use crate::storage::Unusable;
+
+/// Why tasks cannot be written, done or collected.
+#[derive(Debug, Error)]
+pub enum TaskError {
+    /// There is no manifest.
+    #[error("no tasks: there is no {} (`tyrewave sweep SCENE --speed ... --tasks DIR` writes tasks)", path.display())]
+    NoTasks {
+        /// The manifest.
+        path: PathBuf,
+    },
+    /// Manifest or tasks do not check out.
+    #[error(
+        "{} cannot be used: {reason}; delete it, and the command that wrote the tasks writes it again (what is done \
+         stays, for outcomes are known by their scenes)",
+        path.display()
+    )]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: Unusable,
+    },
+    /// Tasks of another version of the program.
+    #[error(
+        "tyrewave {found} has written the tasks in {}, this is {}; the same bits cannot be promised: use that version, \
+         or write the tasks into another folder",
+        path.display(),
+        env!("CARGO_PKG_VERSION")
+    )]
+    Program {
+        /// The folder.
+        path: PathBuf,
+        /// The version found.
+        found: String,
+    },
+    /// Other tasks are there already.
+    #[error("{} holds {count} other tasks (\"{title}\"); they are left alone: choose another folder", path.display())]
+    Others {
+        /// The folder.
+        path: PathBuf,
+        /// How many.
+        count: u64,
+        /// Title of their scene.
+        title: String,
+    },
+    /// No task has that number.
+    #[error("there is no task {number} in {}: they have the numbers 0 to {last}", path.display())]
+    Number {
+        /// The folder.
+        path: PathBuf,
+        /// The number asked for.
+        number: u64,
+        /// Number of the last task.
+        last: u64,
+    },
+    /// A road file with another content.
+    #[error("task {task}: the road file {} has changed since the tasks were written", path.display())]
+    Road {
+        /// Name of the task.
+        task: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The scene of a task.
+    #[error("task {task}: {source}")]
+    Scene {
+        /// Name of the task.
+        task: String,
+        /// What is wrong with it.
+        source: SceneError,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file that cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+}
+
+impl TaskError {
+    /// For `map_err`: reading `path` failed.
+    pub(super) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+        move |source| Self::Read { path: path.to_owned(), source }
+    }
+}

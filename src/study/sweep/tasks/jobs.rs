@@ -1,0 +1,250 @@
+//! Files that hand tasks to a batch system.
+//!
+//! An element of a job array does a chunk of tasks, as many at a time as it has processors. Systems bound the number of
+//! elements (Slurm's `MaxArraySize` is 1001 unless set otherwise), and each costs them a part of a second: so chunks
+//! take a minute, and more where there would be too many elements.
+
+use std::path::Path;
+
+use crate::study::sweep::tasks::folder::Written;
+
+/// Most elements of a job array.
+const MOST_ELEMENTS: u64 = 1000;
+/// What an element should take at least \[s\].
+const ELEMENT_SECONDS: f64 = 60.0;
+/// Time limit and memory of an element over what the plan expects: unit costs of another machine, a slow disk.
+const TIME_MARGIN: f64 = 3.0;
+const MEMORY_MARGIN: f64 = 1.5;
+/// What every element may take besides \[s\], \[MB\]: tyre fitted anew, program started.
+const START_SECONDS: f64 = 300.0;
+const START_MEGABYTES: f64 = 128.0;
+/// Time that an element is given for its checkpoints before it is ended \[s\].
+const NOTICE_SECONDS: u64 = 60;
+/// How often HyperQueue starts an element again whose worker was lost.
+const CRASH_LIMIT: u32 = 20;
+/// How the files begin.
+pub const HEAD: &str = "#!/bin/bash\n# tyrewave sweep: ";
+/// Name of the list of elements with missing tasks.
+pub const MISSING: &str = "missing";
+/// Name of the folder of the job's messages.
+pub const LOGS: &str = "logs";
+
+/// How tasks are handed to a batch system.
+#[derive(Clone, Copy, Debug)]
+pub struct Jobs<'a> {
+    /// The program, as an absolute path.
+    pub program: &'a Path,
+    /// The folder of tasks, as an absolute path.
+    pub folder: &'a Path,
+    /// How many tasks.
+    pub count: u64,
+    /// Tasks of an element.
+    pub chunk: u64,
+    /// Processors of an element.
+    pub threads: usize,
+    /// Tasks at a time, of an element.
+    pub at_a_time: usize,
+    /// Elements at a time, at most.
+    pub at_once: u64,
+    /// Longest time of a task \[s\].
+    pub seconds: f64,
+    /// Largest memory of a task \[bytes\].
+    pub memory: f64,
+    /// Whether results folders are kept.
+    pub keep_results: bool,
+}
+
+/// Tasks of an element, where the user does not say: with so many tasks of at most that time \[s\], as many at a time
+/// as there are threads.
+pub fn chunk(count: u64, seconds: f64, threads: usize) -> u64 {
+    let in_time = (ELEMENT_SECONDS / seconds.max(1e-3)).ceil() as u64 * threads as u64;
+    in_time.min(count).max(count.div_ceil(MOST_ELEMENTS)).max(1)
+}
+
+impl<'a> Jobs<'a> {
+    /// Of tasks that were written; paths are absolute.
+    pub fn of(written: &Written, program: &'a Path, folder: &'a Path, threads: usize) -> Self {
+        let Written { folder: tasks, seconds, memory, alone, .. } = written;
+        let (count, chunk) = (tasks.count(), tasks.chunk());
+        let at_a_time = if *alone { 1 } else { threads };
+        let (at_once, seconds, memory, keep_results) = (MOST_ELEMENTS, seconds[0], *memory, false);
+        Self { program, folder, count, chunk, threads, at_a_time, at_once, seconds, memory, keep_results }
+    }
+
+    /// Elements of the array.
+    pub fn elements(&self) -> u64 {
+        self.count.div_ceil(self.chunk)
+    }
+
+    /// Time limit of an element, in whole minutes.
+    fn minutes(&self) -> u64 {
+        let rounds = self.chunk.div_ceil(self.at_a_time as u64) as f64;
+        ((rounds * self.seconds * TIME_MARGIN + START_SECONDS) / 60.0).ceil() as u64
+    }
+
+    /// Memory of an element \[MB\].
+    fn megabytes(&self) -> u64 {
+        let at_a_time = self.chunk.min(self.at_a_time as u64) as f64;
+        (at_a_time * self.memory / 1e6 * MEMORY_MARGIN + START_MEGABYTES).ceil() as u64
+    }
+
+    /// What an element does, in bash; the variable has its number.
+    fn element(&self, variable: &str) -> String {
+        let Self { chunk, threads, count, .. } = self;
+        let [program, folder] = [self.program, self.folder].map(quoted);
+        let keep = if self.keep_results { " --keep-results" } else { "" };
+        format!(
+            "first=$(({variable} * {chunk}))\nlast=$((first + {}))\nif [ \"$last\" -gt {last} ]; then last={last}; fi\n\
+             exec {program} sweep --task {folder} \"$first..$last\" --threads {threads}{keep}\n",
+            chunk - 1,
+            last = count.saturating_sub(1),
+        )
+    }
+
+    /// What the limits are from, as comments.
+    fn reasons(&self, how: &str) -> String {
+        let Self { count, chunk, at_a_time, seconds, memory, .. } = self;
+        format!(
+            "{HEAD}{count} tasks, {chunk} to an element of the array, {at_a_time} at a time.\n# {how}\n\
+             # The plan expects at most {seconds:.1} s and {:.0} MB of a task. The limits are {TIME_MARGIN} times the \
+             time and {START_SECONDS:.0} s,\n# {MEMORY_MARGIN} times the memory and {START_MEGABYTES:.0} MB.\n",
+            memory / 1e6
+        )
+    }
+
+    /// A job array for Slurm's `sbatch`.
+    pub fn slurm(&self) -> String {
+        let last = self.elements().saturating_sub(1);
+        let path = |name: &str| quoted(&self.folder.join(name));
+        // The program takes the shell's place, and with it the signal that the shell is sent.
+        format!(
+            "{reasons}#SBATCH --job-name=tyrewave\n#SBATCH --array=0-{last}%{at_once}\n#SBATCH --ntasks=1\n\
+             #SBATCH --cpus-per-task={threads}\n#SBATCH --mem={megabytes}M\n#SBATCH --time={minutes}\n\
+             #SBATCH --requeue\n#SBATCH --signal=B:TERM@{NOTICE_SECONDS}\n#SBATCH --open-mode=append\n\
+             #SBATCH --output=\"{logs}/%a.txt\"\n\n{element}",
+            reasons = self.reasons(&format!(
+                "Submit with: sbatch {0}; what is missing then: sbatch --array=$(cat {1}) {0}",
+                path("job.slurm"),
+                path(MISSING)
+            )),
+            at_once = self.at_once,
+            threads = self.threads,
+            megabytes = self.megabytes(),
+            minutes = self.minutes(),
+            logs = self.folder.join(LOGS).display().to_string().replace('%', "%%").replace('"', "\\\""),
+            element = self.element("SLURM_ARRAY_TASK_ID"),
+        )
+    }
+
+    /// A script that submits an array to HyperQueue.
+    pub fn hyperqueue(&self) -> String {
+        let last = self.elements().saturating_sub(1);
+        let (minutes, path) = (self.minutes(), |name: &str| quoted(&self.folder.join(name)));
+        let usage =
+            format!("Submit with: bash {0}; what is missing then: bash {0} $(cat {1})", path("job.hq"), path(MISSING));
+        format!(
+            "{reasons}exec hq submit --name tyrewave --array \"${{1:-0-{last}}}\" --cpus {threads} --resource \
+             mem={megabytes} \\\n  --time-request {minutes}min --time-limit {minutes}min --crash-limit {CRASH_LIMIT} \
+             --stream {logs} \\\n  -- bash -c {element}\n",
+            reasons = self.reasons(&usage),
+            threads = self.threads,
+            megabytes = self.megabytes(),
+            logs = path(LOGS),
+            element = shell_word(&self.element("HQ_TASK_ID")),
+        )
+    }
+}
+
+/// A path as a word of the shell.
+fn quoted(path: &Path) -> String {
+    shell_word(&path.display().to_string())
+}
+
+/// A text as one word of the shell, whatever is in it.
+fn shell_word(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jobs() -> Jobs<'static> {
+        Jobs {
+            program: Path::new("/opt/tyre wave/tyrewave"),
+            folder: Path::new("/data/it's 5%"),
+            count: 2500,
+            chunk: 4,
+            threads: 2,
+            at_a_time: 2,
+            at_once: 100,
+            seconds: 50.0,
+            memory: 100e6,
+            keep_results: false,
+        }
+    }
+
+    #[test]
+    fn chunks_keep_arrays_short_and_elements_long() {
+        for (count, seconds, threads, wanted) in [
+            (200, 120.0, 1, 1),
+            (200, 20.0, 1, 3),
+            (200, 20.0, 8, 24),
+            (200, 0.01, 1, 200),
+            (1000, 3600.0, 1, 1),
+            (1001, 3600.0, 1, 2),
+            (1_000_000, 3600.0, 64, 1000),
+            (0, 0.0, 1, 1),
+        ] {
+            assert_eq!(chunk(count, seconds, threads), wanted, "{count} tasks of {seconds} s");
+        }
+    }
+
+    #[test]
+    fn a_slurm_job_has_the_plans_limits_and_takes_the_shells_place() {
+        let job = jobs().slurm();
+        for line in [
+            "#!/bin/bash",
+            "#SBATCH --array=0-624%100",
+            "#SBATCH --cpus-per-task=2",
+            // Two at a time of 100 MB, 1.5 times, and 128 MB; two rounds of 50 s, three times, and 300 s.
+            "#SBATCH --mem=428M",
+            "#SBATCH --time=10",
+            "#SBATCH --requeue",
+            "#SBATCH --signal=B:TERM@60",
+            "#SBATCH --output=\"/data/it's 5%%/logs/%a.txt\"",
+            "first=$((SLURM_ARRAY_TASK_ID * 4))",
+            "last=$((first + 3))",
+            "if [ \"$last\" -gt 2499 ]; then last=2499; fi",
+            "exec '/opt/tyre wave/tyrewave' sweep --task '/data/it'\\''s 5%' \"$first..$last\" --threads 2",
+        ] {
+            assert!(job.lines().any(|other| other == line), "{line}\n{job}");
+        }
+        assert!(job.starts_with(HEAD) && Jobs { keep_results: true, ..jobs() }.slurm().contains(" --keep-results\n"));
+    }
+
+    #[test]
+    fn a_hyperqueue_job_is_one_submission_of_the_same() {
+        let job = jobs().hyperqueue();
+        assert!(job.starts_with(HEAD) && job.contains("--array \"${1:-0-624}\" --cpus 2 --resource mem=428 "), "{job}");
+        assert!(job.contains("--time-limit 10min --crash-limit 20"), "{job}");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_shell_reads_what_was_meant() {
+        // The program is one that shows its arguments, a line each.
+        let jobs = Jobs { program: Path::new("/usr/bin/printf"), ..jobs() };
+        let element = jobs.element("NUMBER").replace("sweep --task", "'%s|' sweep --task");
+        let of = |number: &str, script: &str| {
+            let shell = std::process::Command::new("bash").args(["-c", script]).env("NUMBER", number).output();
+            shell.map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
+        };
+        let Ok(answer) = of("3", &element) else {
+            return;
+        };
+        assert_eq!(answer, "sweep|--task|/data/it's 5%|12..15|--threads|2|");
+        let within = format!("bash -c {}", shell_word(&element));
+        assert_eq!(of("624", &within).unwrap(), "sweep|--task|/data/it's 5%|2496..2499|--threads|2|");
+    }
+}

@@ -1,0 +1,38 @@
+//! A sweep as tasks in a folder, for whoever can start processes on many machines: batch systems, a loop in a shell.
+//!
+//! 1. [`task`]: one scene with all that doing it takes, named by its content;
+//! 2. [`folder`]: the tasks on disk, many to a file, and the manifest that says that they are all there;
+//! 3. [`outcomes`]: what tasks have found, a small file each until all of a shard are done, then one for the shard;
+//! 4. [`work`]: does some of the tasks, in spite of kills, other machines and having been done before;
+//! 5. [`collect`]: what is there for the sweep's tables, and what is missing;
+//! 6. [`numbers`]: lists of task numbers as batch systems read them; [`jobs`]: files to submit.
+//!
+//! ```text
+//! DIR/manifest              written last: format, version, how many tasks, which
+//! DIR/shard-0007/tasks      the tasks 7000 to 7999
+//! DIR/shard-0007/outcome-N  what task N has found; failed-N: why it has not
+//! DIR/shard-0007/outcomes-* what some of them have found
+//! DIR/shard-0007/outcomes   what all of them have found, instead of those
+//! DIR/shard-0007/results    runs under way with their checkpoints; with `keep_results` all that have ended
+//! DIR/shard-0007/lock-N     held by the process that does task N
+//! ```
+//!
+//! Nothing rests on the locks, which not every shared disk has: files take their names when they are whole, and whoever
+//! does a task finds the same bytes. They keep two processes from doing the same work.
+
+pub mod collect;
+pub mod error;
+pub mod folder;
+pub mod jobs;
+pub mod numbers;
+pub mod outcomes;
+pub mod task;
+pub mod work;
+
+pub use collect::Collection;
+pub use error::TaskError;
+pub use folder::{TaskFolder, Written};
+pub use jobs::Jobs;
+pub use numbers::Numbers;
+pub use task::Task;
+pub use work::{Ended, Event, Work};

@@ -1,0 +1,117 @@
+//! One scene with all that doing it takes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::numeric::digest::sha256;
+use crate::plan::{Plan, unit_record};
+use crate::run::checkpoint::file_digest;
+use crate::scene::{Scene, SceneError, Setting};
+use crate::study::sweep::tasks::error::TaskError;
+use crate::study::sweep::variants::{Label, Variant};
+
+/// A task: nothing but the road file and the program is needed beside it.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct Task {
+    /// SHA-256 of scene and road: its name by content.
+    pub id: String,
+    /// What the tables say of it.
+    pub label: Label,
+    /// The scene as TOML, open where the scene of the sweep is open, its tyre within, the path of its road absolute.
+    scene: String,
+    /// SHA-256 of the road file's content; empty without one.
+    road: String,
+    /// Wall time that the plan expects on one thread \[s\].
+    pub seconds: f64,
+    /// Largest memory that the plan expects, the program itself not included \[bytes\].
+    pub memory: f64,
+    /// Whether it has all threads to itself: what several at a time would each solve is solved once and kept.
+    pub alone: bool,
+}
+
+impl Task {
+    /// Of a variant. `road`: SHA-256 of its road file's content;
+    ///
+    /// # Errors
+    /// A scene that TOML cannot hold.
+    pub(super) fn of(variant: &Variant, road: String) -> Result<Self, TaskError> {
+        let Variant { label, loaded, plan } = variant;
+        let scene = loaded.given().map_err(failed(&label.name))?.to_string();
+        let forecast = plan.clone().with_kept_model().forecast(&unit_record::known(), 1, 0.0);
+        Ok(Self {
+            id: sha256(&[&scene, "\n", &road]),
+            label: label.clone(),
+            scene,
+            road,
+            seconds: forecast.wall_seconds,
+            memory: forecast.memory,
+            alone: plan.decisions.radiation.is_some(),
+        })
+    }
+
+    /// Its variant, once more. Without arrays and pictures in its results folder unless those are kept: they are most
+    /// of its bytes, and the tables do not need them.
+    ///
+    /// # Errors
+    /// [`TaskError::Road`] for a road file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].
+    pub(super) fn variant(&self, keep_results: bool) -> Result<Variant, TaskError> {
+        let name = &self.label.name;
+        let settings = if keep_results { &[][..] } else { &["outputs.arrays=false", "outputs.plots=false"] };
+        let settings: Vec<Setting> = settings.iter().filter_map(|setting| Setting::parse(setting).ok()).collect();
+        let loaded = Scene::from_str_with(&self.scene, name, &settings).map_err(failed(name))?;
+        if let Some(path) = loaded.scene.road.file()
+            && file_digest(path).map_err(TaskError::reading(path))? != self.road
+        {
+            return Err(TaskError::Road { task: name.clone(), path: path.to_owned() });
+        }
+        let plan = Plan::of(&loaded).map_err(failed(name))?;
+        Ok(Variant { label: self.label.clone(), loaded, plan })
+    }
+}
+
+fn failed(name: &str) -> impl Fn(SceneError) -> TaskError + use<'_> {
+    |source| TaskError::Scene { task: name.to_owned(), source }
+}
+
+#[cfg(test)]
+impl Task {
+    /// A task that nobody does, of a scene that is none.
+    pub(super) fn example(scene: &str) -> Self {
+        Self {
+            id: sha256(&[scene]),
+            label: Label { name: scene.to_owned(), group: String::new(), speed: 80.0, choices: Vec::new() },
+            scene: scene.to_owned(),
+            road: String::new(),
+            seconds: 1.0,
+            memory: 1e6,
+            alone: false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::sweep::variants::{Axes, variants};
+    use crate::test_models::edit;
+
+    #[test]
+    fn a_task_is_its_variant_again() {
+        // A preset chooses at every speed; what the scene leaves open stays open.
+        let draft = ("numerics", "{ preset = \"draft\", fmax = 1000.0 }");
+        let base = Scene::from_str(&edit(crate::scene::PLATE, &[draft]), "draft").unwrap();
+        let made = variants(&base, &Axes { speeds: vec![50.0, 80.0], ..Axes::default() }).unwrap();
+        for variant in &made {
+            let task = Task::of(variant, String::new()).unwrap();
+            let again = task.variant(true).unwrap();
+            assert_eq!(again.loaded.scene, variant.loaded.scene);
+            assert_eq!(again.plan.scene, variant.plan.scene);
+            assert_eq!(again.label, variant.label);
+            assert_eq!(again.loaded.hash().unwrap(), variant.loaded.hash().unwrap());
+            assert!(task.seconds > 0.0 && task.memory > 0.0);
+            let light = task.variant(false).unwrap();
+            assert!(!light.plan.scene.outputs.arrays && !light.plan.scene.outputs.plots);
+            assert_eq!(light.plan.scene.numerics, variant.plan.scene.numerics);
+        }
+        assert_ne!(made[0].plan.scene.numerics.elements, made[1].plan.scene.numerics.elements);
+    }
+}

@@ -1,0 +1,250 @@
+//! Does tasks.
+//!
+//! A task that is done is left alone; one that was begun goes on from its checkpoint; one that another process is at is
+//! left to it. A task that fails does not stop the others.
+
+use std::fs::{self, File, TryLockError};
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use crate::counters::Stage;
+use crate::results::ResultsError;
+use crate::run::Progress;
+use crate::storage::flat_folder;
+use crate::study::sweep::run::{Done, Outcome, sweep};
+use crate::study::sweep::tasks::error::TaskError;
+use crate::study::sweep::tasks::folder::TaskFolder;
+use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
+use crate::study::sweep::tasks::task::Task;
+use crate::study::trial::UNIT;
+
+/// Name of the file that whoever does a task holds, before the task's number.
+const LOCK: &str = "lock-";
+
+/// How tasks are done.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    /// Threads in all: so many tasks at a time, unless they need all for each.
+    pub threads: usize,
+    /// Whether the results folder of a task stays; without it only what the tables need does.
+    pub keep_results: bool,
+}
+
+/// How a task ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ended {
+    /// It had been done before.
+    Found,
+    /// It is done; how far off its load was, if it was missed.
+    Done(Option<String>),
+    /// The user, or the batch system, wanted the end.
+    Stopped,
+    /// Another process is at it.
+    Busy,
+    /// Why it failed.
+    Failed(String),
+}
+
+/// What is told of a task, as it happens.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event<'a> {
+    /// It goes on where it had been stopped: time rolled and to be rolled in all \[s\].
+    GoesOn([f64; 2]),
+    /// Something the user should know.
+    Note(&'a str),
+    /// It has ended.
+    Ended(&'a Ended),
+}
+
+/// Whoever is told of tasks, by number and name.
+pub type Tell<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
+
+impl TaskFolder {
+    /// Does tasks, several at a time; how each ended that was come to, in their order.
+    ///
+    /// # Errors
+    /// [`TaskError::Number`], and the first task that is refused: its road file has changed, its file cannot be used.
+    pub fn work(
+        &self,
+        numbers: &RangeInclusive<u64>,
+        work: Work,
+        stop: &AtomicBool,
+        tell: Tell<'_>,
+    ) -> Result<Vec<Ended>, TaskError> {
+        let mut ended = Vec::new();
+        for shard in self.shards_of(numbers)? {
+            let tasks = self.shard(shard)?;
+            let outcomes = Outcomes::of(self, shard, &tasks);
+            let worker = Worker { outcomes, kept: Mutex::default(), tasks: &tasks, work, stop, tell };
+            let first = self.numbers(shard).start;
+            let wanted: Vec<usize> =
+                (0..tasks.len()).filter(|&index| numbers.contains(&(first + index as u64))).collect();
+            ended.extend(worker.all(&wanted, first)?);
+            worker.join(1)?;
+            worker.outcomes.complete()?;
+        }
+        Ok(ended)
+    }
+}
+
+/// Does tasks of a shard.
+struct Worker<'a> {
+    outcomes: Outcomes<'a>,
+    /// What it has found, each in a file of its own still.
+    kept: Mutex<Vec<(usize, Done)>>,
+    tasks: &'a [Task],
+    work: Work,
+    stop: &'a AtomicBool,
+    tell: Tell<'a>,
+}
+
+impl Worker<'_> {
+    /// Does some tasks of the shard, whose first has that number.
+    fn all(&self, wanted: &[usize], first: u64) -> Result<Vec<Ended>, TaskError> {
+        let found = self.outcomes.read()?.done;
+        let open = wanted.iter().filter(|&&index| found[index].is_none()).count();
+        let alone = wanted.iter().any(|&index| self.tasks[index].alone);
+        let workers = if alone { 1 } else { self.work.threads.min(open).max(1) };
+        let next = AtomicUsize::new(0);
+        let ended: Vec<Mutex<Option<Result<Ended, TaskError>>>> = wanted.iter().map(|_| Mutex::new(None)).collect();
+        let refused = AtomicBool::new(false);
+        let threads_of =
+            |worker: usize| self.work.threads / workers + usize::from(worker < self.work.threads % workers);
+        std::thread::scope(|scope| {
+            for worker in 0..workers {
+                let (next, ended, refused, found) = (&next, &ended, &refused, &found);
+                let threads = threads_of(worker).max(1);
+                scope.spawn(move || {
+                    while let Some(place) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&at| at < wanted.len()) {
+                        let index = wanted[place];
+                        if refused.load(Ordering::Relaxed) || self.stop.load(Ordering::Relaxed) {
+                            break;
+                        }
+                        let number = first + index as u64;
+                        let how = match found[index] {
+                            Some(_) => Ok(Ended::Found),
+                            None => self.one(index, number, threads),
+                        };
+                        match &how {
+                            Ok(how) => (self.tell)(number, &self.tasks[index].label.name, Event::Ended(how)),
+                            Err(_) => refused.store(true, Ordering::Relaxed),
+                        }
+                        if let Ok(mut slot) = ended[place].lock() {
+                            *slot = Some(how);
+                        }
+                    }
+                });
+            }
+        });
+        let ended = ended.into_iter().map(|slot| slot.into_inner().ok().flatten().unwrap_or(Ok(Ended::Stopped)));
+        // A refusal that came later than the end that was asked for is still one.
+        let (mut all, mut refusal) = (Vec::new(), None);
+        for how in ended {
+            match how {
+                Ok(how) => all.push(how),
+                Err(error) => refusal = refusal.or(Some(error)),
+            }
+        }
+        refusal.map_or(Ok(all), Err)
+    }
+
+    /// Makes one file of what has been found, once it is so much.
+    fn join(&self, least: usize) -> Result<(), TaskError> {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = if kept.len() >= least { std::mem::take(&mut *kept) } else { Vec::new() };
+        self.outcomes.join(&kept)
+    }
+
+    /// Does a task that was not done a moment ago.
+    fn one(&self, index: usize, number: u64, threads: usize) -> Result<Ended, TaskError> {
+        let task = &self.tasks[index];
+        let Some(_lock) = Lock::of(self.outcomes.file(LOCK, index))? else { return Ok(Ended::Busy) };
+        if self.outcomes.has(index) {
+            return Ok(Ended::Found);
+        }
+        let variant = task.variant(self.work.keep_results)?;
+        let results = self.outcomes.results();
+        fs::create_dir_all(&results).map_err(ResultsError::creating(&results))?;
+        let mut told = Told { number, name: &task.label.name, tell: self.tell, all: 0.0, begun: false };
+        let outcome = sweep(std::slice::from_ref(&variant), &results, threads, self.stop, &mut told).pop();
+        match outcome {
+            Some(Outcome::Done(done)) => {
+                self.outcomes.keep(index, &done)?;
+                if !self.work.keep_results {
+                    // What cannot be deleted is in nobody's way.
+                    let _ = flat_folder::remove(&results.join(&task.label.name));
+                }
+                let missed = done.missed_load().map(ToString::to_string);
+                self.kept.lock().unwrap_or_else(PoisonError::into_inner).push((index, done));
+                self.join(TOGETHER)?;
+                Ok(Ended::Done(missed))
+            }
+            Some(Outcome::Failed(error)) => {
+                let reason = error.to_string();
+                self.outcomes.keep_failure(index, &reason);
+                Ok(Ended::Failed(reason))
+            }
+            Some(Outcome::Stopped) | None => Ok(Ended::Stopped),
+        }
+    }
+}
+
+/// A lock file that goes with its holder, also where that is killed.
+struct Lock {
+    /// Held, not read; none where the file system knows no locks.
+    _file: Option<File>,
+    path: PathBuf,
+}
+
+impl Lock {
+    /// `None` where another process holds it.
+    fn of(path: PathBuf) -> Result<Option<Self>, TaskError> {
+        let file = File::create(&path).map_err(ResultsError::creating(&path))?;
+        match file.try_lock() {
+            Ok(()) => Ok(Some(Self { _file: Some(file), path })),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(_)) => Ok(Some(Self { _file: None, path })),
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Whoever has opened it a moment before holds a file without a name, and finds that the task is done.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Hands on what a task's run says.
+struct Told<'a> {
+    number: u64,
+    name: &'a str,
+    tell: Tell<'a>,
+    /// Time to be rolled \[s\].
+    all: f64,
+    begun: bool,
+}
+
+impl Progress for Told<'_> {
+    fn stage(&mut self, _stage: Stage) {}
+
+    fn march(&mut self, _done: u64, units: u64, unit: f64) {
+        self.all = units as f64 * unit;
+    }
+
+    fn step(&mut self, done: u64) {
+        if !self.begun && done > 0 {
+            let rolled = done as f64 * UNIT;
+            (self.tell)(self.number, self.name, Event::GoesOn([rolled, self.all]));
+        }
+        self.begun = true;
+    }
+
+    fn note(&mut self, text: &str) {
+        (self.tell)(self.number, self.name, Event::Note(text));
+    }
+
+    fn finish(&mut self) {}
+}

@@ -1,0 +1,119 @@
+#!/bin/bash
+# Tries a sweep on a Slurm of this machine alone: 200 tasks, one killed, one requeued, one pre-empted; then how many
+# scenes a second it does beside a plain sweep. As root, with Debian's slurm-wlm, which it installs where it can.
+# Usage: tests/engines/slurm.sh [PROGRAM]
+set -u
+PROGRAM=$(readlink -f "${1:-target/release/tyrewave}")
+source "$(dirname "$0")/common.sh"
+[ -x "$PROGRAM" ] || skip "there is no $PROGRAM"
+[ "$(id -u)" = 0 ] || skip "a Slurm of one's own needs root"
+if ! command -v slurmctld > /dev/null; then
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends slurm-wlm munge > /dev/null 2>&1
+    command -v slurmctld > /dev/null || skip "Slurm is not installed, and apt-get has no slurm-wlm for it"
+fi
+WORK=$(mktemp -d /tmp/tyrewave-slurm.XXXXXX)
+export TYREWAVE_CACHE_DIR=$WORK/cache SLURM_CONF=$WORK/slurm.conf
+chmod 755 "$WORK"
+daemons=()
+trap 'kill "${daemons[@]}" 2> /dev/null; wait 2> /dev/null; rm -rf "$WORK"' EXIT
+
+# Sockets, keys, states and logs of its own: nothing of the system's is used or changed.
+mkdir -p "$WORK"/{state,spool}
+head -c 64 /dev/urandom > "$WORK/munge.key" && chmod 400 "$WORK/munge.key"
+munged --foreground --force --key-file "$WORK/munge.key" --socket "$WORK/munge.socket" --pid-file "$WORK/munge.pid" \
+    --log-file "$WORK/munge.log" --seed-file "$WORK/munge.seed" > /dev/null 2>&1 &
+daemons+=($!)
+cat > "$SLURM_CONF" <<END
+ClusterName=trial
+SlurmctldHost=$(hostname -s)(127.0.0.1)
+SlurmUser=root
+SlurmdUser=root
+AuthType=auth/munge
+AuthInfo=socket=$WORK/munge.socket
+SlurmctldPort=26817
+SlurmdPort=26818
+SlurmctldPidFile=$WORK/slurmctld.pid
+SlurmdPidFile=$WORK/slurmd.pid
+SlurmctldLogFile=$WORK/slurmctld.log
+SlurmdLogFile=$WORK/slurmd.log
+StateSaveLocation=$WORK/state
+SlurmdSpoolDir=$WORK/spool
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+MpiDefault=none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU_Memory
+SchedulerParameters=sched_min_interval=0,batch_sched_delay=0
+ReturnToService=2
+KillWait=10
+PreemptType=preempt/partition_prio
+PreemptMode=REQUEUE
+NodeName=$(hostname -s) NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=2000 State=UNKNOWN
+PartitionName=low Nodes=ALL Default=YES PriorityTier=1 PreemptMode=REQUEUE GraceTime=2 State=UP
+PartitionName=high Nodes=ALL PriorityTier=2 PreemptMode=OFF State=UP
+END
+sleep 1
+slurmctld -D -c > "$WORK/ctld.out" 2>&1 &
+daemons+=($!)
+slurmd -D > "$WORK/slurmd.out" 2>&1 &
+daemons+=($!)
+for _ in $(seq 60); do sinfo -h -o %T 2> /dev/null | grep -q idle && break; sleep 0.5; done
+sinfo -h -o %T 2> /dev/null | grep -q idle || { tail -5 "$WORK"/*.log "$WORK"/*.out; skip "Slurm does not start here"; }
+echo "$(sinfo --version), $(nproc) processors; $("$PROGRAM" --version)"
+
+until_idle() { while [ -n "$(squeue -h)" ]; do sleep "${1:-0.5}"; ${2:-true}; done; }
+# Slurm lets a job wait for two minutes that was put back into the queue.
+at_once() { for job in $(squeue -h -t PD -o %A); do scontrol update JobId="$job" StartTime=now 2> /dev/null; done; }
+
+begin=$(now)
+"$PROGRAM" sweep "${trial[@]}" --out "$WORK/plain" --quiet > /dev/null || fail "the plain sweep"
+echo "plain sweep of 200 scenes: $(since "$begin") s"
+tasks=$WORK/tasks
+"$PROGRAM" sweep "${trial[@]}" --tasks "$tasks" --chunk 1 --quiet || fail "writing tasks"
+begin=$(now)
+job=$(sbatch --parsable "$tasks/job.slurm") || fail "sbatch"
+until_done "$tasks" 20
+kill_one "$tasks"
+until_done "$tasks" 60
+hold_one "$tasks"
+scontrol requeue "${job}_$number" || fail "requeue"
+kill -CONT "$pid"
+echo "requeued task $number"
+sleep 2
+at_once
+until_idle
+"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2> "$WORK/told" && fail "the killed task is not missing"
+cat "$WORK/told"
+job=$(sbatch --parsable --array="$(cat "$tasks/missing")" "$tasks/job.slurm") || fail "sbatch of what is missing"
+until_idle
+echo "200 tasks with all that: $(since "$begin") s"
+cat "$tasks"/logs/*.txt > "$WORK/log"
+check "$tasks" "$WORK/log"
+
+# Two long tasks that two jobs of a higher priority drive out.
+tasks=$WORK/long
+long=("${scene[@]}" --set "rolling.duration=${LONG:-1000.0}" --speed 60,80)
+"$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
+"$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet && sbatch --quiet "$tasks/job.slurm"
+sleep 3
+for _ in 1 2; do sbatch --quiet --partition=high --ntasks=1 --mem=100M --output=/dev/null --wrap "sleep 3"; done
+until_idle 1 at_once
+"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
+cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
+cat "$tasks"/logs/*.txt
+grep -q "goes on at" "$tasks"/logs/*.txt || fail "no task was driven out and went on"
+
+begin=$(now)
+"$PROGRAM" sweep "${many[@]}" --out "$WORK/many" --quiet > /dev/null || fail "the plain sweep of many"
+echo "plain sweep of many short scenes: $(since "$begin") s"
+tasks=$WORK/short
+begin=$(now)
+"$PROGRAM" sweep "${many[@]}" --tasks "$tasks" --chunk "${CHUNK:-125}" --quiet || fail "writing tasks"
+echo "writing them as tasks: $(since "$begin") s, $(du -sk "$tasks" | cut -f1) kB"
+begin=$(now)
+sbatch --quiet "$tasks/job.slurm" && until_idle 0.1
+echo "by Slurm in elements of ${CHUNK:-125}: $(since "$begin") s"
+begin=$(now)
+"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "collecting"
+echo "collecting: $(since "$begin") s; $(find "$tasks" -type f | wc -l) files, $(du -sk "$tasks" | cut -f1) kB"
+cmp "$tasks/sweep.csv" "$WORK/many/sweep.csv" || fail "the table is not that of the plain sweep"

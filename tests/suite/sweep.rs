@@ -221,6 +221,22 @@ fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
     assert_eq!(json[0]["factors"]["contact.tread"], "elastic");
     assert!(fs::read_to_string(place.join("s/force_by_contact_tread.svg")).unwrap().contains("bedding"));
 
+    // As tasks it is the same.
+    let tasks = [&["scene.toml", "--tasks", "t"], &arguments[3..], &["outputs.plots=true"]].concat();
+    assert!(output(place, &tasks).status.success());
+    assert!(output(place, &["--task", "t", "0..5"]).status.success());
+    let collected = output(place, &["--collect", "t"]);
+    assert!(collected.status.success(), "{}", text(&collected.stderr));
+    for name in ["design.csv", "design.json", "sweep.csv", "sweep.txt", "force_by_contact_tread.svg"] {
+        assert_eq!(
+            fs::read(place.join("t").join(name)).unwrap(),
+            fs::read(place.join("s").join(name)).unwrap(),
+            "{name}"
+        );
+    }
+    let both = output(place, &["--task", "t", "0", "--set", "road.seed=1..2"]);
+    assert!(both.status.code() == Some(2) && text(&both.stderr).contains("cannot be used with"));
+
     let refused = |arguments: &[&str], word: &str| {
         let answer = output(place, arguments);
         let told = text(&answer.stderr);

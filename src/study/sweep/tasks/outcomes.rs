@@ -1,7 +1,7 @@
 //! What tasks have found.
 //!
 //! A task that is done leaves a small file. A million of those are more than a shared disk likes: whoever does many
-//! tasks makes one file of each [`TOGETHER`] that it has written, and once all tasks of a shard are done they become
+//! tasks makes one file of each 64 that it has written, and once all tasks of a shard are done they become
 //! one file, by whoever sees it first. A file that takes the place of others has its name before those go, and whoever
 //! misses one of them looks again: at any moment every outcome is found, however many write and collect at once.
 

@@ -5,11 +5,12 @@ fail() { echo "FAILED: $*"; exit 1; }
 now() { date +%s.%N; }
 since() { awk -v a="$1" -v b="$(now)" 'BEGIN { printf "%.1f", b - a }'; }
 
-# The scenes of the trial: 200, each of some seconds of rolling, with a checkpoint every 0.2 s; and 1000 short ones.
+# The scenes of the trial: 200, each of so many seconds of rolling that a process lives long enough to be killed, with a
+# checkpoint every 0.2 s; and 1000 short ones.
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 scene=("$root/scenes/default.toml" --set numerics.elements=64 --set rolling.warm_up=0.2
     --set rolling.axle.tolerance=0.9)
-trial=("${scene[@]}" --set "rolling.duration=${SECONDS_ROLLED:-3.0}" --set outputs.checkpoint_interval=0.2
+trial=("${scene[@]}" --set "rolling.duration=${SECONDS_ROLLED:-15.0}" --set outputs.checkpoint_interval=0.2
     --speed 50..99.5:0.5 --load 3000,3400)
 many=("${scene[@]}" --set rolling.duration=0.4 --speed "50..99.9:${MANY_STEP:-0.1}" --load 3000,3400)
 

@@ -43,7 +43,7 @@ TaskPlugin=task/none
 MpiDefault=none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU_Memory
-SchedulerParameters=sched_min_interval=0,batch_sched_delay=0
+SchedulerParameters=sched_interval=1,sched_min_interval=0,batch_sched_delay=0
 ReturnToService=2
 KillWait=10
 PreemptType=preempt/partition_prio
@@ -92,7 +92,7 @@ check "$tasks" "$WORK/log"
 
 # Two long tasks that two jobs of a higher priority drive out.
 tasks=$WORK/long
-long=("${scene[@]}" --set "rolling.duration=${LONG:-1000.0}" --speed 60,80)
+long=("${scene[@]}" --set "rolling.duration=${LONG:-3000.0}" --speed 60,80)
 "$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
 "$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet && sbatch --quiet "$tasks/job.slurm"
 sleep 3
@@ -108,11 +108,11 @@ begin=$(now)
 echo "plain sweep of many short scenes: $(since "$begin") s"
 tasks=$WORK/short
 begin=$(now)
-"$PROGRAM" sweep "${many[@]}" --tasks "$tasks" --chunk "${CHUNK:-125}" --quiet || fail "writing tasks"
+"$PROGRAM" sweep "${many[@]}" --tasks "$tasks" --chunk "${CHUNK:-250}" --quiet || fail "writing tasks"
 echo "writing them as tasks: $(since "$begin") s, $(du -sk "$tasks" | cut -f1) kB"
 begin=$(now)
 sbatch --quiet "$tasks/job.slurm" && until_idle 0.1
-echo "by Slurm in elements of ${CHUNK:-125}: $(since "$begin") s"
+echo "by Slurm in elements of ${CHUNK:-250}: $(since "$begin") s"
 begin=$(now)
 "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "collecting"
 echo "collecting: $(since "$begin") s; $(find "$tasks" -type f | wc -l) files, $(du -sk "$tasks" | cut -f1) kB"

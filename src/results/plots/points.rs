@@ -75,14 +75,16 @@ impl PointPlot<'_> {
 }
 
 impl PointSeries<'_> {
-    /// The mean value at every place, from the left.
+    /// The mean value at every place, from the left; where points are missing a mean is one of other things.
     fn means(&self) -> Vec<(f64, f64)> {
         let mut points = self.points.clone();
         points.sort_by(|one, other| one.0.total_cmp(&other.0));
         let mean = |points: &[(f64, f64, f64)]| {
             (points[0].0, points.iter().map(|point| point.1).sum::<f64>() / points.len() as f64)
         };
-        points.chunk_by(|one, other| one.0.total_cmp(&other.0).is_eq()).map(mean).collect()
+        let places = || points.chunk_by(|one, other| one.0.total_cmp(&other.0).is_eq());
+        let most = places().map(<[_]>::len).max();
+        places().filter(|points| Some(points.len()) == most).map(mean).collect()
     }
 }
 
@@ -92,9 +94,10 @@ mod tests {
 
     #[test]
     fn points_have_intervals_values_and_a_line_through_their_means() {
-        let points = vec![(0.0, 1.0, 0.5), (1.0, 4.0, 0.0), (0.0, 3.0, 0.0)];
-        let series = PointSeries { name: "beside", points };
-        assert_eq!(series.means(), [(0.0, 2.0), (1.0, 4.0)]);
+        let points = vec![(0.0, 1.0, 0.5), (1.0, 4.0, 0.0), (0.0, 3.0, 0.0), (1.0, 5.0, 0.0), (2.0, 9.0, 0.0)];
+        let mut series = PointSeries { name: "beside", points };
+        assert_eq!(series.means(), [(0.0, 2.0), (1.0, 4.5)], "one of two is missing at 2");
+        series.points.truncate(3);
         let (x, y) = (Axis::of_words("tread", &["elastic", "bedding"]), Axis::linear("Level [dB]", 0.0..5.0));
         let svg = PointPlot { title: "t", x, y, series: vec![series] }.to_svg().unwrap();
         for text in ["elastic", "bedding", "beside", "tread: elastic\nbeside: 1.000 \u{b1} 0.5000"] {

@@ -186,7 +186,9 @@ impl RepeatedTable {
     pub fn plots(&self, title: &str) -> Result<Vec<(String, String)>, PlotError> {
         let mut plots = Vec::new();
         for (column, factor) in self.factors.iter().enumerate() {
-            for (name, axis, rank) in [("force", FORCE_LEVEL, FORCE), ("sound", "Level [dB(A)]", SOUND)] {
+            for (name, short, axis, rank) in
+                [("force", "Force", FORCE_LEVEL, FORCE), ("sound", "Sound", "Level [dB(A)]", SOUND)]
+            {
                 let drawn: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 == rank).collect();
                 let labels = self.labels(column);
                 if labels.len() < 2 || drawn.is_empty() {
@@ -208,7 +210,7 @@ impl RepeatedTable {
                 let ends = series.iter().flat_map(|series| &series.points);
                 let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
                 let y = Axis::linear_around(axis, ends);
-                let title = &format!("{axis} against {factor}: {title}");
+                let title = &format!("{short} against {factor}: {title}");
                 let svg = PointPlot { title, x, y, series }.to_svg()?;
                 let file: String = factor.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
                 plots.push((format!("{name}_by_{file}.svg"), svg));

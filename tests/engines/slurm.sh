@@ -49,7 +49,7 @@ KillWait=10
 PreemptType=preempt/partition_prio
 PreemptMode=REQUEUE
 NodeName=$(hostname -s) NodeAddr=127.0.0.1 CPUs=$(nproc) RealMemory=2000 State=UNKNOWN
-PartitionName=low Nodes=ALL Default=YES PriorityTier=1 PreemptMode=REQUEUE GraceTime=2 State=UP
+PartitionName=low Nodes=ALL Default=YES PriorityTier=1 PreemptMode=REQUEUE GraceTime=0 State=UP
 PartitionName=high Nodes=ALL PriorityTier=2 PreemptMode=OFF State=UP
 END
 sleep 1
@@ -94,13 +94,14 @@ check "$tasks" "$WORK/log"
 tasks=$WORK/long
 long=("${scene[@]}" --set "rolling.duration=${LONG:-3000.0}" --speed 60,80)
 "$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
-"$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet && sbatch --quiet "$tasks/job.slurm"
+"$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet && job=$(sbatch --parsable "$tasks/job.slurm")
 sleep 3
 for _ in 1 2; do sbatch --quiet --partition=high --ntasks=1 --mem=100M --output=/dev/null --wrap "sleep 3"; done
 until_idle 1 at_once
+cat "$tasks"/logs/*.txt
+grep -E "requeue|_job_complete: JobId=$job" "$WORK/slurmctld.log"
 "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
 cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
-cat "$tasks"/logs/*.txt
 grep -q "goes on at" "$tasks"/logs/*.txt || fail "no task was driven out and went on"
 
 begin=$(now)

@@ -63,7 +63,10 @@ echo "$(sinfo --version), $(nproc) processors; $("$PROGRAM" --version)"
 
 until_idle() { while [ -n "$(squeue -h)" ]; do sleep "${1:-0.5}"; ${2:-true}; done; }
 # Slurm lets a job wait for two minutes that was put back into the queue.
-at_once() { local job; for job in $(squeue -h -t PD -o %A); do scontrol update JobId="$job" StartTime=now 2> /dev/null; done; }
+at_once() {
+    local job
+    for job in $(squeue -h -t PD -o %A); do scontrol update JobId="$job" StartTime=now 2> /dev/null; done
+}
 
 begin=$(now)
 "$PROGRAM" sweep "${trial[@]}" --out "$WORK/plain" --quiet > /dev/null || fail "the plain sweep"

@@ -64,3 +64,22 @@ check() {
     grep -aho 'task .*goes on at.*' "$2" | sed 's/^/  /' || true
     [ "$count" = 200 ] && [ "$doubled" = 0 ] || fail "not every task was done once"
 }
+
+# How long many short scenes take, plain and by an engine whose elements are so many tasks; `by_engine` submits a folder
+# of tasks and waits until they are done.
+throughput() {
+    local engine=$1 chunk=$2 tasks=$WORK/short begin
+    begin=$(now)
+    "$PROGRAM" sweep "${many[@]}" --out "$WORK/many" --quiet > /dev/null || fail "the plain sweep of many"
+    echo "plain sweep of many short scenes: $(since "$begin") s"
+    begin=$(now)
+    "$PROGRAM" sweep "${many[@]}" --tasks "$tasks" --chunk "$chunk" --quiet || fail "writing tasks"
+    echo "writing them as tasks: $(since "$begin") s, $(du -sk "$tasks" | cut -f1) kB"
+    begin=$(now)
+    by_engine "$tasks"
+    echo "by $engine in elements of $chunk: $(since "$begin") s"
+    begin=$(now)
+    "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "collecting"
+    echo "collecting: $(since "$begin") s; $(find "$tasks" -type f | wc -l) files, $(du -sk "$tasks" | cut -f1) kB"
+    cmp "$tasks/sweep.csv" "$WORK/many/sweep.csv" || fail "the table is not that of the plain sweep"
+}

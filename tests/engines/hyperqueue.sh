@@ -63,17 +63,5 @@ echo "200 tasks with all that: $(since "$begin") s"
 cat "$tasks"/logs/* > "$WORK/log"
 check "$tasks" "$WORK/log"
 
-begin=$(now)
-"$PROGRAM" sweep "${many[@]}" --out "$WORK/many" --quiet > /dev/null || fail "the plain sweep of many"
-echo "plain sweep of many short scenes: $(since "$begin") s"
-tasks=$WORK/short
-begin=$(now)
-"$PROGRAM" sweep "${many[@]}" --tasks "$tasks" --chunk "${CHUNK:-25}" --quiet || fail "writing tasks"
-echo "writing them as tasks: $(since "$begin") s, $(du -sk "$tasks" | cut -f1) kB"
-begin=$(now)
-submit "$tasks" && finish
-echo "by HyperQueue in elements of ${CHUNK:-25}: $(since "$begin") s"
-begin=$(now)
-"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "collecting"
-echo "collecting: $(since "$begin") s; $(find "$tasks" -type f | wc -l) files, $(du -sk "$tasks" | cut -f1) kB"
-cmp "$tasks/sweep.csv" "$WORK/many/sweep.csv" || fail "the table is not that of the plain sweep"
+by_engine() { submit "$1" && finish; }
+throughput HyperQueue "${CHUNK:-25}"

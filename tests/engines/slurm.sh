@@ -107,17 +107,5 @@ grep -E "requeue|_job_complete: JobId=$job" "$WORK/slurmctld.log"
 cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
 grep -q "goes on at" "$tasks"/logs/*.txt || fail "no task was driven out and went on"
 
-begin=$(now)
-"$PROGRAM" sweep "${many[@]}" --out "$WORK/many" --quiet > /dev/null || fail "the plain sweep of many"
-echo "plain sweep of many short scenes: $(since "$begin") s"
-tasks=$WORK/short
-begin=$(now)
-"$PROGRAM" sweep "${many[@]}" --tasks "$tasks" --chunk "${CHUNK:-250}" --quiet || fail "writing tasks"
-echo "writing them as tasks: $(since "$begin") s, $(du -sk "$tasks" | cut -f1) kB"
-begin=$(now)
-sbatch --quiet "$tasks/job.slurm" && until_idle 0.1
-echo "by Slurm in elements of ${CHUNK:-250}: $(since "$begin") s"
-begin=$(now)
-"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "collecting"
-echo "collecting: $(since "$begin") s; $(find "$tasks" -type f | wc -l) files, $(du -sk "$tasks" | cut -f1) kB"
-cmp "$tasks/sweep.csv" "$WORK/many/sweep.csv" || fail "the table is not that of the plain sweep"
+by_engine() { sbatch --quiet "$1/job.slurm" && until_idle 0.1; }
+throughput Slurm "${CHUNK:-250}"

@@ -1,10 +1,15 @@
 //! Ctrl-C: the first one asks the run to stop at the next step and keep what it has, the second one stops it at once.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use super::error::{CliError, INTERRUPTED};
 use super::messages::tell;
+
+/// Requests within this time of the first are the same one: a batch system signals a job's shell and its programs, and
+/// the shell hands it on.
+const SAME_REQUEST: Duration = Duration::from_millis(500);
 
 /// From now on a file that would grow past the system's limit (`ulimit -f`) is an error of writing, as a full disk is,
 /// and not the end of the program.
@@ -16,7 +21,20 @@ pub fn outlive_file_limits() {
 
 /// Whether the user has asked for the end. Clones share the answer.
 #[derive(Clone, Debug, Default)]
-pub struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt {
+    asked: Arc<AtomicBool>,
+    /// When that was first asked for.
+    first: Arc<Mutex<Option<Instant>>>,
+}
+
+/// Which request for the end one is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Request {
+    First,
+    /// The first one, come another way.
+    Same,
+    Further,
+}
 
 impl Interrupt {
     /// Listens for Ctrl-C, and on Unix for SIGTERM and SIGHUP, from now on. Once per process.
@@ -26,25 +44,33 @@ impl Interrupt {
     pub fn listen() -> Result<Self, CliError> {
         let interrupt = Self::default();
         let shared = interrupt.clone();
-        ctrlc::set_handler(move || {
-            if shared.request() {
-                // What is written has a name that says that it is not finished.
-                std::process::exit(i32::from(INTERRUPTED));
-            }
-            tell("\nstopping after this step and keeping what there is (again: stop at once)");
+        ctrlc::set_handler(move || match shared.request(Instant::now()) {
+            Request::First => tell("\nstopping after this step and keeping what there is (again: stop at once)"),
+            Request::Same => {}
+            // What is written has a name that says that it is not finished.
+            Request::Further => std::process::exit(i32::from(INTERRUPTED)),
         })
         .map_err(|error| CliError::Failed(format!("cannot listen for Ctrl-C: {error}")))?;
         Ok(interrupt)
     }
 
-    /// Asks for the end; returns whether that had been asked for before.
-    pub fn request(&self) -> bool {
-        self.0.swap(true, Ordering::Relaxed)
+    /// Asks for the end, at an instant.
+    fn request(&self, at: Instant) -> Request {
+        self.asked.store(true, Ordering::Relaxed);
+        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        match *first {
+            None => {
+                *first = Some(at);
+                Request::First
+            }
+            Some(first) if at.saturating_duration_since(first) < SAME_REQUEST => Request::Same,
+            Some(_) => Request::Further,
+        }
     }
 
     /// What a run looks at between two steps.
     pub fn flag(&self) -> &AtomicBool {
-        &self.0
+        &self.asked
     }
 }
 
@@ -53,12 +79,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_second_request_knows_of_the_first() {
-        let interrupt = Interrupt::default();
+    fn a_second_request_is_one_that_comes_later() {
+        let (interrupt, begin) = (Interrupt::default(), Instant::now());
         let run = interrupt.clone();
         assert!(!run.flag().load(Ordering::Relaxed));
-        assert!(!interrupt.request());
+        assert_eq!(interrupt.request(begin), Request::First);
         assert!(run.flag().load(Ordering::Relaxed));
-        assert!(interrupt.request());
+        assert_eq!(run.request(begin + Duration::from_millis(20)), Request::Same);
+        assert_eq!(run.request(begin + SAME_REQUEST), Request::Further);
     }
 }

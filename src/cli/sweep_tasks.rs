@@ -134,7 +134,7 @@ impl TaskArguments {
                 Event::Note(text) => format!("note: {text}"),
                 Event::Ended(ended) => {
                     bar.inc(1);
-                    told(ended)
+                    ending(ended)
                 }
             };
             let said = format!("task {number} ({name}): {text}");
@@ -167,7 +167,7 @@ impl TaskArguments {
 }
 
 /// How a task ended, in words.
-fn told(ended: &Ended) -> String {
+fn ending(ended: &Ended) -> String {
     match ended {
         Ended::Found => "has been done before".to_owned(),
         Ended::Done(None) => "done".to_owned(),

@@ -10,22 +10,29 @@ since() { awk -v a="$1" -v b="$(now)" 'BEGIN { printf "%.1f", b - a }'; }
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 scene=("$root/scenes/default.toml" --set numerics.elements=64 --set rolling.warm_up=0.2
     --set rolling.axle.tolerance=0.9)
-trial=("${scene[@]}" --set "rolling.duration=${SECONDS_ROLLED:-15.0}" --set outputs.checkpoint_interval=0.2
+trial=("${scene[@]}" --set "rolling.duration=${SECONDS_ROLLED:-20.0}" --set outputs.checkpoint_interval=0.1
     --speed 50..99.5:0.5 --load 3000,3400)
 many=("${scene[@]}" --set rolling.duration=0.4 --speed "50..99.9:${MANY_STEP:-0.1}" --load 3000,3400)
 
-# Finds a process that does a task and has a checkpoint, and holds it: its id, the task's number, the checkpoint's age.
+# Tasks that were held, each to be killed, or put back into the queue.
+held=()
+
+# Finds a process that does a task and has renewed its checkpoint, the first of which is of the beginning, and holds it:
+# its id, the task's number, the checkpoint's age.
 hold_one() {
     local checkpoint lock
-    for _ in $(seq 400); do
-        sleep 0.05
+    local -A first=()
+    for _ in $(seq 1000); do
+        sleep 0.02
         for pid in $(pgrep -f -- "sweep --task $1" || true); do
-            checkpoint=$(find "$1" -name checkpoint -path "*partial*-$pid/*" 2> /dev/null | head -1)
+            checkpoint=$(find "$1" -name checkpoint -path "*partial*-$pid/*" -printf '%T@ %p\n' 2> /dev/null | head -1)
+            [ -n "$checkpoint" ] && : "${first[$pid]:=$checkpoint}" && [ "$checkpoint" != "${first[$pid]}" ] || continue
             lock=$(find "/proc/$pid/fd" -lname '*/lock-*' -printf '%l\n' 2> /dev/null | head -1)
-            [ -n "$checkpoint" ] && [ -n "$lock" ] && kill -STOP "$pid" 2> /dev/null || continue
+            [ -n "$lock" ] && kill -STOP "$pid" 2> /dev/null || continue
             number=${lock##*/lock-}
+            checkpoint=${checkpoint#* }
             age=$(awk -v a="$(stat -c %.Y "$checkpoint" 2> /dev/null)" -v b="$(now)" 'BEGIN { printf "%.2f", b - a }')
-            [ -e "$checkpoint" ] && return 0
+            [ -e "$checkpoint" ] && held+=("$number") && return 0
             kill -CONT "$pid"
         done
     done
@@ -63,6 +70,10 @@ check() {
         "plain sweep's"
     grep -aho 'task .*goes on at.*' "$2" | sed 's/^/  /' || true
     [ "$count" = 200 ] && [ "$doubled" = 0 ] || fail "not every task was done once"
+    local number
+    for number in "${held[@]}"; do
+        grep -aq "task $number .*goes on at" "$2" || fail "task $number was done again from its beginning"
+    done
 }
 
 # How long many short scenes take, plain and by an engine whose elements are so many tasks; `by_engine` submits a folder

@@ -1,6 +1,7 @@
 #!/bin/bash
-# Tries a sweep on a Slurm of this machine alone: 200 tasks, one killed, one requeued, one pre-empted; then how many
-# scenes a second it does beside a plain sweep. As root, with Debian's slurm-wlm, which it installs where it can.
+# Tries a sweep on a Slurm of this machine alone: 200 tasks, one killed, one requeued; long tasks driven out by others,
+# with and without a time of grace, ended by their time limit, cancelled; then how many scenes a second it does beside a
+# plain sweep. As root, with Debian's slurm-wlm, which it installs where it can.
 # Usage: tests/engines/slurm.sh [PROGRAM]
 set -u
 PROGRAM=$(readlink -f "${1:-target/release/tyrewave}")
@@ -93,19 +94,40 @@ echo "200 tasks with all that: $(since "$begin") s"
 cat "$tasks"/logs/*.txt > "$WORK/log"
 check "$tasks" "$WORK/log"
 
-# Two long tasks that two jobs of a higher priority drive out.
-tasks=$WORK/long
-long=("${scene[@]}" --set "rolling.duration=${LONG:-3000.0}" --speed 60,80)
+# Two long tasks that are ended before they are done, and come back by themselves; but not where they are cancelled.
+long=("${scene[@]}" --set "rolling.duration=${LONG:-4000.0}" --speed 60,80)
+begin=$(now)
 "$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
-"$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet && job=$(sbatch --parsable "$tasks/job.slurm")
-sleep 3
-for _ in 1 2; do sbatch --quiet --partition=high --ntasks=1 --mem=100M --output=/dev/null --wrap "sleep 3"; done
-until_idle 1 at_once
-cat "$tasks"/logs/*.txt
-grep -E "requeue|_job_complete: JobId=$job" "$WORK/slurmctld.log"
-"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
-cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
-grep -q "goes on at" "$tasks"/logs/*.txt || fail "no task was driven out and went on"
+echo "plain sweep of two long scenes: $(since "$begin") s"
+drive_out() {
+    sleep 3
+    sbatch --quiet --partition=high --cpus-per-task="$(nproc)" --mem=100M --output=/dev/null --wrap "sleep 3"
+}
+driven_out_without_grace() { drive_out; }
+driven_out_with_grace() { scontrol update PartitionName=low GraceTime=5; drive_out; }
+ended_by_their_time_limit() { true; }
+cancelled() { sleep 5; scancel "$job"; }
+for end in driven_out_without_grace driven_out_with_grace ended_by_their_time_limit cancelled; do
+    tasks=$WORK/$end
+    "$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet || fail "writing long tasks"
+    limit=()
+    # Slurm looks every 30 s, and tells up to 30 s early: after 5 to 35 s here.
+    [ "$end" = ended_by_their_time_limit ] && limit=(--time=1 --signal=B:TERM@25)
+    job=$(sbatch --parsable "${limit[@]}" "$tasks/job.slurm") || fail "sbatch of long tasks"
+    "$end"
+    until_idle 1 at_once
+    echo "long tasks, $end:"
+    grep -ahE 'goes on at|back into' "$tasks"/logs/*.txt | sed 's/^/  /'
+    if [ "$end" = cancelled ]; then
+        "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2>&1 && fail "cancelled tasks came back"
+        job=$(sbatch --parsable --array="$(cat "$tasks/missing")" "$tasks/job.slurm") && until_idle
+    fi
+    "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
+    cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
+    for number in 0 1; do
+        grep -q "task $number .*goes on at" "$tasks"/logs/*.txt || fail "task $number did not go on"
+    done
+done
 
 by_engine() { sbatch --quiet "$1/job.slurm" && until_idle 0.1; }
 throughput Slurm "${CHUNK:-250}"

@@ -22,6 +22,24 @@ const START_MEGABYTES: f64 = 128.0;
 const NOTICE_SECONDS: u64 = 60;
 /// How often HyperQueue starts an element again whose worker was lost.
 const CRASH_LIMIT: u32 = 20;
+/// What Slurm's script does before and after the program. Slurm's notice (of a time limit, of a job of a higher
+/// priority) may reach the shell alone; and an element that ends within its notice counts as failed: Slurm does not put
+/// it back.
+const SLURM_AROUND: [&str; 2] = [
+    r#"# The program is told of the end, writes its checkpoints and ends with 130.
+trap 'told=yes; kill -TERM $(jobs -p) 2> /dev/null' TERM
+"#,
+    r#" &
+# A wait that was interrupted is begun again.
+while told=; wait "$!"; ended=$?; [ -n "$told" ]; do :; done
+# Unless it was cancelled, the element goes back into the queue, and on from its checkpoints when its turn comes.
+element=${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID
+if [ "$ended" -eq 130 ] && [ "$(squeue --noheader --jobs="$element" --format=%T)" = RUNNING ]; then
+    echo "back into the queue"
+    exec scontrol requeue "$element"
+fi
+exit "$ended""#,
+];
 /// How the files begin.
 pub const HEAD: &str = "#!/bin/bash\n# tyrewave sweep: ";
 /// Name of the list of elements with missing tasks.
@@ -88,14 +106,14 @@ impl<'a> Jobs<'a> {
         (at_a_time * self.memory / 1e6 * MEMORY_MARGIN + START_MEGABYTES).ceil() as u64
     }
 
-    /// What an element does, in bash; the variable has its number.
-    fn element(&self, variable: &str) -> String {
+    /// What an element does, in bash: the variable has its number, `does` goes before the program, `ends` after it.
+    fn element(&self, variable: &str, [does, ends]: [&str; 2]) -> String {
         let Self { chunk, threads, count, .. } = self;
         let [program, folder] = [self.program, self.folder].map(quoted);
         let keep = if self.keep_results { " --keep-results" } else { "" };
         format!(
             "first=$(({variable} * {chunk}))\nlast=$((first + {}))\nif [ \"$last\" -gt {last} ]; then last={last}; fi\n\
-             exec {program} sweep --task {folder} \"$first..$last\" --threads {threads}{keep}\n",
+             {does}{program} sweep --task {folder} \"$first..$last\" --threads {threads}{keep}{ends}\n",
             chunk - 1,
             last = count.saturating_sub(1),
         )
@@ -116,7 +134,6 @@ impl<'a> Jobs<'a> {
     pub fn slurm(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let path = |name: &str| quoted(&self.folder.join(name));
-        // The program takes the shell's place, and with it the signal that the shell is sent.
         format!(
             "{reasons}#SBATCH --job-name=tyrewave\n#SBATCH --array=0-{last}%{at_once}\n#SBATCH --ntasks=1\n\
              #SBATCH --cpus-per-task={threads}\n#SBATCH --mem={megabytes}M\n#SBATCH --time={minutes}\n\
@@ -132,7 +149,7 @@ impl<'a> Jobs<'a> {
             megabytes = self.megabytes(),
             minutes = self.minutes(),
             logs = self.folder.join(LOGS).display().to_string().replace('%', "%%").replace('"', "\\\""),
-            element = self.element("SLURM_ARRAY_TASK_ID"),
+            element = self.element("SLURM_ARRAY_TASK_ID", SLURM_AROUND),
         )
     }
 
@@ -150,7 +167,8 @@ impl<'a> Jobs<'a> {
             threads = self.threads,
             megabytes = self.megabytes(),
             logs = path(LOGS),
-            element = shell_word(&self.element("HQ_TASK_ID")),
+            // The program takes the shell's place, and with it the signals that the shell is sent.
+            element = shell_word(&self.element("HQ_TASK_ID", ["exec ", ""])),
         )
     }
 }
@@ -201,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slurm_job_has_the_plans_limits_and_takes_the_shells_place() {
+    fn a_slurm_job_has_the_plans_limits() {
         let job = jobs().slurm();
         for line in [
             "#!/bin/bash",
@@ -216,11 +234,11 @@ mod tests {
             "first=$((SLURM_ARRAY_TASK_ID * 4))",
             "last=$((first + 3))",
             "if [ \"$last\" -gt 2499 ]; then last=2499; fi",
-            "exec '/opt/tyre wave/tyrewave' sweep --task '/data/it'\\''s 5%' \"$first..$last\" --threads 2",
+            "'/opt/tyre wave/tyrewave' sweep --task '/data/it'\\''s 5%' \"$first..$last\" --threads 2 &",
         ] {
             assert!(job.lines().any(|other| other == line), "{line}\n{job}");
         }
-        assert!(job.starts_with(HEAD) && Jobs { keep_results: true, ..jobs() }.slurm().contains(" --keep-results\n"));
+        assert!(job.starts_with(HEAD) && Jobs { keep_results: true, ..jobs() }.slurm().contains(" --keep-results &\n"));
     }
 
     #[test]
@@ -235,7 +253,7 @@ mod tests {
     fn the_shell_reads_what_was_meant() {
         // The program is one that shows its arguments, a line each.
         let jobs = Jobs { program: Path::new("/usr/bin/printf"), ..jobs() };
-        let element = jobs.element("NUMBER").replace("sweep --task", "'%s|' sweep --task");
+        let element = jobs.element("NUMBER", ["exec ", ""]).replace("sweep --task", "'%s|' sweep --task");
         let of = |number: &str, script: &str| {
             let shell = std::process::Command::new("bash").args(["-c", script]).env("NUMBER", number).output();
             shell.map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
@@ -246,5 +264,38 @@ mod tests {
         assert_eq!(answer, "sweep|--task|/data/it's 5%|12..15|--threads|2|");
         let within = format!("bash -c {}", shell_word(&element));
         assert_eq!(of("624", &within).unwrap(), "sweep|--task|/data/it's 5%|2496..2499|--threads|2|");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn an_element_of_slurm_that_was_told_to_end_goes_back_into_the_queue() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let program = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, format!("#!/bin/bash\n{text}\n")).unwrap();
+            std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
+            path
+        };
+        // A program that ends with 130 when it is told to, a shell that is told twice, and Slurm's two commands.
+        let tells = "kill -TERM $PPID; sleep 0.1; kill -TERM $PPID; for n in {1..100}; do sleep 0.05; done; exit 7";
+        let told = program("told", &format!("trap 'sleep 0.3; exit 130' TERM\n{tells}"));
+        let failed = program("failed", "exit 3");
+        program("squeue", "echo ${STATE:?}");
+        program("scontrol", "echo scontrol \"$@\"");
+        let end_of = |program: &Path, state: &str| {
+            let script = Jobs { program, ..jobs() }.slurm();
+            let path = format!("{}:/usr/bin:/bin", folder.path().display());
+            let mut shell = std::process::Command::new("bash");
+            shell.args(["-c", &script]).env("PATH", path).env("STATE", state);
+            let output = shell.env("SLURM_ARRAY_JOB_ID", "17").env("SLURM_ARRAY_TASK_ID", "0").output().ok()?;
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            Some((output.status.code(), said.lines().last().unwrap_or_default().to_owned()))
+        };
+        // Where there is no bash there is no Slurm.
+        let Some(back) = end_of(&told, "RUNNING") else { return };
+        assert_eq!(back, (Some(0), "scontrol requeue 17_0".to_owned()));
+        assert_eq!(end_of(&told, "COMPLETING"), Some((Some(130), String::new())), "cancelled");
+        assert_eq!(end_of(&failed, "RUNNING"), Some((Some(3), String::new())));
     }
 }

@@ -174,7 +174,7 @@ fn text(case: &Case, road: &str) -> String {
         Implicit => "slice_coupling = \"implicit\"".to_owned(),
         Local(kappa) => format!("slice_coupling = \"local\"\nlocal_compliance = {kappa:e}"),
     };
-    let numerics = format!("substeps = {}\nmemory = 0.5", case.substeps);
+    let numerics = format!("substeps = {}\nmemory = 0.25", case.substeps);
     scene_text(
         case.elements,
         road,

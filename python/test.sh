@@ -34,3 +34,17 @@ if [ -z "${TYREWAVE_PROGRAM:-}" ]; then
 fi
 export TYREWAVE_PROGRAM TYREWAVE_CACHE_DIR=$target/influence-cache
 "$bin/python" -m pytest "$@"
+
+# The wheel is made for any processor: tried on some without AVX and without AVX-512, with the influence functions that
+# this one has fitted, which an emulator would take minutes for.
+emulator=$(command -v "qemu-$(uname -m)" || true)
+if [ "$(uname -m)" = x86_64 ] && [ -n "$emulator" ]; then
+  small='import tyrewave; keys = {"numerics.elements": 64, "rolling.duration": 0.3, "rolling.axle.tolerance": 0.9}
+print(tyrewave.Scene.load("scenes/default.toml", set=keys).run().summary["outcome"]["mean_force"], "N")'
+  "$bin/python" -c "$small"
+  for processor in Nehalem Haswell; do
+    "$emulator" -cpu "$processor" "$bin/python" -c "$small" && echo "the wheel runs on a $processor"
+  done
+else
+  echo "skipped: no emulator of a processor without AVX (Debian: qemu-user)"
+fi

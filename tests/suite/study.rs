@@ -129,7 +129,7 @@ fn contact_over_cells_is_studied_with_its_own_knobs() {
     let contact = "[contact]\nzone = \"cells\"\ncells_across = 3";
     let loaded = scene(&scene_text(32, MADE, ROLLING, "pole_tolerance = 1e-3", contact));
     let defaults = StudyOptions::of(&loaded.scene);
-    let options = StudyOptions { highest: 125.0, runs: 1, elements: Some(48), substeps: Some(2), ..defaults };
+    let options = StudyOptions { highest: 125.0, runs: 1, elements: Some(48), substeps: Some(4), ..defaults };
     let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     assert_eq!(found.reference.settings.contact.cells_across, Some(6));
     let knob = |name: &str| found.knobs.iter().find(|knob| knob.name == name);

@@ -13,7 +13,7 @@ fn a_load_is_carried_on_smooth_and_rough_roads() {
         ("kind = \"made\"\nseed = 2", 3000.0, 1.0),
     ] {
         let rolling = format!(
-            "speed_kmh = 80.0\nwarm_up = {warm_up:?}\nduration = 1.0\naxle = {{ load = {load:?}, tolerance = 0.01 }}"
+            "speed_kmh = 80.0\nwarm_up = {warm_up:?}\nduration = 1.5\naxle = {{ load = {load:?}, tolerance = 0.01 }}"
         );
         let results = run(&scene_text(96, road, &rolling, "memory = 0.25", ""));
         results.assert_sound(road);

@@ -70,7 +70,7 @@ fn what_the_forces_on_cells_put_in_is_dissipated() {
         ("rough", ROUGH, "sdirk3", 3e-4),
     ] {
         let text =
-            cells(96, 4, road, 1.4, &format!("time_rule = \"{rule}\""), &vibration("belt = false\nsegment = 0.4"));
+            cells(96, 4, road, 2.0, &format!("time_rule = \"{rule}\""), &vibration("belt = false\nsegment = 0.4"));
         let results = run(&text);
         let power = &results.summary()["vibration"]["power"];
         println!("{name}, {rule}: {power}");

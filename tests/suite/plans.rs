@@ -212,7 +212,7 @@ fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are
     let of = |road: &str| {
         std::fs::write(&path, scene_text(64, road, ROLLING, &format!("{MODAL}\ntime_rule = \"bdf2\""), "")).unwrap();
         let (cache, target) = (folder.path().join("cache"), folder.path().join("results"));
-        let arguments = ["effects", path.to_str().unwrap(), "--out", target.to_str().unwrap(), "--duration", "0.2"];
+        let arguments = ["effects", path.to_str().unwrap(), "--out", target.to_str().unwrap(), "--duration", "0.3"];
         let (code, text) = tyrewave(&cache, &arguments);
         assert_eq!(code, Some(0), "{text}");
         (text, std::fs::read_to_string(target.join("effects.csv")).unwrap(), target)

@@ -86,7 +86,7 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
     let folder = tempfile::tempdir().unwrap();
     let road = washboard(folder.path());
     for (name, duration, tyres) in [("long", 8.0, 4), ("short", 4.5, 1)] {
-        let text = scene_text(64, &road, &rolling(duration), MODAL, &format!("{}{way}", receivers.concat()));
+        let text = scene_text(128, &road, &rolling(duration), MODAL, &format!("{}{way}", receivers.concat()));
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         let told = program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
         let told = String::from_utf8_lossy(&told.stdout).into_owned();

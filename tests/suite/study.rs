@@ -17,7 +17,7 @@ fn small(history: &str) -> LoadedScene {
 
 fn options(loaded: &LoadedScene) -> StudyOptions {
     let defaults = StudyOptions::of(&loaded.scene);
-    StudyOptions { highest: 125.0, runs: 3, elements: Some(64), substeps: Some(4), ..defaults }
+    StudyOptions { highest: 125.0, runs: 3, elements: Some(48), substeps: Some(4), ..defaults }
 }
 
 fn studied(loaded: &LoadedScene) -> Study {

@@ -1,7 +1,7 @@
 //! Ctrl-C: the first one asks the run to stop at the next step and keep what it has, the second one stops it at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::error::{CliError, INTERRUPTED};
@@ -24,7 +24,7 @@ pub fn outlive_file_limits() {
 pub struct Interrupt {
     asked: Arc<AtomicBool>,
     /// When that was first asked for.
-    first: Arc<Mutex<Option<Instant>>>,
+    first: Arc<OnceLock<Instant>>,
 }
 
 /// Which request for the end one is.
@@ -56,15 +56,13 @@ impl Interrupt {
 
     /// Asks for the end, at an instant.
     fn request(&self, at: Instant) -> Request {
-        self.asked.store(true, Ordering::Relaxed);
-        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
-        match *first {
-            None => {
-                *first = Some(at);
-                Request::First
-            }
-            Some(first) if at.saturating_duration_since(first) < SAME_REQUEST => Request::Same,
-            Some(_) => Request::Further,
+        let first = *self.first.get_or_init(|| at);
+        if !self.asked.swap(true, Ordering::Relaxed) {
+            Request::First
+        } else if at.saturating_duration_since(first) < SAME_REQUEST {
+            Request::Same
+        } else {
+            Request::Further
         }
     }
 

@@ -47,7 +47,7 @@ fn every_scene_rolls_at_draft_quality() {
     let (folder, names) = scenes();
     assert!(names.len() >= 10, "{names:?}");
     for name in names {
-        let mut settings = vec!["numerics={ elements = 64, pole_tolerance = 1e-3 }"];
+        let mut settings = vec!["numerics={ elements = 128, pole_tolerance = 1e-3 }"];
         // In so short a run the load is met roughly.
         let short =
             ["rolling.warm_up=0.1", "rolling.duration=0.2", "rolling.axle.tolerance=0.5", "outputs.plots=false"];

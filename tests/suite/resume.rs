@@ -226,7 +226,7 @@ fn stopped_by(name: &str, scene: &str) -> (TempDir, Output) {
 fn interrupted_and_terminated_runs_go_on_in_the_same_bytes() {
     for (name, threads) in [("-INT", "1"), ("-TERM", "2")] {
         // No checkpoint but the one at the interruption.
-        let (folder, output) = stopped_by(name, &scene_of("modal", &road("mirror"), 30.0, 0.0));
+        let (folder, output) = stopped_by(name, &scene_of("modal", &road("mirror"), 60.0, 0.0));
         let place = folder.path();
         assert_eq!(output.status.code(), Some(INTERRUPTED), "{}", message(&output));
         assert!(message(&output).contains("tyrewave resume cut.partial"), "{}", message(&output));

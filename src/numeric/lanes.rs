@@ -31,6 +31,12 @@ pub fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {
     simd.partial_load_f64s(&values[..S::F64_LANES])
 }
 
+/// -x, zeros too: a subtraction, which the compiler knows for a change of sign, as it does not know pulp's own.
+#[inline(always)]
+fn negated<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    simd.sub_f64s(simd.splat_f64s(-0.0), x)
+}
+
 /// A vector's numbers; what lies past its lanes is zero.
 #[inline(always)]
 pub fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
@@ -118,7 +124,7 @@ impl<S: Simd> Mul for Lanes<S> {
     fn mul(self, other: Self) -> Self {
         let simd = self.simd;
         let cross = simd.mul_f64s(self.im, other.im);
-        let re = simd.mul_add_e_f64s(self.re, other.re, simd.neg_f64s(cross));
+        let re = simd.mul_add_e_f64s(self.re, other.re, negated(simd, cross));
         let im = simd.mul_add_e_f64s(self.re, other.im, simd.mul_f64s(self.im, other.re));
         Self { simd, re, im }
     }
@@ -151,7 +157,7 @@ impl<S: Simd> Neg for Lanes<S> {
     #[inline(always)]
     fn neg(self) -> Self {
         let simd = self.simd;
-        Self { simd, re: simd.neg_f64s(self.re), im: simd.neg_f64s(self.im) }
+        Self { simd, re: negated(simd, self.re), im: negated(simd, self.im) }
     }
 }
 
@@ -243,7 +249,7 @@ pub fn cos_sin<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let even = bit(quadrant, 1);
     let (c, s) = (simd.select_f64s(even, cosine, sine), simd.select_f64s(even, sine, cosine));
     let next = simd.add_u64s(quadrant, simd.splat_u64s(1));
-    (simd.select_f64s(bit(next, 2), c, simd.neg_f64s(c)), simd.select_f64s(bit(quadrant, 2), s, simd.neg_f64s(s)))
+    (simd.select_f64s(bit(next, 2), c, negated(simd, c)), simd.select_f64s(bit(quadrant, 2), s, negated(simd, s)))
 }
 
 impl<S: Simd> ComplexField for Lanes<S> {
@@ -262,7 +268,7 @@ impl<S: Simd> ComplexField for Lanes<S> {
     fn reciprocal(self) -> Self {
         let simd = self.simd;
         let scale = simd.div_f64s(simd.splat_f64s(1.0), self.norm_squared());
-        Self { simd, re: simd.mul_f64s(self.re, scale), im: simd.neg_f64s(simd.mul_f64s(self.im, scale)) }
+        Self { simd, re: simd.mul_f64s(self.re, scale), im: negated(simd, simd.mul_f64s(self.im, scale)) }
     }
 
     #[inline(always)]

@@ -161,17 +161,17 @@ fn across(map: &HeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64>
     // A single column is a line, not a cell: no low-pass at its width.
     let ratio = if lattice.columns > 1 { (lattice.dy / map.dy).max(1.0) } else { 1.0 };
     let mut taps = Vec::new();
-    let plans: Vec<(i64, Vec<f64>)> = (0..lattice.columns)
+    // Where the samples of each column stand in a row, with their weights.
+    let plans: Vec<Vec<(usize, f64)>> = (0..lattice.columns)
         .map(|column| {
             let first = kernel.weights(place(column), ratio, &mut taps);
-            (first, taps.clone())
+            (first..).zip(&taps).map(|(index, &weight)| (reflected(index, map.columns as i64), weight)).collect()
         })
         .collect();
     let mut rows = vec![0.0; map.rows() * lattice.columns];
     rows.par_chunks_mut(lattice.columns).zip(map.heights.par_chunks(map.columns)).for_each(|(out, row)| {
-        for (height, (first, weights)) in out.iter_mut().zip(&plans) {
-            let sample = |tap: usize| row[reflected(first + tap as i64, map.columns as i64)];
-            *height = weights.iter().enumerate().map(|(tap, weight)| weight * sample(tap)).sum();
+        for (height, plan) in out.iter_mut().zip(&plans) {
+            *height = plan.iter().map(|&(index, weight)| weight * row[index]).sum();
         }
     });
     rows

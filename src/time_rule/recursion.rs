@@ -23,6 +23,8 @@
 //! conjugate-symmetric poles, so that a pair is stored once and u = 2 Re b. An *instant* is a time at which forces are
 //! solved for: a step, or a stage of a Runge-Kutta rule.
 
+#![expect(clippy::needless_range_loop, reason = "an iterator over vectors costs a call wherever it is not inlined")]
+
 use num_complex::Complex64;
 use pulp::Simd;
 
@@ -102,8 +104,8 @@ pub trait Recursion: Copy + Send + Sync {
     #[inline(always)]
     fn take_in<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, forces: Instants<S>, state: &mut State<S, P>) {
         Self::foretell(simd, maps, state);
-        for (&force, &input) in forces.iter().zip(&maps.inputs).take(Self::STAGES) {
-            add(simd, force, input, &mut state.end);
+        for stage in 0..Self::STAGES {
+            add(simd, forces[stage], maps.inputs[stage], &mut state.end);
         }
     }
 }
@@ -133,8 +135,8 @@ fn real_part<S: Simd, const PARTS: usize>(simd: S, g: Number<S, PARTS>, x: Numbe
 /// y += factor x.
 #[inline(always)]
 fn add<S: Simd, const PARTS: usize>(simd: S, factor: S::f64s, x: Number<S, PARTS>, y: &mut Number<S, PARTS>) {
-    for (y, &x) in y.iter_mut().zip(&x) {
-        *y = simd.mul_add_e_f64s(factor, x, *y);
+    for part in 0..PARTS {
+        y[part] = simd.mul_add_e_f64s(factor, x[part], y[part]);
     }
 }
 
@@ -224,8 +226,8 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     #[inline(always)]
     fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
         let mut displaced = [state.end[0]; MOST_STAGES];
-        for (displaced, &output) in displaced.iter_mut().zip(&maps.outputs).take(COUNT - 1) {
-            *displaced = real_part(simd, output, state.end);
+        for stage in 0..COUNT - 1 {
+            displaced[stage] = real_part(simd, maps.outputs[stage], state.end);
         }
         state.end = times(simd, maps.whole, state.end);
         displaced[COUNT - 1] = state.end[0];

@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::contact::history::behind::Task;
-use crate::contact::history::wavenumber_group::{GROUP, Pass, WavenumberGroup};
+use crate::contact::history::wavenumber_group::{GROUP, WavenumberGroup};
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
@@ -157,7 +157,7 @@ impl RingWaves {
             for (instant, forces) in old.iter().enumerate() {
                 group.take_old_forces(instant, forces);
             }
-            arch.dispatch(Pass { group, recursion });
+            group.pass(*arch, recursion);
             for (instant, foretold) in next.iter_mut().enumerate() {
                 group.give_displacement(instant, foretold);
             }

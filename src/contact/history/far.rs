@@ -7,7 +7,7 @@ use pulp::Arch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::behind::Task;
-use super::wavenumber_group::{GROUP, Pass, WavenumberGroup};
+use super::wavenumber_group::{GROUP, WavenumberGroup};
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::numeric::transform_multiply_adds;
 use crate::time_rule::TimeRule;
@@ -121,7 +121,7 @@ impl WithRecursion for OverAllPoles<'_> {
             for (instant, spectrum) in spectra.iter().enumerate() {
                 group.take_forces(instant, spectrum);
             }
-            arch.dispatch(Pass { group, recursion });
+            group.pass(*arch, recursion);
             for (instant, spectrum) in spectra.iter_mut().enumerate() {
                 group.give_displacement(instant, spectrum);
             }

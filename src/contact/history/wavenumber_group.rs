@@ -210,6 +210,14 @@ impl WavenumberGroup {
         [&mut self.pairs.states, &mut self.reals.states]
     }
 
+    /// Blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old over
+    /// the next as if no more forces came.
+    // Not inlined: it is long, and its callers would have a copy each.
+    #[inline(never)]
+    pub(crate) fn pass<R: Recursion>(&mut self, arch: Arch, recursion: R) {
+        arch.dispatch(Pass { group: self, recursion });
+    }
+
     /// Takes the group's part of the forces of an instant, given by wavenumber.
     pub(crate) fn take_forces(&mut self, instant: usize, spectrum: &[Complex64]) {
         let (re, im) = self.forces[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at_mut(GROUP);
@@ -271,13 +279,10 @@ impl<R: Recursion> WithSimd for Left<'_, R> {
     }
 }
 
-/// Blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old over the
-/// next as if no more forces came.
-pub struct Pass<'a, R> {
-    /// The group.
-    pub group: &'a mut WavenumberGroup,
-    /// The rule.
-    pub recursion: R,
+/// See [`WavenumberGroup::pass`].
+struct Pass<'a, R> {
+    group: &'a mut WavenumberGroup,
+    recursion: R,
 }
 
 impl<R: Recursion> WithSimd for Pass<'_, R> {
@@ -321,12 +326,12 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
         let left_of = |pole: usize| if rows.forgets[pole] { &left[pole * of_left..][..of_left] } else { &[] };
         let together = coefficients.chunks_exact(TOGETHER * fixed).zip(states.chunks_exact_mut(TOGETHER * evolving));
         for (number, (coefficients, states)) in together.enumerate() {
-            let lefts = [0, 1].map(|pole| left_of(TOGETHER * number + pole));
+            let (left, other_left) = (left_of(TOGETHER * number), left_of(TOGETHER * number + 1));
             let (one, other) = coefficients.split_at(fixed);
             let (one_states, other_states) = states.split_at_mut(evolving);
             for vector in 0..Self::VECTORS {
-                let one = self.take_in::<PARTS>(vector, one, one_states, lefts[0]);
-                let other = self.take_in::<PARTS>(vector, other, other_states, lefts[1]);
+                let one = self.take_in::<PARTS>(vector, one, one_states, left);
+                let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
                 self.foretell(vector, one, other);
             }
         }

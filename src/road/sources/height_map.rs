@@ -143,6 +143,9 @@ pub fn remove_plane(heights: &mut [f64], columns: usize) {
 
 /// An index reflected at the ends of 0..count, the end samples not doubled.
 pub fn reflected(index: i64, count: i64) -> usize {
+    if (0..count).contains(&index) {
+        return index as usize;
+    }
     if count <= 1 {
         return 0;
     }

@@ -220,13 +220,18 @@ impl InfluenceSum {
         if field == Field::Surface && tail_at.converges {
             return InfluenceValue { value: value + tail.rest(n, tail_at) + self.by_curvature(n, at), evaluations };
         }
-        // Deeper faces move by exp(-k h) less; and where the series does not converge (|s| far above the sampling
-        // frequency) the rest is bounded by the last value times the weight that is left.
+        // Deeper faces move by exp(-k h) less.
         if field != Field::Bottom {
-            value += last * (0.5 * (self.projection.total_weight() - explicit).max(0.0));
+            value += bounded_rest(last, &self.projection, explicit);
         }
         InfluenceValue { value, evaluations }
     }
+}
+
+/// The rest of a sum whose series does not converge (|s| far above the sampling frequency), from the last value and the
+/// `weight` of what has been summed: half of its bound.
+pub(super) fn bounded_rest(last: Complex64, projection: &Projection, weight: f64) -> Complex64 {
+    last * (0.5 * (projection.total_weight() - weight).max(0.0))
 }
 
 impl Curvature {

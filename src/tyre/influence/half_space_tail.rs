@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use super::half_space_bands::{self, BAND_TERMS};
 use super::moments::{Moments, TailClasses};
-use super::projection::Projection;
+use super::projection::{Lateral, Projection};
 use crate::scene::Layer;
 use crate::tyre::layers::layer::LayerAt;
 use crate::tyre::layers::material::modulus_ratio;
@@ -24,14 +24,6 @@ pub(super) struct HalfSpaceTail {
     moments: Moments,
     /// The waves' lateral numbers up to the largest cut-off.
     pub(super) lateral: Vec<Lateral>,
-}
-
-/// A lateral number m with ky \[1/m\] and its weight \[1/m\].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Lateral {
-    pub(super) m: usize,
-    pub(super) ky: f64,
-    pub(super) weight: f64,
 }
 
 /// The tail at one s.
@@ -63,12 +55,7 @@ impl HalfSpaceTail {
             tolerance,
             decay: smallest * tread.thickness,
             coefficients: series(modulus_ratio(tread.material.poisson)),
-            lateral: projection
-                .waves
-                .lateral_numbers()
-                .map(|m| Lateral { m, ky: projection.waves.ky(m), weight: projection.lateral_weight(m) })
-                .take_while(|lateral| lateral.ky < classes.highest())
-                .collect(),
+            lateral: projection.lateral_below(classes.highest()),
             moments: Moments::new(projection, &classes),
             classes,
         }

@@ -116,7 +116,7 @@ impl KernelAt {
     }
 
     /// C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
-    pub(crate) fn tangential(&self, n: i64, m: usize) -> Complex64 {
+    fn tangential(&self, n: i64, m: usize) -> Complex64 {
         match self.curved(n, m) {
             // A prepared wave has n >= 0; the motion along x is odd in it.
             Some((wave, at)) => wave.full(at).0[0][2] * if n < 0 { -1.0 } else { 1.0 },
@@ -134,7 +134,8 @@ impl KernelAt {
 }
 
 /// The kernel at several s in lockstep.
-pub(super) struct LaneKernel<'a, S: Simd> {
+pub(in crate::tyre) struct LaneKernel<'a, S: Simd> {
+    single: [&'a KernelAt; MOST_LANES],
     stack: LaneStack<'a, S>,
     waves: Waves,
     curved: Option<(&'a CurvedWaves, CylinderAt<Lanes<S>>)>,
@@ -142,12 +143,25 @@ pub(super) struct LaneKernel<'a, S: Simd> {
 
 impl<'a, S: Simd> LaneKernel<'a, S> {
     /// Puts kernels of the same tyre side by side.
-    pub(super) fn new(simd: S, kernels: [&'a KernelAt; MOST_LANES]) -> Self {
+    pub(in crate::tyre) fn new(simd: S, kernels: [&'a KernelAt; MOST_LANES]) -> Self {
         let curved = kernels[0].curved.as_ref().map(|(waves, first)| {
             let at = kernels.map(|kernel| kernel.curved.as_ref().map_or(first, |(_, at)| at));
             (waves.as_ref(), CylinderAt::lanes(simd, at))
         });
-        Self { stack: LaneStack::new(simd, kernels.map(|kernel| &kernel.stack)), waves: kernels[0].waves, curved }
+        let stack = LaneStack::new(simd, kernels.map(|kernel| &kernel.stack));
+        Self { single: kernels, stack, waves: kernels[0].waves, curved }
+    }
+
+    /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the tyre's
+    /// curvature is felt, one s after the other.
+    #[inline(always)]
+    pub(in crate::tyre) fn tangential_over_i(&self, simd: S, n: i64, m: usize) -> Lanes<S> {
+        match &self.curved {
+            Some((waves, _)) if waves.get(n, m).is_some() => {
+                Lanes::from_fn(simd, |lane| self.single[lane].tangential(n, m) * -Complex64::i())
+            }
+            _ => self.stack.tangential_over_i(self.waves.kx(n), self.waves.ky(m)),
+        }
     }
 
     /// C and D of a wave for normal traction \[m/Pa\].

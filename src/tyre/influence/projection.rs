@@ -6,6 +6,14 @@ use super::waves::Waves;
 use crate::numeric::sinc;
 use crate::scene::Tyre;
 
+/// A lateral number m with ky \[1/m\] and its weight \[1/m\].
+#[derive(Clone, Copy, Debug)]
+pub(in crate::tyre) struct Lateral {
+    pub(in crate::tyre) m: usize,
+    pub(in crate::tyre) ky: f64,
+    pub(in crate::tyre) weight: f64,
+}
+
 /// Wavenumbers and weights of the sum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projection {
@@ -39,6 +47,13 @@ impl Projection {
     /// [`Waves::lateral_weight`] of the contact's strip.
     pub fn lateral_weight(&self, m: usize) -> f64 {
         self.waves.lateral_weight(m, self.contact_width)
+    }
+
+    /// The lateral numbers with ky below the cut-off \[1/m\], from the lowest on.
+    pub(in crate::tyre) fn lateral_below(&self, cut_off: f64) -> Vec<Lateral> {
+        let all = self.waves.lateral_numbers();
+        let weighted = all.map(|m| Lateral { m, ky: self.waves.ky(m), weight: self.lateral_weight(m) });
+        weighted.take_while(|lateral| lateral.ky < cut_off).collect()
     }
 
     /// Sum of all weights 1/(L b) \[1/m^2\].

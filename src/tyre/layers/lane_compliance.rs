@@ -39,6 +39,28 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
     #[inline(always)]
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
+        let (both, sliced) = self.p_sv(kx, ky);
+        let NormalCompliance { surface, bottom } = both.normal();
+        let [surface, bottom] = self.redone(sliced, [surface, bottom], |single| {
+            let NormalCompliance { surface, bottom } = single.normal(kx, ky);
+            [surface, bottom]
+        });
+        NormalCompliance { surface, bottom }
+    }
+
+    /// C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
+    #[inline(always)]
+    pub fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
+        let (both, sliced) = self.p_sv(kx, ky);
+        let k = kx.hypot(ky);
+        let value = both.surface.0[0][1] * if k > 0.0 { -kx / k } else { 0.0 };
+        let [value] = self.redone(sliced, [value], |single| [single.tangential(kx, ky) * -Complex64::i()]);
+        value
+    }
+
+    /// The matrices, and which lanes need slices.
+    #[inline(always)]
+    fn p_sv(&self, kx: f64, ky: f64) -> (NormalCompliance<Matrix2<Lanes<S>>>, [bool; MOST_LANES]) {
         let mut sliced = [false; MOST_LANES];
         let both = self.lanes.p_sv(
             kx,
@@ -46,27 +68,33 @@ impl<'a, S: Simd> LaneStack<'a, S> {
             #[inline(always)]
             |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
         );
-        let result = both.normal();
-        if sliced == [false; MOST_LANES] { result } else { self.redo(kx, ky, sliced, result) }
+        (both, sliced)
+    }
+
+    /// Values with those of some lanes done one by one.
+    #[inline(always)]
+    fn redone<const VALUES: usize>(
+        &self,
+        lanes: [bool; MOST_LANES],
+        values: [Lanes<S>; VALUES],
+        single: impl Fn(&StackAt) -> [Complex64; VALUES],
+    ) -> [Lanes<S>; VALUES] {
+        if lanes == [false; MOST_LANES] { values } else { self.redo(lanes, values, single) }
     }
 
     #[inline(never)]
-    fn redo(
+    fn redo<const VALUES: usize>(
         &self,
-        kx: f64,
-        ky: f64,
         lanes: [bool; MOST_LANES],
-        result: NormalCompliance<Lanes<S>>,
-    ) -> NormalCompliance<Lanes<S>> {
-        let (mut surface, mut bottom) = (result.surface.to_array(), result.bottom.to_array());
-        for lane in (0..S::F64_LANES).filter(|&lane| lanes[lane]) {
-            NormalCompliance { surface: surface[lane], bottom: bottom[lane] } = self.single[lane].normal(kx, ky);
-        }
-        let simd = result.surface.simd();
-        NormalCompliance {
-            surface: Lanes::from_fn(simd, |lane| surface[lane]),
-            bottom: Lanes::from_fn(simd, |lane| bottom[lane]),
-        }
+        values: [Lanes<S>; VALUES],
+        single: impl Fn(&StackAt) -> [Complex64; VALUES],
+    ) -> [Lanes<S>; VALUES] {
+        let known = values.map(Lanes::to_array);
+        let anew: [_; MOST_LANES] = std::array::from_fn(|lane| lanes[lane].then(|| single(self.single[lane])));
+        std::array::from_fn(|value| {
+            let simd = values[value].simd();
+            Lanes::from_fn(simd, |lane| anew[lane].map_or(known[value][lane], |anew| anew[value]))
+        })
     }
 }
 

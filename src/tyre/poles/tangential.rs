@@ -11,17 +11,23 @@
 //! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly
 //! nothing for rubber. What is left out is bounded by that times the weight that is left.
 //!
-//! Cost: some hundred compliances for each sample, 40 of them and two for each resonance in the band, for each n.
+//! Cost: some hundred compliances for each sample, 40 of them and two for each resonance in the band, for each n;
+//! several samples in lockstep.
 
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::model::RationalModel;
+use crate::numeric::lanes::store;
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{RationalError, Samples};
+use crate::numeric::{Lanes, MOST_LANES};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
-use crate::tyre::influence::kernel::Kernel;
+use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel};
+use crate::tyre::influence::lane_sum::Below;
+use crate::tyre::influence::projection::Lateral;
 
 /// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
 /// fit.
@@ -116,24 +122,19 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     let mut points: Vec<Complex64> =
         resonances.iter().copied().chain(between).map(|frequency| Complex64::new(0.0, frequency)).collect();
     points.extend((0..SAMPLES).map(|k| spread(k as f64 / (SAMPLES - 1) as f64)));
-    let (mut evaluations, mut omitted) = (0, 0.0_f64);
-    let mut sample = |s: &Complex64| {
-        let value = sums.value(n, *s);
-        evaluations += value.evaluations;
-        omitted = omitted.max(value.omitted);
-        // Without the factor i: real coefficients.
-        value.value * -Complex64::i()
-    };
-    let responses: Vec<Complex64> = points.iter().map(&mut sample).collect();
+    let checks: Vec<Complex64> =
+        (0..SAMPLES / 2).map(|k| spread((2.0 * k as f64 + 0.5) / (SAMPLES - 1) as f64)).collect();
+    let (values, exact) = (sums.values(n, &points), sums.values(n, &checks));
+    let omitted = values.iter().chain(&exact).fold(0.0_f64, |omitted, value| omitted.max(value.omitted));
+    let evaluations = values.iter().chain(&exact).map(|value| value.evaluations).sum();
+    let responses: Vec<Complex64> = values.iter().map(|value| value.over_i).collect();
     let largest = responses.iter().fold(0.0_f64, |largest, value| largest.max(value.norm()));
     let weight = if largest > 0.0 { largest.recip() } else { 1.0 };
     let samples =
         Samples { point_weights: vec![1.0; points.len()], points, responses: vec![responses], weights: vec![weight] };
     let fractions = regularised_residues(&samples, &poles, true, RIDGE)?.remove(0);
-    let error = (0..SAMPLES / 2).fold(0.0_f64, |error, k| {
-        let s = spread((2.0 * k as f64 + 0.5) / (SAMPLES - 1) as f64);
-        error.max((sample(&s) - fractions.evaluate(s)).norm())
-    });
+    let misses = checks.iter().zip(exact).map(|(&s, exact)| (exact.over_i - fractions.evaluate(s)).norm());
+    let error = misses.fold(0.0_f64, f64::max);
     let mut all = vec![Complex64::ZERO; modes.poles.len()];
     for (index, residue) in felt.into_iter().zip(fractions.residues) {
         all[index] = residue;
@@ -156,8 +157,8 @@ struct TangentialSum {
 /// A value with what it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TangentialValue {
-    /// T_n \[m/N\].
-    value: Complex64,
+    /// T_n/i \[m/N\]: real coefficients.
+    over_i: Complex64,
     /// Bound on what was left out \[m/N\].
     omitted: f64,
     /// Evaluations of the compliance.
@@ -171,38 +172,68 @@ impl TangentialSum {
         Self { kernel, projection, only: None }
     }
 
-    /// Lateral numbers with their weights \[1/m\].
-    fn numbers(&self) -> impl Iterator<Item = (usize, f64)> {
-        let Projection { waves, .. } = self.projection;
-        let strip = waves.lateral_numbers().take_while(|_| self.only.is_none());
-        let strip = strip.map(|m| (m, self.projection.lateral_weight(m)));
-        strip.chain(self.only.map(|m| (m, waves.lateral_norm(m))))
+    /// Wavenumber above which the tread is a half-space \[1/m\].
+    fn cut_off(at: &KernelAt) -> f64 {
+        let tread = at.tread();
+        (DEEP / tread.thickness).max(SLOW * tread.inertia_over_shear().norm().sqrt())
     }
 
-    /// T_n(s), n from 0 to N/2.
-    fn value(&self, n: usize, s: Complex64) -> TangentialValue {
-        let at = self.kernel.at(s);
-        let tread = at.tread();
-        let slowest = tread.inertia_over_shear().norm().sqrt();
-        let cut_off = (DEEP / tread.thickness).max(SLOW * slowest);
-        let Projection { waves, .. } = self.projection;
-        let (mut value, mut evaluations, mut weights) = (Complex64::ZERO, 0, 0.0);
-        for alias in self.projection.aliases_below(n, cut_off) {
-            let (kx, longitudinal) = (waves.kx(alias), self.projection.longitudinal_weight(alias));
-            let below = |&(m, _): &(usize, f64)| kx * kx + waves.ky(m) * waves.ky(m) < cut_off * cut_off;
-            for (m, lateral) in self.numbers().take_while(below) {
-                let weight = longitudinal * lateral;
-                value += weight * at.tangential(alias, m);
-                weights += weight;
-                evaluations += 1;
-            }
-        }
+    /// T_n at each s of a list, n from 0 to N/2.
+    fn values(&self, n: usize, points: &[Complex64]) -> Vec<TangentialValue> {
+        let at: Vec<KernelAt> = points.iter().map(|&s| self.kernel.at(s)).collect();
+        let largest = at.iter().map(Self::cut_off).fold(0.0_f64, f64::max);
+        let waves = self.projection.waves;
+        let lateral = match self.only {
+            Some(m) => vec![Lateral { m, ky: waves.ky(m), weight: waves.lateral_norm(m) }],
+            None => self.projection.lateral_below(largest),
+        };
+        let mut values = Vec::with_capacity(points.len());
+        Arch::new().dispatch(LaneValues { sums: self, n, lateral: &lateral, at: &at, values: &mut values });
+        values
+    }
+
+    /// A value from what has been summed of it, with the weights and the number of its waves.
+    fn value(&self, at: &KernelAt, over_i: Complex64, weights: f64, evaluations: u64) -> TangentialValue {
         // The half-space at rest; with the ratio r = mu/(lambda + 2 mu), 1 - 2 nu = r/(1 - r).
+        let (tread, waves) = (at.tread(), self.projection.waves);
         let ratio = tread.modulus_ratio / (1.0 - tread.modulus_ratio);
-        let compliance = 0.5 * ratio * tread.inverse_shear.norm() / cut_off;
+        let compliance = 0.5 * ratio * tread.inverse_shear.norm() / Self::cut_off(at);
         let total = self.only.map_or(self.projection.total_weight(), |m| waves.lateral_norm(m) / waves.circumference);
-        let omitted = compliance * (total - weights).max(0.0);
-        TangentialValue { value, omitted, evaluations }
+        TangentialValue { over_i, omitted: compliance * (total - weights).max(0.0), evaluations }
+    }
+}
+
+/// Values at several s in lockstep. A type, not a closure: see `lane_sum`.
+struct LaneValues<'a> {
+    sums: &'a TangentialSum,
+    n: usize,
+    lateral: &'a [Lateral],
+    at: &'a [KernelAt],
+    values: &'a mut Vec<TangentialValue>,
+}
+
+impl WithSimd for LaneValues<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { sums, n, lateral, at, values } = self;
+        for group in at.chunks(S::F64_LANES) {
+            // Lanes without a member repeat the last one.
+            let members: [_; MOST_LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
+            let kernel = LaneKernel::new(simd, members);
+            let cut_offs = members.map(|at| TangentialSum::cut_off(at).powi(2));
+            let mut sum = Lanes::zero(simd);
+            let below = Below { projection: &sums.projection, n, lateral, cut_offs: &cut_offs };
+            let (weights, evaluations) = below.visit(
+                simd,
+                #[inline(always)]
+                |alias, m, _, weight| sum = sum.plus_weighted(weight, kernel.tangential_over_i(simd, alias, m)),
+            );
+            let (sum, weights) = (sum.to_array(), store(simd, weights));
+            let done = group.iter().zip(sum).zip(weights).zip(evaluations);
+            values.extend(done.map(|(((at, sum), weights), number)| sums.value(at, sum, weights, number)));
+        }
     }
 }
 
@@ -226,13 +257,39 @@ mod tests {
     }
 
     #[test]
+    fn values_in_lockstep_are_the_full_kernels_of_flat_and_curved_tyres() {
+        for curvature in [false, true] {
+            let tyre = Tyre { curvature, ..tyre(0.25) };
+            let sums = TangentialSum::new(&tyre, 64, 2e4);
+            let points: Vec<Complex64> = (0..11).map(|k| Complex64::new(0.0, 10.0 * 2f64.powi(k))).collect();
+            let (n, projection) = (7, &sums.projection);
+            for (s, value) in points.iter().zip(sums.values(n, &points)) {
+                let at = sums.kernel.at(*s);
+                let cut_off = TangentialSum::cut_off(&at);
+                let mut sum = Complex64::ZERO;
+                for alias in projection.aliases_below(n, cut_off) {
+                    for Lateral { m, ky, weight } in projection.lateral_below(cut_off) {
+                        let (kx, sign) = (projection.waves.kx(alias), alias.signum() as f64);
+                        if kx.hypot(ky) < cut_off {
+                            let compliance = at.full(alias.abs(), m)[0][2] * sign;
+                            sum += compliance * (weight * projection.longitudinal_weight(alias));
+                        }
+                    }
+                }
+                let error = (value.over_i * Complex64::i() - sum).norm() / sum.norm();
+                assert!(error < 1e-9, "curvature {curvature}, s {s}: {error:.1e}");
+            }
+        }
+    }
+
+    #[test]
     fn the_sum_is_odd_in_the_wavenumber_and_ends_within_its_bound() {
         let tyre = tyre(0.25);
         let sums = TangentialSum::new(&tyre, 32, 2e4);
         let s = Complex64::new(0.0, 3000.0);
         // N - n is the alias -n: the other direction.
-        let (one, other) = (sums.value(5, s), sums.value(32 - 5, s));
-        assert!((one.value + other.value).norm() < 1e-10 * one.value.norm() + one.omitted + other.omitted);
-        assert!(one.value.norm() > 100.0 * one.omitted);
+        let [one, other] = [5, 32 - 5].map(|n| sums.values(n, &[s])[0]);
+        assert!((one.over_i + other.over_i).norm() < 1e-10 * one.over_i.norm() + one.omitted + other.omitted);
+        assert!(one.over_i.norm() > 100.0 * one.omitted);
     }
 }

@@ -69,8 +69,9 @@ impl NullaryFnOnce for Interpolation<'_> {
         for (column, sum) in sums.iter_mut().enumerate() {
             let mut total = *sum;
             for (&weight, row) in weights.iter().zip(samples.chunks_exact(vectors)) {
-                for (total, sample) in total.iter_mut().zip(&row[column]) {
-                    *total += weight * sample;
+                let samples = &row[column];
+                for lane in 0..LANES {
+                    total[lane] += weight * samples[lane];
                 }
             }
             *sum = total;

@@ -32,26 +32,32 @@ pub trait ComplexField:
 }
 
 impl ComplexField for Complex64 {
+    #[inline]
     fn like(self, value: f64) -> Self {
         Self::new(value, 0.0)
     }
 
+    #[inline]
     fn plus_scaled(self, factor: f64, z: Self) -> Self {
         self + z * factor
     }
 
+    #[inline]
     fn reciprocal(self) -> Self {
         self.inv()
     }
 
+    #[inline]
     fn square_root(self) -> Self {
         self.sqrt()
     }
 
+    #[inline]
     fn exponential(self) -> Self {
         self.exp()
     }
 
+    #[inline]
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self {
         if self.norm_sqr() < limit { small } else { large }
     }

@@ -37,6 +37,12 @@ fn negated<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.sub_f64s(simd.splat_f64s(-0.0), x)
 }
 
+/// |x|, likewise.
+#[inline(always)]
+fn absolute<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    simd.and_f64s(x, simd.splat_f64s(f64::from_bits(!f64::to_bits(-0.0))))
+}
+
 /// A vector's numbers; what lies past its lanes is zero.
 #[inline(always)]
 pub fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
@@ -275,7 +281,7 @@ impl<S: Simd> ComplexField for Lanes<S> {
     fn square_root(self) -> Self {
         let simd = self.simd;
         let (zero, half) = (simd.splat_f64s(0.0), simd.splat_f64s(0.5));
-        let size = simd.add_f64s(simd.abs_f64s(self.re), simd.sqrt_f64s(self.norm_squared()));
+        let size = simd.add_f64s(absolute(simd, self.re), simd.sqrt_f64s(self.norm_squared()));
         let large = simd.sqrt_f64s(simd.mul_f64s(half, size));
         // 0/0 at z = 0.
         let divisor = simd.max_f64s(large, simd.splat_f64s(f64::MIN_POSITIVE));
@@ -284,7 +290,7 @@ impl<S: Simd> ComplexField for Lanes<S> {
         let sign = simd.and_f64s(self.im, simd.splat_f64s(-0.0));
         Self {
             simd,
-            re: simd.select_f64s(right, large, simd.abs_f64s(small)),
+            re: simd.select_f64s(right, large, absolute(simd, small)),
             im: simd.select_f64s(right, small, simd.or_f64s(large, sign)),
         }
     }

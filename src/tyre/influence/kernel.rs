@@ -152,6 +152,17 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         Self { single: kernels, stack, waves: kernels[0].waves, curved }
     }
 
+    /// The driving-point compliance of a wave under the tread \[m/Pa\].
+    #[inline(always)]
+    pub(super) fn under_tread(&self, n: i64, m: usize) -> Lanes<S> {
+        if let Some((waves, at)) = &self.curved
+            && let Some(wave) = waves.get(n, m)
+        {
+            return wave.under_tread(at);
+        }
+        self.stack.under_tread(self.waves.kx(n), self.waves.ky(m))
+    }
+
     /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the tyre's
     /// curvature is felt, one s after the other.
     #[inline(always)]

@@ -7,11 +7,10 @@ use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::folded_sum::{InfluenceSum, SumAt, bounded_rest};
-use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt};
-use super::kernel::{Field, KernelAt, LaneKernel};
+use super::kernel::{Field, LaneKernel};
 use super::projection::{Lateral, Projection};
 use crate::numeric::lanes::{load, store};
-use crate::numeric::{Lanes, MOST_LANES};
+use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
 
 /// Ht_n of the driven and of the innermost face with what it took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,8 +24,13 @@ pub struct FaceValues {
 }
 
 impl InfluenceSum {
+    /// Whether sums are taken in lockstep: where their waves end at a cut-off of s alone, or by number.
+    pub(super) fn in_lockstep(&self) -> bool {
+        self.tail.is_some() || (self.lateral_terms.is_some() && self.aliases.is_some())
+    }
+
     /// Ht_n of both faces for every s of a list, appended to `values`. `driven`: [`Field::Surface`], or
-    /// [`Field::UnderTread`] (one s after the other).
+    /// [`Field::UnderTread`].
     pub fn faces<'a>(
         &self,
         n: usize,
@@ -35,13 +39,14 @@ impl InfluenceSum {
         values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&SumAt> = at.into_iter().collect();
-        if let (Field::Surface, Some(tail)) = (driven, &self.tail) {
-            let members: Vec<_> = at.iter().filter_map(|at| Some((&at.kernel, at.tail.as_ref()?))).collect();
+        if self.in_lockstep() {
             let first = values.len();
-            Arch::new().dispatch(LaneSum { projection: &self.projection, tail, n, at: &members, values });
-            let converging = values[first..].iter_mut().zip(at).zip(members).filter(|(_, (_, tail))| tail.converges);
-            for ((value, at), _) in converging {
-                value.driven += self.by_curvature(n, at);
+            let surface = driven == Field::Surface;
+            Arch::new().dispatch(LaneSum { sum: self, n, at: &at, surface, values });
+            for (value, at) in values[first..].iter_mut().zip(at) {
+                if surface && at.tail.as_ref().is_some_and(|tail| tail.converges) {
+                    value.driven += self.by_curvature(n, at);
+                }
             }
             return;
         }
@@ -56,10 +61,11 @@ impl InfluenceSum {
 /// The sums of a list. A type, not a closure, since it has to be inlined into the dispatch to be compiled for its
 /// instructions.
 struct LaneSum<'a> {
-    projection: &'a Projection,
-    tail: &'a HalfSpaceTail,
+    sum: &'a InfluenceSum,
     n: usize,
-    at: &'a [(&'a KernelAt, &'a HalfSpaceTailAt)],
+    at: &'a [&'a SumAt],
+    /// Whether the driven face is the surface, or under the tread.
+    surface: bool,
     values: &'a mut Vec<FaceValues>,
 }
 
@@ -68,55 +74,60 @@ impl WithSimd for LaneSum<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for group in self.at.chunks(S::F64_LANES) {
+        let Self { sum, n, at, surface: on_surface, values } = self;
+        let InfluenceSum { projection, tail, lateral_terms, aliases, .. } = sum;
+        let fixed = projection.first_lateral(lateral_terms.unwrap_or_default());
+        let mut around: Vec<i64> = projection.aliases(n).take(2 * aliases.unwrap_or_default() + 1).collect();
+        for group in at.chunks(S::F64_LANES) {
             // Lanes without a member repeat the last one.
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
-            let kernel = LaneKernel::new(simd, members.map(|(kernel, _)| kernel));
-            let cut_offs = members.map(|(_, tail_at)| self.tail.cut_off(tail_at, true).powi(2));
-            let explicit = self.explicit(simd, &kernel, &cut_offs);
-            let [surface, bottom, last] = [explicit.surface, explicit.bottom, explicit.last].map(Lanes::to_array);
-            let weights = store(simd, explicit.weights);
-            for (lane, (_, tail_at)) in group.iter().enumerate() {
-                let rest = if tail_at.converges {
-                    self.tail.rest(self.n, tail_at)
-                } else {
-                    bounded_rest(last[lane], self.projection, weights[lane])
+            let kernel = LaneKernel::new(simd, members.map(|at| &at.kernel));
+            let mut cut_offs = [f64::INFINITY; MOST_LANES];
+            if let Some(tail) = tail {
+                let cut_off = |at: &SumAt| at.tail.as_ref().map_or(0.0, |at| tail.cut_off(at, on_surface));
+                cut_offs = members.map(cut_off);
+                around.clear();
+                around.extend(projection.aliases_below(n, largest_or_zero(&cut_offs)));
+            }
+            let below = Below {
+                projection,
+                around: &around,
+                lateral: tail.as_ref().map_or(&fixed, |tail| &tail.lateral),
+                cut_offs: &cut_offs,
+            };
+            let zero = Lanes::zero(simd);
+            let (mut driven, mut bottom, mut last) = (zero, zero, zero);
+            let (weights, evaluations) = below.visit(
+                simd,
+                #[inline(always)]
+                |alias, m, inside, weight| {
+                    let compliance = kernel.normal(alias, m);
+                    let face = if on_surface { compliance.surface } else { kernel.under_tread(alias, m) };
+                    driven = driven.plus_weighted(weight, face);
+                    bottom = bottom.plus_weighted(weight, compliance.bottom);
+                    last = Lanes::blend(inside, face, last);
+                },
+            );
+            let [driven, bottom, last] = [driven, bottom, last].map(Lanes::to_array);
+            let weights = store(simd, weights);
+            for (lane, at) in group.iter().enumerate() {
+                let rest = match (tail, &at.tail) {
+                    (Some(tail), Some(at)) if on_surface && at.converges => tail.rest(n, at),
+                    (Some(_), _) => bounded_rest(last[lane], projection, weights[lane]),
+                    (None, _) => Complex64::ZERO,
                 };
-                self.values.push(FaceValues {
-                    driven: surface[lane] + rest,
-                    bottom: bottom[lane],
-                    evaluations: explicit.evaluations[lane],
-                });
+                let (driven, evaluations) = (driven[lane] + rest, evaluations[lane]);
+                values.push(FaceValues { driven, bottom: bottom[lane], evaluations });
             }
         }
     }
 }
 
-impl LaneSum<'_> {
-    /// The layered part below the squares of cut-offs.
-    #[inline(always)]
-    fn explicit<S: Simd>(&self, simd: S, kernel: &LaneKernel<'_, S>, cut_offs: &[f64; MOST_LANES]) -> Explicit<S> {
-        let zero = Lanes::zero(simd);
-        let (mut surface, mut bottom, mut last) = (zero, zero, zero);
-        let waves = Below { projection: self.projection, n: self.n, lateral: &self.tail.lateral, cut_offs };
-        let (weights, evaluations) = waves.visit(
-            simd,
-            #[inline(always)]
-            |alias, m, inside, weight| {
-                let compliance = kernel.normal(alias, m);
-                surface = surface.plus_weighted(weight, compliance.surface);
-                bottom = bottom.plus_weighted(weight, compliance.bottom);
-                last = Lanes::blend(inside, compliance.surface, last);
-            },
-        );
-        Explicit { surface, bottom, last, weights, evaluations }
-    }
-}
-
-/// The waves that fold into n, below squares of cut-offs, lane by lane.
+/// Waves below cut-offs \[1/m\], lane by lane.
 pub(in crate::tyre) struct Below<'a> {
     pub(in crate::tyre) projection: &'a Projection,
-    pub(in crate::tyre) n: usize,
+    /// Numbers round the tyre.
+    pub(in crate::tyre) around: &'a [i64],
     /// Lateral numbers, the lowest first.
     pub(in crate::tyre) lateral: &'a [Lateral],
     pub(in crate::tyre) cut_offs: &'a [f64; MOST_LANES],
@@ -132,11 +143,12 @@ impl Below<'_> {
         simd: S,
         mut wave: impl FnMut(i64, usize, S::m64s, S::f64s),
     ) -> (S::f64s, [u64; MOST_LANES]) {
-        let Self { projection, n, lateral, cut_offs } = self;
-        let largest = cut_offs.iter().fold(0.0_f64, |a, &b| a.max(b));
-        let (limits, zero) = (load(simd, cut_offs), simd.splat_f64s(0.0));
+        let Self { projection, around, lateral, cut_offs } = self;
+        let squares = cut_offs.map(|cut_off| cut_off * cut_off);
+        let largest = largest_or_zero(&squares);
+        let (limits, zero) = (load(simd, &squares), simd.splat_f64s(0.0));
         let (mut weights, mut numbers) = (zero, [0; MOST_LANES]);
-        for alias in projection.aliases_below(n, largest.sqrt()) {
+        for &alias in around {
             let kx = projection.waves.kx(alias);
             let longitudinal = projection.longitudinal_weight(alias);
             for lateral in lateral {
@@ -148,24 +160,13 @@ impl Below<'_> {
                 let weight = simd.select_f64s(inside, simd.splat_f64s(lateral.weight * longitudinal), zero);
                 wave(alias, lateral.m, inside, weight);
                 weights = simd.add_f64s(weights, weight);
-                for (number, cut_off) in numbers.iter_mut().zip(cut_offs) {
-                    *number += u64::from(k_squared < *cut_off);
+                for (number, square) in numbers.iter_mut().zip(&squares) {
+                    *number += u64::from(k_squared < *square);
                 }
             }
         }
         (weights, numbers)
     }
-}
-
-/// The layered part of sums, lane by lane.
-struct Explicit<S: Simd> {
-    surface: Lanes<S>,
-    bottom: Lanes<S>,
-    /// C_zz of the last wave.
-    last: Lanes<S>,
-    /// Sum of the weights of all waves.
-    weights: S::f64s,
-    evaluations: [u64; MOST_LANES],
 }
 
 #[cfg(test)]
@@ -176,9 +177,11 @@ mod tests {
 
     #[test]
     fn lanes_equal_the_scalar_sums_wherever_groups_mix_ways_and_cut_offs() {
-        for loss_factor in [0.01, 0.25] {
+        let fixed = Truncation::Fixed { lateral_terms: Some(5), aliases: Some(2) };
+        for (loss_factor, truncation) in [(0.01, Truncation::Tail), (0.25, Truncation::Tail), (0.25, fixed)] {
             let tyre = tyre(loss_factor);
-            let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 128), Truncation::Tail, 1e-8, 1.3e5);
+            let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 128), truncation, 1e-8, 1.3e5);
+            assert!(sum.in_lockstep());
             let mut points = vec![Complex64::ZERO];
             points.extend((0..41).map(|k| Complex64::new(0.0, 10f64.powf(0.7 + k as f64 * 0.108))));
             points.extend((0..11).map(|k| Complex64::new(10f64.powf(k as f64 * 0.5), 0.0)));
@@ -186,18 +189,20 @@ mod tests {
             // Beyond what the sums were prepared for: the tail's series does not converge.
             points.extend((0..6).map(|k| Complex64::new(2e5 * 10f64.powi(k), 1e5)));
             let at: Vec<_> = points.iter().map(|&s| sum.at(s)).collect();
-            for n in [0, 1, 17, 64] {
+            for (n, driven) in
+                [0, 1, 17, 64].into_iter().flat_map(|n| [Field::Surface, Field::UnderTread].map(|f| (n, f)))
+            {
                 let mut faces = Vec::new();
-                sum.faces(n, &at, Field::Surface, &mut faces);
+                sum.faces(n, &at, driven, &mut faces);
                 assert_eq!(faces.len(), at.len());
                 for ((at, faces), s) in at.iter().zip(&faces).zip(&points) {
-                    let scalar = sum.value(n, at, Field::Surface);
+                    let scalar = sum.value(n, at, driven);
                     let error = (faces.driven - scalar.value).norm() / scalar.value.norm();
-                    assert!(error < 1e-10, "loss {loss_factor}, n {n}, s {s}: {error:.1e}");
+                    assert!(error < 1e-10, "{driven:?}, loss {loss_factor}, n {n}, s {s}: {error:.1e}");
                     assert_eq!(faces.evaluations, scalar.evaluations);
                     let bottom = sum.value(n, at, Field::Bottom).value;
                     let error = (faces.bottom - bottom).norm() / scalar.value.norm();
-                    assert!(error < 1e-6, "belt: loss {loss_factor}, n {n}, s {s}: {error:.1e}");
+                    assert!(error < 1e-6, "belt: {driven:?}, loss {loss_factor}, n {n}, s {s}: {error:.1e}");
                 }
             }
         }

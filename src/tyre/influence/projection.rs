@@ -49,11 +49,18 @@ impl Projection {
         self.waves.lateral_weight(m, self.contact_width)
     }
 
+    /// The first lateral numbers.
+    pub(super) fn first_lateral(&self, count: usize) -> Vec<Lateral> {
+        self.all_lateral().take(count).collect()
+    }
+
     /// The lateral numbers with ky below the cut-off \[1/m\], from the lowest on.
     pub(in crate::tyre) fn lateral_below(&self, cut_off: f64) -> Vec<Lateral> {
-        let all = self.waves.lateral_numbers();
-        let weighted = all.map(|m| Lateral { m, ky: self.waves.ky(m), weight: self.lateral_weight(m) });
-        weighted.take_while(|lateral| lateral.ky < cut_off).collect()
+        self.all_lateral().take_while(|lateral| lateral.ky < cut_off).collect()
+    }
+
+    fn all_lateral(&self) -> impl Iterator<Item = Lateral> {
+        self.waves.lateral_numbers().map(|m| Lateral { m, ky: self.waves.ky(m), weight: self.lateral_weight(m) })
     }
 
     /// Sum of all weights 1/(L b) \[1/m^2\].
@@ -61,15 +68,18 @@ impl Projection {
         1.0 / (self.waves.circumference * self.contact_width)
     }
 
-    /// Integer wavenumbers n + p N with |kx| below the cut-off \[1/m\], p = 0, 1, -1, 2, ...
+    /// Integer wavenumbers n + p N, p = 0, 1, -1, 2, ...
+    pub fn aliases(&self, n: usize) -> impl Iterator<Item = i64> + use<> {
+        let (n, elements) = (n as i64, self.elements as i64);
+        std::iter::once(n).chain((1..).flat_map(move |p| [n + p * elements, n - p * elements]))
+    }
+
+    /// Those with |kx| below the cut-off \[1/m\], p = 0, 1, -1, 2, ...
     pub fn aliases_below(&self, n: usize, cut_off: f64) -> impl Iterator<Item = i64> + use<> {
         let largest = (cut_off * self.waves.circumference / (2.0 * PI)) as i64;
         let elements = self.elements as i64;
         let n = n as i64;
         let most = (largest + n) / elements + 1;
-        (0..=most)
-            .flat_map(move |p| if p == 0 { [Some(n), None] } else { [Some(n + p * elements), Some(n - p * elements)] })
-            .flatten()
-            .filter(move |alias| alias.abs() <= largest)
+        self.aliases(n as usize).take(2 * most as usize + 1).filter(move |alias| alias.abs() <= largest)
     }
 }

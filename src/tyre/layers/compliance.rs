@@ -101,15 +101,46 @@ impl<T: ComplexField> StackAt<T> {
         &self,
         kx: f64,
         ky: f64,
-        pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
+        mut pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
     ) -> NormalCompliance<Matrix2<T>> {
         let [tangential, normal] = self.foundation;
-        let Some((top, transfer)) = climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky, pass) else {
+        let Some((top, transfer)) = climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky, &mut pass)
+        else {
             let compliance = Matrix2::diagonal(tangential.reciprocal(), normal.reciprocal());
             return NormalCompliance { surface: compliance, bottom: compliance };
         };
         let surface = top.displacement.over(top.traction);
         NormalCompliance { surface, bottom: transfer * surface }
+    }
+
+    /// [`StackAt::under_tread`], each layer by `pass`.
+    #[inline(always)]
+    pub(super) fn under(
+        &self,
+        kx: f64,
+        ky: f64,
+        mut pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
+    ) -> T {
+        let [tangential, normal] = self.foundation;
+        let (tread, carcass) = (self.tread(), &self.layers[..self.layers.len() - 1]);
+        let foundation = Matrix2::diagonal(tangential, normal);
+        let below = match climb(carcass, foundation, kx, ky, &mut pass) {
+            Some((top, _)) => top.traction.over(top.displacement),
+            None => foundation,
+        };
+        // The tread seen from below: its mirror image over a free face; mirroring changes the sign of the off-diagonal
+        // terms.
+        let [zero, one] = [0.0, 1.0].map(|value| normal.like(value));
+        let above = pass(tread, &tread.exponents(kx, ky), Matrix2::diagonal(zero, zero)).top;
+        let [[a, b], [c, d]] = above.traction.over(above.displacement).0;
+        let total = below + Matrix2([[a, -b], [-c, d]]);
+        Matrix2::diagonal(one, one).over(total).0[1][1]
+    }
+
+    /// The outermost layer.
+    pub fn tread(&self) -> &LayerAt<T> {
+        // A checked scene has at least one layer.
+        &self.layers[self.layers.len() - 1]
     }
 }
 
@@ -136,12 +167,6 @@ fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
 }
 
 impl StackAt {
-    /// The outermost layer.
-    pub fn tread(&self) -> &LayerAt<Complex64> {
-        // A checked scene has at least one layer.
-        &self.layers[self.layers.len() - 1]
-    }
-
     /// Surface and bottom compliance for normal traction.
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance {
         self.p_sv(kx, ky, pass).normal()
@@ -157,20 +182,7 @@ impl StackAt {
     /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides along: what
     /// independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {
-        let [tangential, normal] = self.foundation;
-        let (tread, carcass) = (self.tread(), &self.layers[..self.layers.len() - 1]);
-        let foundation = Matrix2::diagonal(tangential, normal);
-        let below = match climb(carcass, foundation, kx, ky, pass) {
-            Some((top, _)) => top.traction.over(top.displacement),
-            None => foundation,
-        };
-        // The tread seen from below: its mirror image over a free face; mirroring changes the sign of the off-diagonal
-        // terms.
-        let free = Matrix2::diagonal(Complex64::ZERO, Complex64::ZERO);
-        let above = pass(tread, &tread.exponents(kx, ky), free).top;
-        let [[a, b], [c, d]] = above.traction.over(above.displacement).0;
-        let total = below + Matrix2([[a, -b], [-c, d]]);
-        Matrix2::diagonal(Complex64::ONE, Complex64::ONE).over(total).0[1][1]
+        self.under(kx, ky, pass)
     }
 
     /// The full matrices: C on the surface and D to the bottom face, \[m/Pa\].
@@ -200,7 +212,7 @@ fn climb<T: ComplexField>(
     foundation: Matrix2<T>,
     kx: f64,
     ky: f64,
-    mut pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
+    pass: &mut impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
 ) -> Option<(FaceState<T>, Matrix2<T>)> {
     let mut under = foundation;
     let mut last: Option<(FaceState<T>, Matrix2<T>)> = None;

@@ -212,7 +212,8 @@ impl CylinderWave {
 
     /// Driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost layer, which
     /// rides along.
-    pub fn under_tread(&self, at: &CylinderAt) -> Complex64 {
+    #[inline(always)]
+    pub fn under_tread<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         let carcass = self.layers.len().saturating_sub(1);
         let (mut impedance, _) = self.climb(at, carcass);
         for (layer, &[shear, inertia]) in self.layers.iter().zip(&at.layers).skip(carcass) {

@@ -58,6 +58,20 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         value
     }
 
+    /// The driving-point compliance under the tread at a wavenumber, likewise: see [`StackAt::under_tread`].
+    #[inline(always)]
+    pub fn under_tread(&self, kx: f64, ky: f64) -> Lanes<S> {
+        let mut sliced = [false; MOST_LANES];
+        let value = self.lanes.under(
+            kx,
+            ky,
+            #[inline(always)]
+            |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
+        );
+        let [value] = self.redone(sliced, [value], |single| [single.under_tread(kx, ky)]);
+        value
+    }
+
     /// The matrices, and which lanes need slices.
     #[inline(always)]
     fn p_sv(&self, kx: f64, ky: f64) -> (NormalCompliance<Matrix2<Lanes<S>>>, [bool; MOST_LANES]) {

@@ -22,7 +22,7 @@ use super::model::RationalModel;
 use crate::numeric::lanes::store;
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{RationalError, Samples};
-use crate::numeric::{Lanes, MOST_LANES};
+use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
 use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel};
@@ -222,9 +222,10 @@ impl WithSimd for LaneValues<'_> {
             // Lanes without a member repeat the last one.
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| &group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
-            let cut_offs = members.map(|at| TangentialSum::cut_off(at).powi(2));
+            let cut_offs = members.map(TangentialSum::cut_off);
+            let around: Vec<i64> = sums.projection.aliases_below(n, largest_or_zero(&cut_offs)).collect();
             let mut sum = Lanes::zero(simd);
-            let below = Below { projection: &sums.projection, n, lateral, cut_offs: &cut_offs };
+            let below = Below { projection: &sums.projection, around: &around, lateral, cut_offs: &cut_offs };
             let (weights, evaluations) = below.visit(
                 simd,
                 #[inline(always)]

@@ -152,15 +152,17 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         Self { single: kernels, stack, waves: kernels[0].waves, curved }
     }
 
-    /// The driving-point compliance of a wave under the tread \[m/Pa\].
+    /// C and D of a wave, driven on the surface, or [`Field::UnderTread`] \[m/Pa\].
     #[inline(always)]
-    pub(super) fn under_tread(&self, n: i64, m: usize) -> Lanes<S> {
+    pub(super) fn driven(&self, n: i64, m: usize, on_surface: bool) -> NormalCompliance<Lanes<S>> {
         if let Some((waves, at)) = &self.curved
             && let Some(wave) = waves.get(n, m)
         {
-            return wave.under_tread(at);
+            let NormalCompliance { surface, bottom } = wave.normal(at);
+            let surface = if on_surface { surface } else { wave.under_tread(at) };
+            return NormalCompliance { surface, bottom };
         }
-        self.stack.under_tread(self.waves.kx(n), self.waves.ky(m))
+        self.stack.driven(self.waves.kx(n), self.waves.ky(m), on_surface)
     }
 
     /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the tyre's
@@ -178,11 +180,6 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
     /// C and D of a wave for normal traction \[m/Pa\].
     #[inline(always)]
     pub(super) fn normal(&self, n: i64, m: usize) -> NormalCompliance<Lanes<S>> {
-        if let Some((waves, at)) = &self.curved
-            && let Some(wave) = waves.get(n, m)
-        {
-            return wave.normal(at);
-        }
-        self.stack.normal(self.waves.kx(n), self.waves.ky(m))
+        self.driven(n, m, true)
     }
 }

@@ -101,11 +101,10 @@ impl WithSimd for LaneSum<'_> {
                 simd,
                 #[inline(always)]
                 |alias, m, inside, weight| {
-                    let compliance = kernel.normal(alias, m);
-                    let face = if on_surface { compliance.surface } else { kernel.under_tread(alias, m) };
-                    driven = driven.plus_weighted(weight, face);
+                    let compliance = kernel.driven(alias, m, on_surface);
+                    driven = driven.plus_weighted(weight, compliance.surface);
                     bottom = bottom.plus_weighted(weight, compliance.bottom);
-                    last = Lanes::blend(inside, face, last);
+                    last = Lanes::blend(inside, compliance.surface, last);
                 },
             );
             let [driven, bottom, last] = [driven, bottom, last].map(Lanes::to_array);

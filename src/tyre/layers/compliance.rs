@@ -94,53 +94,57 @@ impl Stack {
 }
 
 impl<T: ComplexField> StackAt<T> {
-    /// P-SV matrices of the surface and of the transfer to the bottom face: displacement (w, u_z) for unit traction
-    /// (tau, sigma), each layer by `pass`.
+    /// P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit traction
+    /// (tau, sigma), each layer by `pass`; and, where it is wanted, the driving-point compliance under the tread.
+    // One loop with one place that `pass` is called from: it is inlined there, and long.
     #[inline(always)]
     pub(super) fn p_sv(
         &self,
         kx: f64,
         ky: f64,
+        under_tread: bool,
         mut pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
-    ) -> NormalCompliance<Matrix2<T>> {
-        let [tangential, normal] = self.foundation;
-        let Some((top, transfer)) = climb(&self.layers, Matrix2::diagonal(tangential, normal), kx, ky, &mut pass)
-        else {
-            let compliance = Matrix2::diagonal(tangential.reciprocal(), normal.reciprocal());
-            return NormalCompliance { surface: compliance, bottom: compliance };
-        };
-        let surface = top.displacement.over(top.traction);
-        NormalCompliance { surface, bottom: transfer * surface }
-    }
-
-    /// [`StackAt::under_tread`], each layer by `pass`.
-    #[inline(always)]
-    pub(super) fn under(
-        &self,
-        kx: f64,
-        ky: f64,
-        mut pass: impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
-    ) -> T {
-        let [tangential, normal] = self.foundation;
-        let (tread, carcass) = (self.tread(), &self.layers[..self.layers.len() - 1]);
-        let foundation = Matrix2::diagonal(tangential, normal);
-        let below = match climb(carcass, foundation, kx, ky, &mut pass) {
-            Some((top, _)) => top.traction.over(top.displacement),
-            None => foundation,
-        };
-        // The tread seen from below: its mirror image over a free face; mirroring changes the sign of the off-diagonal
-        // terms.
+    ) -> (NormalCompliance<Matrix2<T>>, T) {
+        let ([tangential, normal], count) = (self.foundation, self.layers.len());
         let [zero, one] = [0.0, 1.0].map(|value| normal.like(value));
-        let above = pass(tread, &tread.exponents(kx, ky), Matrix2::diagonal(zero, zero)).top;
-        let [[a, b], [c, d]] = above.traction.over(above.displacement).0;
-        let total = below + Matrix2([[a, -b], [-c, d]]);
-        Matrix2::diagonal(one, one).over(total).0[1][1]
-    }
-
-    /// The outermost layer.
-    pub fn tread(&self) -> &LayerAt<T> {
-        // A checked scene has at least one layer.
-        &self.layers[self.layers.len() - 1]
+        let foundation = Matrix2::diagonal(tangential, normal);
+        // Impedance under the next layer and under the last one; what the layers below have come to.
+        let (mut under, mut under_last) = (foundation, foundation);
+        let mut last: Option<(FaceState<T>, Matrix2<T>)> = None;
+        let mut driven = zero;
+        for index in 0..count + usize::from(under_tread && count > 0) {
+            // Last of all the tread once more, on a free face.
+            let again = index == count;
+            let layer = &self.layers[index - usize::from(again)];
+            let below = if again { Matrix2::diagonal(zero, zero) } else { under };
+            let LayerResult { top, bottom_displacement } = pass(layer, &layer.exponents(kx, ky), below);
+            let impedance = top.traction.over(top.displacement);
+            if again {
+                // As seen from below: its mirror image; mirroring changes the sign of the off-diagonal terms.
+                let [[a, b], [c, d]] = impedance.0;
+                let total = under_last + Matrix2([[a, -b], [-c, d]]);
+                driven = Matrix2::diagonal(one, one).over(total).0[1][1];
+                break;
+            }
+            let step = bottom_displacement.over(top.displacement);
+            let transfer = match last {
+                Some((_, before)) => before * step,
+                None => step,
+            };
+            last = Some((top, transfer));
+            (under_last, under) = (under, impedance);
+        }
+        let matrices = match last {
+            Some((top, transfer)) => {
+                let surface = top.displacement.over(top.traction);
+                NormalCompliance { surface, bottom: transfer * surface }
+            }
+            None => {
+                let compliance = Matrix2::diagonal(tangential.reciprocal(), normal.reciprocal());
+                NormalCompliance { surface: compliance, bottom: compliance }
+            }
+        };
+        (matrices, driven)
     }
 }
 
@@ -167,27 +171,37 @@ fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
 }
 
 impl StackAt {
+    /// The outermost layer.
+    pub fn tread(&self) -> &LayerAt<Complex64> {
+        // A checked scene has at least one layer.
+        &self.layers[self.layers.len() - 1]
+    }
+
     /// Surface and bottom compliance for normal traction.
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance {
-        self.p_sv(kx, ky, pass).normal()
+        self.p_sv(kx, ky, false, pass).0.normal()
     }
 
     /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no
     /// normal motion.
     pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
         let k = kx.hypot(ky);
-        if k > 0.0 { -Complex64::i() * self.p_sv(kx, ky, pass).surface.0[0][1] * (kx / k) } else { Complex64::ZERO }
+        if k > 0.0 {
+            -Complex64::i() * self.p_sv(kx, ky, false, pass).0.surface.0[0][1] * (kx / k)
+        } else {
+            Complex64::ZERO
+        }
     }
 
     /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides along: what
     /// independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {
-        self.under(kx, ky, pass)
+        self.p_sv(kx, ky, true, pass).1
     }
 
     /// The full matrices: C on the surface and D to the bottom face, \[m/Pa\].
     pub fn full(&self, kx: f64, ky: f64) -> (Matrix3, Matrix3) {
-        let p_sv = self.p_sv(kx, ky, pass);
+        let (p_sv, _) = self.p_sv(kx, ky, false, pass);
         let mut under = self.foundation[0];
         let (mut transfer, mut surface) = (Complex64::ONE, under.inv());
         for layer in &self.layers {
@@ -202,32 +216,6 @@ impl StackAt {
         let direction = if k > 0.0 { [kx / k, ky / k] } else { [1.0, 0.0] };
         (turn(p_sv.surface, surface, direction), turn(p_sv.bottom, transfer * surface, direction))
     }
-}
-
-/// P-SV pass upwards through layers, each by `pass`: displacement and traction on the last top face for two states, and
-/// the product of the displacement transfers from there to the bottom (`None` without layers).
-#[inline(always)]
-fn climb<T: ComplexField>(
-    layers: &[LayerAt<T>],
-    foundation: Matrix2<T>,
-    kx: f64,
-    ky: f64,
-    pass: &mut impl FnMut(&LayerAt<T>, &Exponents<T>, Matrix2<T>) -> LayerResult<T>,
-) -> Option<(FaceState<T>, Matrix2<T>)> {
-    let mut under = foundation;
-    let mut last: Option<(FaceState<T>, Matrix2<T>)> = None;
-    for layer in layers {
-        let exponents = layer.exponents(kx, ky);
-        let result = pass(layer, &exponents, under);
-        let step = result.bottom_displacement.over(result.top.displacement);
-        let transfer = match last {
-            Some((_, below)) => below * step,
-            None => step,
-        };
-        under = result.top.traction.over(result.top.displacement);
-        last = Some((result.top, transfer));
-    }
-    last
 }
 
 /// From (w, u_z; tau, sigma) and SH in the direction of k to x, y, z. With u_r = -i w and tau = i sigma_rz.

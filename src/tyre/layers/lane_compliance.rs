@@ -39,11 +39,19 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
     #[inline(always)]
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
-        let (both, sliced) = self.p_sv(kx, ky);
+        self.driven(kx, ky, true)
+    }
+
+    /// The same of the surface, or of the face under the tread that is driven there in its place: see
+    /// [`StackAt::under_tread`].
+    #[inline(always)]
+    pub fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
+        let (both, under_tread, sliced) = self.p_sv(kx, ky, !on_surface);
         let NormalCompliance { surface, bottom } = both.normal();
-        let [surface, bottom] = self.redone(sliced, [surface, bottom], |single| {
+        let face = if on_surface { surface } else { under_tread };
+        let [surface, bottom] = self.redone(sliced, [face, bottom], |single| {
             let NormalCompliance { surface, bottom } = single.normal(kx, ky);
-            [surface, bottom]
+            [if on_surface { surface } else { single.under_tread(kx, ky) }, bottom]
         });
         NormalCompliance { surface, bottom }
     }
@@ -51,38 +59,30 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     /// C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
     #[inline(always)]
     pub fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
-        let (both, sliced) = self.p_sv(kx, ky);
+        let (both, _, sliced) = self.p_sv(kx, ky, false);
         let k = kx.hypot(ky);
         let value = both.surface.0[0][1] * if k > 0.0 { -kx / k } else { 0.0 };
         let [value] = self.redone(sliced, [value], |single| [single.tangential(kx, ky) * -Complex64::i()]);
         value
     }
 
-    /// The driving-point compliance under the tread at a wavenumber, likewise: see [`StackAt::under_tread`].
+    /// [`StackAt::p_sv`], and which lanes need slices.
     #[inline(always)]
-    pub fn under_tread(&self, kx: f64, ky: f64) -> Lanes<S> {
+    fn p_sv(
+        &self,
+        kx: f64,
+        ky: f64,
+        under_tread: bool,
+    ) -> (NormalCompliance<Matrix2<Lanes<S>>>, Lanes<S>, [bool; MOST_LANES]) {
         let mut sliced = [false; MOST_LANES];
-        let value = self.lanes.under(
+        let (both, driven) = self.lanes.p_sv(
             kx,
             ky,
+            under_tread,
             #[inline(always)]
             |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
         );
-        let [value] = self.redone(sliced, [value], |single| [single.under_tread(kx, ky)]);
-        value
-    }
-
-    /// The matrices, and which lanes need slices.
-    #[inline(always)]
-    fn p_sv(&self, kx: f64, ky: f64) -> (NormalCompliance<Matrix2<Lanes<S>>>, [bool; MOST_LANES]) {
-        let mut sliced = [false; MOST_LANES];
-        let both = self.lanes.p_sv(
-            kx,
-            ky,
-            #[inline(always)]
-            |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
-        );
-        (both, sliced)
+        (both, driven, sliced)
     }
 
     /// Values with those of some lanes done one by one.

@@ -97,7 +97,7 @@ fn counted_operations(below: usize) -> u64 {
     COUNT.set(0);
     let pass =
         |layer: &LayerAt<Counted>, exponents: &Exponents<Counted>, under| layer.p_sv(exponents, Way::Thick, under);
-    let value = counting.p_sv(300.0, 500.0, pass).normal().surface.0;
+    let value = counting.p_sv(300.0, 500.0, false, pass).0.normal().surface.0;
     let exact = at.normal(300.0, 500.0).surface;
     assert!((value - exact).norm() < 1e-10 * exact.norm());
     COUNT.get()

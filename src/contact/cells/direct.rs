@@ -117,8 +117,9 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
         rates.iter().flat_map(|rates| rates.all().iter().map(|rate| sums.at(rate / time_step))).collect();
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(circle.length);
     let of_wave = |wave: &CellWave| {
-        let mut values = Vec::with_capacity(at.len());
-        sums.values(wave, &at, &mut values);
+        let mut faces = Vec::with_capacity(at.len());
+        sums.values(wave, &at, &mut faces);
+        let values: Vec<Complex64> = faces.into_iter().map(|faces| faces.driven).collect();
         let mut weights = vec![0.0; lags * stages * stages];
         let mut spectra = vec![inverse.make_input_vec(); stages * stages];
         for (k, ((&zeta, rates), values)) in points.iter().zip(&rates).zip(values.chunks_exact(stages)).enumerate() {

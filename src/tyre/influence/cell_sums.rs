@@ -83,15 +83,15 @@ impl CellSums {
         band.rows(&self.grid, self.truncation)
     }
 
-    /// Values of a wave's function \[m/N\], of the surface or of both faces, at each s of a list, appended to `values`.
-    pub fn values<'a, V: WaveValue>(
+    /// Values of a wave's function at each s of a list, appended to `values`.
+    pub fn values<'a>(
         &self,
         wave: &CellWave,
         at: impl IntoIterator<Item = &'a CellSumsAt>,
-        values: &mut Vec<V>,
+        values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
-        Arch::new().dispatch(WaveSum { wave, at: &at, values });
+        WaveSum { wave, at: &at, values }.carry_out();
     }
 
     /// What cells feel of each other through some waves alone, up to `columns` along: rows of waves with the value of
@@ -283,36 +283,22 @@ impl Around<'_> {
     }
 }
 
-/// What a wave's sum is taken of.
-pub trait WaveValue: Copy + Default {
-    /// Adds a term.
-    fn add(&mut self, weight: f64, surface: Complex64, bottom: Complex64);
-}
-
-impl WaveValue for Complex64 {
-    #[inline(always)]
-    fn add(&mut self, weight: f64, surface: Complex64, _: Complex64) {
-        *self += weight * surface;
-    }
-}
-
-impl WaveValue for FaceValues {
-    #[inline(always)]
-    fn add(&mut self, weight: f64, surface: Complex64, bottom: Complex64) {
-        self.driven += weight * surface;
-        self.bottom += weight * bottom;
-        self.evaluations += 1;
-    }
-}
-
 /// Values of a wave at many s. A type, not a closure: see `lane_sum`.
-struct WaveSum<'a, V> {
+struct WaveSum<'a> {
     wave: &'a CellWave,
     at: &'a [&'a KernelAt],
-    values: &'a mut Vec<V>,
+    values: &'a mut Vec<FaceValues>,
 }
 
-impl<V: WaveValue> WithSimd for WaveSum<'_, V> {
+impl WaveSum<'_> {
+    // Not inlined: it is long, and its callers would have a copy each.
+    #[inline(never)]
+    fn carry_out(self) {
+        Arch::new().dispatch(self);
+    }
+}
+
+impl WithSimd for WaveSum<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -320,12 +306,14 @@ impl<V: WaveValue> WithSimd for WaveSum<'_, V> {
         for group in self.at.chunks(S::F64_LANES) {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
-            let mut sums = [V::default(); MOST_LANES];
+            let mut sums = [FaceValues::default(); MOST_LANES];
             for &(n, m, weight) in &self.wave.terms {
                 let both = kernel.normal(n, m);
                 let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
                 for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
-                    sum.add(weight, surface, bottom);
+                    sum.driven += weight * surface;
+                    sum.bottom += weight * bottom;
+                    sum.evaluations += 1;
                 }
             }
             self.values.extend_from_slice(&sums[..group.len()]);

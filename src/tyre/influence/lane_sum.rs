@@ -40,14 +40,7 @@ impl InfluenceSum {
     ) {
         let at: Vec<&SumAt> = at.into_iter().collect();
         if self.in_lockstep() {
-            let first = values.len();
-            let surface = driven == Field::Surface;
-            Arch::new().dispatch(LaneSum { sum: self, n, at: &at, surface, values });
-            for (value, at) in values[first..].iter_mut().zip(at) {
-                if surface && at.tail.as_ref().is_some_and(|tail| tail.converges) {
-                    value.driven += self.by_curvature(n, at);
-                }
-            }
+            LaneSum { sum: self, n, at: &at, surface: driven == Field::Surface, values }.carry_out();
             return;
         }
         for at in at {
@@ -67,6 +60,14 @@ struct LaneSum<'a> {
     /// Whether the driven face is the surface, or under the tread.
     surface: bool,
     values: &'a mut Vec<FaceValues>,
+}
+
+impl LaneSum<'_> {
+    // Not inlined: it is long, and its callers would have a copy each.
+    #[inline(never)]
+    fn carry_out(self) {
+        Arch::new().dispatch(self);
+    }
 }
 
 impl WithSimd for LaneSum<'_> {
@@ -110,13 +111,14 @@ impl WithSimd for LaneSum<'_> {
             let [driven, bottom, last] = [driven, bottom, last].map(Lanes::to_array);
             let weights = store(simd, weights);
             for (lane, at) in group.iter().enumerate() {
-                let rest = match (tail, &at.tail) {
-                    (Some(tail), Some(at)) if on_surface && at.converges => tail.rest(n, at),
-                    (Some(_), _) => bounded_rest(last[lane], projection, weights[lane]),
-                    (None, _) => Complex64::ZERO,
+                let driven = match (tail, &at.tail) {
+                    (Some(tail), Some(tail_at)) if on_surface && tail_at.converges => {
+                        driven[lane] + tail.rest(n, tail_at) + sum.by_curvature(n, at)
+                    }
+                    (Some(_), _) => driven[lane] + bounded_rest(last[lane], projection, weights[lane]),
+                    (None, _) => driven[lane],
                 };
-                let (driven, evaluations) = (driven[lane] + rest, evaluations[lane]);
-                values.push(FaceValues { driven, bottom: bottom[lane], evaluations });
+                values.push(FaceValues { driven, bottom: bottom[lane], evaluations: evaluations[lane] });
             }
         }
     }

@@ -93,10 +93,9 @@ pub fn fit_cells(
     let ladder = Ladder::new(options.top);
     let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
     let sample = |wave: &CellWave, rungs: &[usize], faces: &mut Vec<FaceValues>| {
-        let mut values: Vec<Complex64> = Vec::with_capacity(rungs.len());
-        sums.values(wave, rungs.iter().map(|&rung| &at[rung]), &mut values);
-        let evaluations = wave.terms.len() as u64;
-        faces.extend(values.into_iter().map(|driven| FaceValues { driven, bottom: Complex64::ZERO, evaluations }));
+        let first = faces.len();
+        sums.values(wave, rungs.iter().map(|&rung| &at[rung]), faces);
+        faces[first..].iter_mut().for_each(|faces| faces.bottom = Complex64::ZERO);
     };
     // The belt is not asked for: any scale will do.
     let target = RowTarget { tolerance: options.tolerance, most_poles: options.most_poles, bottom_scale: 1.0 };

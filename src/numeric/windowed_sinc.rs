@@ -67,7 +67,7 @@ impl WindowedSinc {
         let first = (position - reach).ceil() as i64;
         let last = (position + reach).floor() as i64;
         weights.clear();
-        weights.extend((first..=last).map(|sample| self.at((sample as f64 - position) / ratio)));
+        weights.extend((first..last + 1).map(|sample| self.at((sample as f64 - position) / ratio)));
         let sum: f64 = weights.iter().sum();
         for weight in weights.iter_mut() {
             *weight /= sum;

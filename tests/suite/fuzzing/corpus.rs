@@ -112,5 +112,5 @@ pub fn body() -> Vec<u8> {
 
 /// A whole sealed file of another kind.
 pub fn sealed() -> Vec<u8> {
-    [&b"TWAVEINF\x08\0\0\0"[..], &64_u64.to_le_bytes(), &[3; 96]].concat()
+    [&b"TWAVEINF\x09\0\0\0"[..], &64_u64.to_le_bytes(), &[3; 96]].concat()
 }

@@ -25,14 +25,15 @@ fn compliance(criterion: &mut Criterion) {
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 512), Truncation::Tail, 1e-8, 2.0 * PI * 20e3);
     let all: Vec<_> = (0..64).map(|k| sum.at(Complex64::new(0.0, 1e3 * 1.05f64.powi(k)))).collect();
     for at in [8, 16, 32, 64].map(|points| &all[..points]) {
-        compliance_at(criterion, &sum, at);
+        compliance_at(criterion, &sum, at, Field::Surface);
     }
+    compliance_at(criterion, &sum, &all, Field::UnderTread);
 }
 
-fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
+fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt], driven: Field) {
     let mut lanes = Vec::new();
-    sum.faces(40, at, Field::Surface, &mut lanes);
-    let scalar: Vec<_> = at.iter().map(|at| sum.value(40, at, Field::Surface)).collect();
+    sum.faces(40, at, driven, &mut lanes);
+    let scalar: Vec<_> = at.iter().map(|at| sum.value(40, at, driven)).collect();
     let evaluations: u64 = scalar.iter().map(|value| value.evaluations).sum();
     for (a, b) in lanes.iter().zip(&scalar) {
         assert!((a.driven - b.value).norm() < 1e-10 * b.value.norm(), "lanes and scalar differ");
@@ -41,12 +42,12 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
     let best = (0..20).fold(f64::INFINITY, |best, _| {
         let begin = Instant::now();
         lanes.clear();
-        sum.faces(40, black_box(at), Field::Surface, &mut lanes);
+        sum.faces(40, black_box(at), driven, &mut lanes);
         best.min(begin.elapsed().as_secs_f64() / evaluations as f64)
     });
     let peak = multiply_add_rate();
     println!(
-        "{} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s \
+        "{driven:?}, {} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s \
          of fused multiply-adds on this core",
         at.len(),
         1e9 * best,
@@ -54,16 +55,16 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt]) {
         100.0 * operations / best / peak,
         1e-9 * peak
     );
-    let mut group = criterion.benchmark_group(format!("compliance at {} points", at.len()));
+    let mut group = criterion.benchmark_group(format!("compliance at {} points, {driven:?}", at.len()));
     // Time per element is time per evaluation.
     group.throughput(Throughput::Elements(evaluations));
     group.bench_function("scalar", |bencher| {
-        bencher.iter(|| at.iter().map(|at| sum.value(40, black_box(at), Field::Surface).value.re).sum::<f64>());
+        bencher.iter(|| at.iter().map(|at| sum.value(40, black_box(at), driven).value.re).sum::<f64>());
     });
     group.bench_function("lanes", |bencher| {
         bencher.iter(|| {
             lanes.clear();
-            sum.faces(40, black_box(at), Field::Surface, &mut lanes);
+            sum.faces(40, black_box(at), driven, &mut lanes);
             lanes.len()
         });
     });

@@ -47,8 +47,8 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt], dr
     });
     let peak = multiply_add_rate();
     println!(
-        "{driven:?}, {} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the {:.1} Gflop/s \
-         of fused multiply-adds on this core",
+        "{driven:?}, {} points, one evaluation in lanes: {:.0} ns, {operations} flop: {:.1} Gflop/s, {:.0} % of the \
+         {:.1} Gflop/s of fused multiply-adds on this core",
         at.len(),
         1e9 * best,
         1e-9 * operations / best,

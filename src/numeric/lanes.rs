@@ -8,7 +8,7 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use num_complex::Complex64;
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::ComplexField;
 
@@ -23,6 +23,13 @@ pub struct Lanes<S: Simd> {
     pub re: S::f64s,
     /// Imaginary parts.
     pub im: S::f64s,
+}
+
+/// Does work with the widest vectors that the processor has. Not inlined: such work is long, and every caller would
+/// have a copy.
+#[inline(never)]
+pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
+    Arch::new().dispatch(work)
 }
 
 /// Numbers into a vector; lanes that are not given are zero.

@@ -5,6 +5,7 @@ use num_complex::{Complex, Complex64};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::counters::Work;
+use crate::numeric::lanes::dispatch;
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State, StepMaps, WithRecursion};
 use crate::tyre::poles::Modes;
@@ -259,7 +260,7 @@ impl WithRecursion for Forget<'_> {
     type Output = ();
 
     fn with<R: Recursion>(self, recursion: R) {
-        Arch::new().dispatch(Left { group: self.group, steps: self.steps, recursion });
+        dispatch(Left { group: self.group, steps: self.steps, recursion });
     }
 }
 

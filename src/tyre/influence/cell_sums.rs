@@ -19,13 +19,14 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::cell_grid::CellGrid;
 use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
 use super::lane_sum::FaceValues;
+use crate::numeric::lanes::dispatch;
 use crate::numeric::{MOST_LANES, Ring, legendre};
 use crate::scene::{Sides, Tyre};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, closed_form, series, thickness_limit};
@@ -91,7 +92,7 @@ impl CellSums {
         values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
-        WaveSum { wave, at: &at, values }.carry_out();
+        dispatch(WaveSum { wave, at: &at, values });
     }
 
     /// What cells feel of each other through some waves alone, up to `columns` along: rows of waves with the value of
@@ -288,14 +289,6 @@ struct WaveSum<'a> {
     wave: &'a CellWave,
     at: &'a [&'a KernelAt],
     values: &'a mut Vec<FaceValues>,
-}
-
-impl WaveSum<'_> {
-    // Not inlined: it is long, and its callers would have a copy each.
-    #[inline(never)]
-    fn carry_out(self) {
-        Arch::new().dispatch(self);
-    }
 }
 
 impl WithSimd for WaveSum<'_> {

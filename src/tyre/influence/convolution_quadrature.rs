@@ -124,7 +124,7 @@ impl Weights {
                         return (0.0, 0);
                     }
                     let mut evaluations = 0;
-                    if field != Field::Bottom && sum.in_lockstep() {
+                    if sum.in_lockstep(field) {
                         faces.clear();
                         sum.faces(n, &at, field, faces);
                         for (entry, faces) in spectrum.iter_mut().zip(faces.iter()) {

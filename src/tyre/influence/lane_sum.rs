@@ -4,12 +4,12 @@
 //! largest cut-off of its members, and what lies above a member's own has weight zero there.
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::folded_sum::{InfluenceSum, SumAt, bounded_rest};
 use super::kernel::{Field, LaneKernel};
 use super::projection::{Lateral, Projection};
-use crate::numeric::lanes::{load, store};
+use crate::numeric::lanes::{dispatch, load, store};
 use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
 
 /// Ht_n of the driven and of the innermost face with what it took.
@@ -24,9 +24,11 @@ pub struct FaceValues {
 }
 
 impl InfluenceSum {
-    /// Whether sums are taken in lockstep: where their waves end at a cut-off of s alone, or by number.
-    pub(super) fn in_lockstep(&self) -> bool {
-        self.tail.is_some() || (self.lateral_terms.is_some() && self.aliases.is_some())
+    /// Whether sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
+    /// number.
+    pub(super) fn in_lockstep(&self, driven: Field) -> bool {
+        let ends = self.tail.is_some() || (self.lateral_terms.is_some() && self.aliases.is_some());
+        ends && driven != Field::Bottom
     }
 
     /// Ht_n of both faces for every s of a list, appended to `values`. `driven`: [`Field::Surface`], or
@@ -39,8 +41,8 @@ impl InfluenceSum {
         values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&SumAt> = at.into_iter().collect();
-        if self.in_lockstep() {
-            LaneSum { sum: self, n, at: &at, surface: driven == Field::Surface, values }.carry_out();
+        if self.in_lockstep(driven) {
+            dispatch(LaneSum { sum: self, n, at: &at, surface: driven == Field::Surface, values });
             return;
         }
         for at in at {
@@ -60,14 +62,6 @@ struct LaneSum<'a> {
     /// Whether the driven face is the surface, or under the tread.
     surface: bool,
     values: &'a mut Vec<FaceValues>,
-}
-
-impl LaneSum<'_> {
-    // Not inlined: it is long, and its callers would have a copy each.
-    #[inline(never)]
-    fn carry_out(self) {
-        Arch::new().dispatch(self);
-    }
 }
 
 impl WithSimd for LaneSum<'_> {
@@ -182,7 +176,7 @@ mod tests {
         for (loss_factor, truncation) in [(0.01, Truncation::Tail), (0.25, Truncation::Tail), (0.25, fixed)] {
             let tyre = tyre(loss_factor);
             let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 128), truncation, 1e-8, 1.3e5);
-            assert!(sum.in_lockstep());
+            assert!(sum.in_lockstep(Field::Surface) && sum.in_lockstep(Field::UnderTread));
             let mut points = vec![Complex64::ZERO];
             points.extend((0..41).map(|k| Complex64::new(0.0, 10f64.powf(0.7 + k as f64 * 0.108))));
             points.extend((0..11).map(|k| Complex64::new(10f64.powf(k as f64 * 0.5), 0.0)));

@@ -10,14 +10,14 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::half_space_bands::{self, BAND_TERMS};
 use super::projection::Projection;
 use super::tail_sum;
 use crate::numeric::MOST_LANES;
-use crate::numeric::lanes::load;
+use crate::numeric::lanes::{dispatch, load};
 use crate::tyre::layers::surface_asymptote::TERMS;
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
@@ -206,8 +206,7 @@ fn for_wavenumber(
     let lobes = (classes.highest() * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
     let [aliases, far_aliases] = longitudinal(projection, n, lobes);
     let mut bands = vec![[0.0; BAND_TERMS]; count];
-    let above =
-        Arch::new().dispatch(Sums { squares: &squares, lateral, aliases: [&aliases, &far_aliases], bands: &mut bands });
+    let above = dispatch(Sums { squares: &squares, lateral, aliases: [&aliases, &far_aliases], bands: &mut bands });
     let mut values = vec![above; count];
     for class in (0..count - 1).rev() {
         values[class] = values[class + 1];

@@ -25,11 +25,12 @@ use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::half_space_bands::is_resolved;
 use super::moments::{TailClasses, Weighted};
+use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES};
 use crate::scene::Tyre;
 use crate::tyre::layers::compliance::Stack;
@@ -140,7 +141,7 @@ impl ShortWaves {
     /// The change at s.
     pub(super) fn at(&self, s: Complex64) -> Terms<Complex64> {
         let mut changes = Vec::with_capacity(1);
-        Arch::new().dispatch(Changes { bands: &self.bands, points: &[s], changes: &mut changes });
+        dispatch(Changes { bands: &self.bands, points: &[s], changes: &mut changes });
         changes.pop().unwrap_or_default()
     }
 
@@ -158,7 +159,7 @@ impl ShortWaves {
         });
         let group = |points: &[Complex64]| {
             let mut changes = Vec::with_capacity(points.len());
-            Arch::new().dispatch(Changes { bands: &self.bands, points, changes: &mut changes });
+            dispatch(Changes { bands: &self.bands, points, changes: &mut changes });
             changes
         };
         points.par_chunks(MOST_LANES).flat_map_iter(group).collect()

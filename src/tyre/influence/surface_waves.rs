@@ -7,13 +7,14 @@
 //! largest value (measured; the test bounds it).
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::kernel::{Kernel, KernelAt, LaneKernel};
 use super::waves::Waves;
 use crate::numeric::MOST_LANES;
 use crate::numeric::lagrange::uniform_cubic;
+use crate::numeric::lanes::dispatch;
 use crate::scene::Tyre;
 
 /// Below this the frequencies stand at equal distances, above at equal ratios \[Hz\].
@@ -54,7 +55,7 @@ impl SurfaceWaves {
         let around = most_around + 1;
         let mut stiffnesses = vec![Complex64::ZERO; around * lateral.len() * points];
         stiffnesses.par_chunks_mut(lateral.len() * points).enumerate().for_each(|(n, rows)| {
-            Arch::new().dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows });
+            dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows });
         });
         Self { waves, lateral, around, points, stiffnesses }
     }

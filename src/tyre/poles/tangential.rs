@@ -15,11 +15,11 @@
 //! several samples in lockstep.
 
 use num_complex::Complex64;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::model::RationalModel;
-use crate::numeric::lanes::store;
+use crate::numeric::lanes::{dispatch, store};
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{RationalError, Samples};
 use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
@@ -188,7 +188,7 @@ impl TangentialSum {
             None => self.projection.lateral_below(largest),
         };
         let mut values = Vec::with_capacity(points.len());
-        Arch::new().dispatch(LaneValues { sums: self, n, lateral: &lateral, at: &at, values: &mut values });
+        dispatch(LaneValues { sums: self, n, lateral: &lateral, at: &at, values: &mut values });
         values
     }
 

@@ -19,7 +19,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::history::transfer::{Transfer, first_weight};
-use crate::time_rule::TimeRule;
+use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
@@ -65,6 +65,7 @@ impl Stability {
     /// does not hold the field.
     pub fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
         let spring = spring / model.elements as f64;
+        let circles = [UNSTABLE, MARGINAL].map(|radius| Circle::new(radius, rule));
         let found: Option<Vec<_>> = (0..=model.largest_wavenumber())
             .into_par_iter()
             .map(|n| {
@@ -74,7 +75,7 @@ impl Stability {
                 let w = Transfer::new(modes, rule, time_step);
                 // Just inside -1: the trapezoidal symbol is infinite there.
                 let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
-                Some(([UNSTABLE, MARGINAL].map(|radius| smallest_zero(&w, radius)), end / first, first))
+                Some((circles.each_ref().map(|circle| smallest_zero(&w, circle)), end / first, first))
             })
             .collect();
         let found = found?;
@@ -107,12 +108,33 @@ impl Stability {
     }
 }
 
-/// The zero of smallest modulus inside a radius, if the winding number says that there is one.
-fn smallest_zero(w: &Transfer<'_>, radius: f64) -> Option<Complex64> {
+/// The points at which a circle is begun to be followed, the same for every wavenumber.
+struct Circle {
+    radius: f64,
+    /// Angle and the rule's rates there.
+    points: Vec<(f64, Option<Rates>)>,
+}
+
+impl Circle {
+    /// Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
+    fn new(radius: f64, rule: TimeRule) -> Self {
+        let angles = (0..=320).map(|k| match k {
+            0 => 0.0,
+            1..=256 => 1e-5 * (0.5 * PI / 1e-5).powf(f64::from(k - 1) / 255.0),
+            _ => 0.5 * PI * (1.0 + f64::from(k - 256) / 64.0),
+        });
+        let points = angles.map(|angle| (angle, rule.rates(Complex64::from_polar(radius, angle)))).collect();
+        Self { radius, points }
+    }
+}
+
+/// The zero of smallest modulus inside a circle, if the winding number says that there is one.
+fn smallest_zero(w: &Transfer<'_>, circle: &Circle) -> Option<Complex64> {
     // Undecided is no zero: only what is sure is refused.
-    if half_turns(w, radius)? == 0 {
+    if half_turns(w, circle)? == 0 {
         return None;
     }
+    let radius = circle.radius;
     let mut best: Option<Complex64> = None;
     for ring in 1..=6 {
         for step in 0..=6 {
@@ -128,22 +150,16 @@ fn smallest_zero(w: &Transfer<'_>, radius: f64) -> Option<Complex64> {
     best.or(Some(Complex64::new(-radius, 0.0)))
 }
 
-/// Zeros inside a radius r: half turns of w along the circle's upper half, from the real w(r) to the real w(-r).
+/// Zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real w(-r).
 ///
 /// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
 /// its argument says nothing.
-fn half_turns(w: &Transfer<'_>, radius: f64) -> Option<i64> {
-    // Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
-    let angles = (0..=320).map(|k| match k {
-        0 => 0.0,
-        1..=256 => 1e-5 * (0.5 * PI / 1e-5).powf(f64::from(k - 1) / 255.0),
-        _ => 0.5 * PI * (1.0 + f64::from(k - 256) / 64.0),
-    });
-    let at = |angle: f64| w.at(Complex64::from_polar(radius, angle));
-    let (mut turned, mut last, mut halvings) = (0.0, (0.0, at(0.0)), MOST_HALVINGS);
-    for angle in angles.skip(1) {
-        let next = (angle, at(angle));
-        turned += turn(&at, last, next, &mut halvings)?;
+fn half_turns(w: &Transfer<'_>, circle: &Circle) -> Option<i64> {
+    let on_circle = |angle: f64| Complex64::from_polar(circle.radius, angle);
+    let mut known = circle.points.iter().map(|&(angle, rates)| (angle, w.with_rates(rates, on_circle(angle))));
+    let (mut turned, mut last, mut halvings) = (0.0, known.next()?, MOST_HALVINGS);
+    for next in known {
+        turned += turn(&|angle| w.at(on_circle(angle)), last, next, &mut halvings)?;
         last = next;
     }
     Some((turned / PI).round() as i64)

@@ -6,6 +6,9 @@
 //!    beta = 0.1102 (A - 8.7), 2 T = (A - 7.95) / (14.36 D).
 //! 3. The kernel is tabulated once; values between are interpolated linearly (error below 2e-7 of the peak).
 //!
+//! Where the lattice read from is the coarser one, all positions as far from a sample of it have the same weights:
+//! [`Phases`] has them by that distance.
+//!
 //! J. F. Kaiser, *Nonrecursive digital filter design using the I0-sinh window function* (1974).
 
 /// A symmetric interpolation and low-pass kernel. The unit of t is one sample of the coarser lattice.
@@ -73,6 +76,46 @@ impl WindowedSinc {
             *weight /= sum;
         }
         first
+    }
+}
+
+/// A kernel's weights of the samples round a position, tabulated by the part of a sample it is past the one before.
+#[derive(Clone, Debug)]
+pub struct Phases<T> {
+    /// Samples on either side that count.
+    reach: usize,
+    places: usize,
+    /// 2 `reach` weights, their sum 1, for each place from a sample on, the last of them the next sample's own.
+    table: Vec<T>,
+}
+
+impl<T> Phases<T> {
+    /// With so many `places` between two samples; `of` makes the table's numbers of weights.
+    pub fn new(kernel: &WindowedSinc, places: usize, of: impl Fn(f64) -> T) -> Self {
+        let reach = kernel.half_width().ceil() as usize;
+        let mut table = Vec::with_capacity((places + 1) * 2 * reach);
+        for place in 0..=places {
+            let part = place as f64 / places as f64;
+            let at = |tap: usize| kernel.at(tap as f64 - (reach as f64 - 1.0) - part);
+            let sum: f64 = (0..2 * reach).map(at).sum();
+            table.extend((0..2 * reach).map(|tap| of(at(tap) / sum)));
+        }
+        Self { reach, places, table }
+    }
+
+    /// Samples on either side of a position that count.
+    pub fn reach(&self) -> usize {
+        self.reach
+    }
+
+    /// Weights of the samples from floor(position) - reach + 1 on: those of the places before and after the position,
+    /// and its part of the way from one to the other.
+    pub fn about(&self, position: f64) -> (&[T], &[T], f64) {
+        let taps = 2 * self.reach;
+        let fine = (position - position.floor()) * self.places as f64;
+        let place = (fine as usize).min(self.places - 1);
+        let (before, after) = self.table[place * taps..(place + 2) * taps].split_at(taps);
+        (before, after, fine - place as f64)
     }
 }
 

@@ -103,7 +103,7 @@ impl Amounts {
     fn of(plan: &Plan) -> Self {
         let scene = &plan.scene;
         let mut amounts = Self {
-            expected: *plan.smooth_contact.get_or_init(|| Expected::of(scene, &plan.decisions.tyre, plan.element)),
+            expected: Expected::of(scene, plan.standing(), plan.decisions.tyre.radius(), plan.element),
             poles: 0.0,
             work: Vec::new(),
             counters: Vec::new(),

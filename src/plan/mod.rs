@@ -35,6 +35,7 @@ pub use unit::{Unit, UnitCosts};
 
 use std::sync::OnceLock;
 
+use crate::contact::static_contact::StaticContact;
 use crate::road::{Lattice, RoadError};
 use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread, Zone};
 use crate::storage::Cache;
@@ -90,8 +91,8 @@ pub struct Plan {
     pub kept_poles: Option<usize>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
     pub kept_frequencies: Vec<f64>,
-    /// The contact on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
-    smooth_contact: OnceLock<Expected>,
+    /// How the tyre stands on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
+    standing: OnceLock<Option<StaticContact>>,
 }
 
 /// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and
@@ -161,7 +162,7 @@ impl Plan {
             fit: fit_options(scene, field),
             kept_poles: None,
             kept_frequencies: Vec::new(),
-            smooth_contact: OnceLock::new(),
+            standing: OnceLock::new(),
         }
     }
 
@@ -171,6 +172,20 @@ impl Plan {
     pub fn with_kept_model(mut self) -> Self {
         self.kept_poles = kept_poles(&self);
         self.kept_frequencies = self.frequencies_on_disk();
+        self
+    }
+
+    /// How the tyre stands on a smooth road.
+    fn standing(&self) -> Option<StaticContact> {
+        *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.scene.rolling.axle))
+    }
+
+    /// With what another plan has found of how its tyre stands, where that is the same tyre under the same axle.
+    #[must_use]
+    pub(crate) fn standing_as(mut self, other: &Self) -> Self {
+        if self.decisions.tyre == other.decisions.tyre && self.scene.rolling.axle == other.scene.rolling.axle {
+            self.standing = other.standing.clone();
+        }
         self
     }
 

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::feasible::COARSE_TOLERANCE;
-use crate::contact::static_contact::{StaticTyre, window_reach};
-use crate::scene::{Road, Scene, Tyre};
+use crate::contact::static_contact::{StaticContact, StaticTyre, window_reach};
+use crate::scene::{Axle, Road, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection};
 
 /// Elements of the static solution that patch and window are expected from.
@@ -23,19 +23,20 @@ pub struct Expected {
     pub length: f64,
 }
 
+/// How a tyre stands on a smooth road; none where it has no static solution, which is refused when it is looked for.
+pub(super) fn standing(tyre: &Tyre, axle: &Axle) -> Option<StaticContact> {
+    let sum = InfluenceSum::coarse_at_rest(tyre, Projection::new(tyre, COARSE), COARSE_TOLERANCE);
+    let row = sum.static_row(Field::Surface);
+    StaticTyre { influence: &row, circumference: tyre.circumference }.under(axle).ok()
+}
+
 impl Expected {
-    /// Of a scene whose tyre rolls as `tyre`, with elements of a length \[m\].
-    pub(super) fn of(scene: &Scene, tyre: &Tyre, element: f64) -> Self {
-        let sum = InfluenceSum::coarse_at_rest(tyre, Projection::new(tyre, COARSE), COARSE_TOLERANCE);
-        let row = sum.static_row(Field::Surface);
-        let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
-        let axle = &scene.rolling.axle;
-        let found = at_rest.under(axle);
+    /// Of a scene whose tyre, `radius` \[m\] large, stands like that, with elements of a length \[m\].
+    pub(super) fn of(scene: &Scene, standing: Option<StaticContact>, radius: f64, element: f64) -> Self {
         let elements = scene.numerics.elements as f64;
-        // What has no static solution is refused when it is looked for.
-        let (depth, length) = found.map_or((0.01, 0.1), |found| (found.indentation, found.length));
+        let (depth, length) = standing.map_or((0.01, 0.1), |found| (found.indentation, found.length));
         let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
-        let reach = window_reach(axle, depth, peaks, tyre.radius(), element);
+        let reach = window_reach(&scene.rolling.axle, depth, peaks, radius, element);
         Self {
             points: (length / element).clamp(1.0, elements),
             columns: (2.0 * (reach / element).ceil() + 2.0).clamp(4.0, elements),

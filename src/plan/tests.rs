@@ -198,9 +198,21 @@ fn what_curvature_does_to_short_waves_does_not_move_the_expected_contact() {
 fn a_plan_presses_its_tyre_once() {
     let loaded = crate::scene::Scene::from_str(crate::scene::PLATE, "plate").unwrap();
     let plan = Plan::of(&loaded).unwrap();
-    assert!(plan.smooth_contact.get().is_none(), "a plan alone sums nothing");
+    assert!(plan.standing.get().is_none(), "a plan alone sums nothing");
     plan.check(&loaded).unwrap();
-    let found = *plan.smooth_contact.get().unwrap();
-    assert_eq!(plan.amounts().expected, found);
-    assert_eq!(plan.clone().with_kept_model().smooth_contact.get(), Some(&found));
+    let found = *plan.standing.get().unwrap();
+    assert!(found.is_some() && plan.clone().with_kept_model().standing.get() == Some(&found));
+    // So do plans that differ in what it does not depend on, and those of another tyre or axle do not share it.
+    let of = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = plan.scene.clone();
+        change(&mut scene);
+        Plan::new(&scene)
+    };
+    let finer = of(&|scene| scene.numerics.elements *= 2);
+    let expected = finer.amounts().expected;
+    let finer = of(&|scene| scene.numerics.elements *= 2).standing_as(&plan);
+    assert!(finer.standing.get() == Some(&found) && finer.amounts().expected == expected);
+    let wider = of(&|scene| scene.tyre.width *= 1.1).standing_as(&plan);
+    let heavier = of(&|scene| scene.rolling.axle = Axle::Load { load: 4000.0, tolerance: 0.01 }).standing_as(&plan);
+    assert!(wider.standing.get().is_none() && heavier.standing.get().is_none());
 }

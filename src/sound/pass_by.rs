@@ -42,9 +42,8 @@ use std::ops::Range;
 use thiserror::Error;
 
 use super::receivers::Position;
-use super::resample::{kernel, weighted};
+use super::resample::{half_width, weighted};
 use crate::numeric::lagrange::uniform_cubic;
-use crate::numeric::windowed_sinc::WindowedSinc;
 
 /// Points that are cross-faded at a time.
 pub const STENCIL: usize = 4;
@@ -117,7 +116,6 @@ pub struct PassBy {
     /// Distances r_i of the points from the origin \[m\].
     distances: Vec<f64>,
     samples: usize,
-    kernel: WindowedSinc,
 }
 
 /// One instant of what is heard.
@@ -166,7 +164,7 @@ impl PassBy {
         let distances = receivers.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect();
         // The last sample is kept where it falls on the last point up to rounding.
         let samples = (length / speed * output_rate + 1e-9).floor() as usize + 1;
-        Ok(Self { spacing, aside: y.hypot(z), distances, samples, kernel: kernel(), passage })
+        Ok(Self { spacing, aside: y.hypot(z), distances, samples, passage })
     }
 
     /// Number of samples heard.
@@ -201,7 +199,7 @@ impl PassBy {
         if heard.is_empty() {
             return 0..0;
         }
-        let reach = self.kernel.half_width() * self.ratio() + 1.0;
+        let reach = half_width() * self.ratio() + 1.0;
         let first = self.position(receiver, heard.start) - reach;
         let last = self.position(receiver, heard.end - 1) + reach;
         first.floor() as i64..last.ceil() as i64 + 1
@@ -229,7 +227,7 @@ impl PassBy {
                 continue;
             };
             let position = self.position(receiver, sample);
-            let pressure = weighted(&self.kernel, excerpt, needed.start, position, self.ratio(), &mut weights);
+            let pressure = weighted(excerpt, needed.start, position, self.ratio(), &mut weights);
             heard[sample] += fade * instant.gain * self.distances[receiver] * pressure;
         }
         Ok(())

@@ -2,7 +2,9 @@
 //! weights from a plain double sum over wavenumbers and lateral terms, the history element by element round the tyre,
 //! slices cell by cell.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex};
 
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
@@ -50,6 +52,14 @@ impl SliceLaw {
             Local(kappa) => Some(kappa / (element * CONTACT_WIDTH)),
         }
     }
+}
+
+/// The [`weights`] of elements, substeps and lags, which the cases of all tests here share: their tyre is the same.
+fn known_weights(tyre: &Tyre, case: &Case, lags: usize) -> Arc<Vec<f64>> {
+    type Known = BTreeMap<(usize, usize, usize), Arc<Vec<f64>>>;
+    static KNOWN: Mutex<Known> = Mutex::new(Known::new());
+    let mut known = KNOWN.lock().unwrap();
+    known.entry((case.elements, case.substeps, lags)).or_insert_with(|| Arc::new(weights(tyre, case, lags))).clone()
 }
 
 /// w_p(j) for lags 0..lags and j = 0..N, BDF2: row p, column j.
@@ -107,7 +117,7 @@ fn residuals(results: &Results, case: &Case, tyre: &Tyre, heights: &dyn Fn(i64) 
     let (rows, columns, patch) = results.patch();
     let first = results.elements();
     let time = results.array("time.npy");
-    let weights = weights(tyre, case, rows);
+    let weights = known_weights(tyre, case, rows);
     // Forces by tyre element.
     let mut forces = vec![0.0; rows * n];
     for (step, row) in patch.chunks_exact(columns).enumerate() {

@@ -131,7 +131,7 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     let (elements, columns, across, time_step) = (512, 24, 24, 1.7e-4);
     let mut tyre = tyre(PLATE);
     (tyre.width, tyre.contact_width) = (0.136, 0.111);
-    let options = CellFitOptions { top: 1.3e5, tolerance: 1e-4, most_poles: 160 };
+    let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
     let fitted = |band: WaveBand| {
         let mut tyre = tyre.clone();
         if band.folded {

@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::time_rule::TimeRule;
+use crate::time_rule::{Rates, TimeRule};
 use crate::time_rule::hold::FirstOrderHold;
 use crate::tyre::poles::model::Modes;
 
@@ -36,7 +36,12 @@ impl<'a> Transfer<'a> {
 
     /// w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
     pub fn at(&self, zeta: Complex64) -> Complex64 {
-        match self.rule.rates(zeta) {
+        self.with_rates(self.rule.rates(zeta), zeta)
+    }
+
+    /// The same where the rule's rates at zeta are known.
+    pub(in crate::contact) fn with_rates(&self, rates: Option<Rates>, zeta: Complex64) -> Complex64 {
+        match rates {
             Some(rates) => rates
                 .all()
                 .iter()

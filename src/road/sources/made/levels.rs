@@ -31,9 +31,9 @@ use rustfft::{Fft, FftPlanner, num_complex::Complex32};
 
 use super::noise::pairs;
 use super::rings::RingSpectrum;
-use super::rows::{LANES, Weights};
+use super::rows::LANES;
 use super::sizes::{FADE, LevelSizes, resolved};
-use crate::numeric::windowed_sinc::WindowedSinc;
+use crate::numeric::windowed_sinc::{Phases, WindowedSinc};
 use crate::road::lattice::Lattice;
 
 /// Sub-cells of a lateral cell over which S is averaged.
@@ -42,6 +42,8 @@ const SUBCELLS: usize = 16;
 const PASS: f64 = 0.8;
 /// Random numbers of a line that are set apart for each block: more than any line has waves.
 const STRIDE: i64 = 1 << 20;
+/// Places between two samples; linear between them, the error some 1e-5 of the height.
+const PLACES: usize = 256;
 /// Samples that one thread sums across at a time.
 const ROWS: usize = 96;
 
@@ -62,7 +64,7 @@ pub struct Level {
     shapes: [Vec<f32>; 2],
     /// Vectors of a row of samples.
     vectors: usize,
-    interpolation: Weights,
+    interpolation: Phases<f32>,
 }
 
 /// What is left of rows of one block, and of the one before it.
@@ -96,7 +98,7 @@ impl Level {
             columns: lattice.columns,
             shapes,
             vectors: lattice.columns.div_ceil(LANES),
-            interpolation: Weights::new(&WindowedSinc::new(share, 1.0 - share, 70.0)),
+            interpolation: Phases::new(&WindowedSinc::new(share, 1.0 - share, 70.0), PLACES, |weight| weight as f32),
             sizes,
         }
     }
@@ -127,7 +129,10 @@ impl Level {
         factor: f64,
         weights: &mut Vec<f32>,
     ) -> &'a [[f32; LANES]] {
-        self.interpolation.at(sample, factor, weights);
+        let (before, after, part) = self.interpolation.about(sample);
+        let (part, factor) = (part as f32, factor as f32);
+        weights.clear();
+        weights.extend(before.iter().zip(after).map(|(before, after)| factor * (before + part * (after - before))));
         // The margin is as wide as the reach.
         &patch[(sample.floor() as usize + 1) * self.vectors..]
     }

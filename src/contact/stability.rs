@@ -16,9 +16,9 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::history::transfer::{Transfer, first_weight};
+use crate::numeric::in_parallel;
 use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
@@ -66,19 +66,16 @@ impl Stability {
     pub fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
         let spring = spring / model.elements as f64;
         let circles = [UNSTABLE, MARGINAL].map(|radius| Circle::new(radius, rule));
-        let found: Option<Vec<_>> = (0..=model.largest_wavenumber())
-            .into_par_iter()
-            .map(|n| {
-                let mut modes = model.modes(n, field)?;
-                modes.constant += spring;
-                let first = first_weight(&modes, rule, time_step);
-                let w = Transfer::new(modes, rule, time_step);
-                // Just inside -1: the trapezoidal symbol is infinite there.
-                let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
-                Some((circles.each_ref().map(|circle| smallest_zero(&w, circle)), end / first, first))
-            })
-            .collect();
-        let found = found?;
+        let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
+            let mut modes = model.modes(n, field)?;
+            modes.constant += spring;
+            let first = first_weight(&modes, rule, time_step);
+            let w = Transfer::new(modes, rule, time_step);
+            // Just inside -1: the trapezoidal symbol is infinite there.
+            let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
+            Some((circles.each_ref().map(|circle| smallest_zero(&w, circle)), end / first, first))
+        });
+        let found: Vec<_> = found.into_iter().collect::<Option<_>>()?;
         let zero = |which: usize| {
             let zeros = || found.iter().enumerate().filter_map(|(n, entry)| Some((n, entry.0[which]?)));
             let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));

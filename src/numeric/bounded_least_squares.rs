@@ -12,8 +12,9 @@
 
 use std::ops::{ControlFlow, Range};
 
+use crate::numeric::in_parallel;
+
 use faer::Mat;
-use rayon::prelude::*;
 
 use super::rational::least_squares::{back_substitute, eliminate};
 
@@ -66,16 +67,13 @@ pub fn jacobian(
     at_point: &[f64],
     bounds: &[Range<f64>],
 ) -> Mat<f64> {
-    let columns: Vec<Vec<f64>> = (0..point.len())
-        .into_par_iter()
-        .map(|column| {
-            let outside = point[column] + DIFFERENCE > bounds[column].end;
-            let step = if outside { -DIFFERENCE } else { DIFFERENCE };
-            let mut moved = point.to_vec();
-            moved[column] += step;
-            residuals(&moved).iter().zip(at_point).map(|(there, here)| (there - here) / step).collect()
-        })
-        .collect();
+    let columns: Vec<Vec<f64>> = in_parallel::made(point.len(), |column| {
+        let outside = point[column] + DIFFERENCE > bounds[column].end;
+        let step = if outside { -DIFFERENCE } else { DIFFERENCE };
+        let mut moved = point.to_vec();
+        moved[column] += step;
+        residuals(&moved).iter().zip(at_point).map(|(there, here)| (there - here) / step).collect()
+    });
     Mat::from_fn(at_point.len(), point.len(), |row, column| columns[column][row])
 }
 

@@ -4,6 +4,7 @@ pub mod aligned;
 pub mod bounded_least_squares;
 pub mod complex_field;
 pub mod digest;
+pub mod in_parallel;
 pub mod lagrange;
 pub mod lanes;
 pub mod largest;

@@ -4,9 +4,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex32;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::numeric::in_parallel;
 use crate::plan::{Plan, Sound};
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
 use crate::scene::RadiationQuality;
@@ -119,7 +119,7 @@ impl<'a> KeptTransfers<'a> {
     /// Those of some frequencies that are there for every receiver.
     pub(crate) fn load(&self, wanted: &[f64], warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
         let Some(cache) = self.usable() else { return Vec::new() };
-        let entries: Vec<_> = wanted.par_iter().map(|&frequency| self.at(cache, frequency)).collect();
+        let entries = in_parallel::map(wanted, |&frequency| self.at(cache, frequency));
         let mut found = Vec::new();
         for entry in entries {
             match entry {

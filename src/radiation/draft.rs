@@ -18,14 +18,13 @@
 //! is worth: [`LEVEL_ERROR`], [`BAND_ERROR`].
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::body::{Body, Vector};
 use super::elements::distance;
 use super::error::RadiationError;
 use super::frequencies::{FrequencyRange, FrequencyTransfers, TransferSet};
 use super::transfer::{Transfer, TransferProblem, across_points, half_tread};
-use crate::numeric::single;
+use crate::numeric::{in_parallel, single};
 
 /// Error of the A-weighted level against the full method \[dB(A)\], at coast-by and cpx on the default tyre.
 pub const LEVEL_ERROR: f64 = 1.0;
@@ -124,7 +123,7 @@ pub fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -> Resul
         let transfers = transfers_at(problem, range.wavenumber(frequency));
         FrequencyTransfers { frequency, transfers }
     };
-    Ok(TransferSet::new(frequencies(range).into_par_iter().map(at).collect()))
+    Ok(TransferSet::new(in_parallel::map(&frequencies(range), |&frequency| at(frequency))))
 }
 
 /// The frequencies of a range, rising \[Hz\].

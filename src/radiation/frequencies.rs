@@ -22,7 +22,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::body::{Body, Vector};
 use super::cost::Cost;
@@ -30,6 +29,7 @@ use super::elements::distance;
 use super::error::{RadiationError, positive};
 use super::solve::SolveReport;
 use super::transfer::{Transfer, TransferProblem, contact_distance};
+use crate::numeric::in_parallel;
 use crate::numeric::{double, lagrange, single};
 
 /// Which frequencies.
@@ -301,8 +301,8 @@ fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
         let size: f64 = exact.values.iter().map(|exact| double(*exact).norm_sqr()).sum();
         Some(20.0 * (1.0 + (difference / size).sqrt()).log10())
     };
-    let errors = middle.transfers.par_iter().enumerate().map(|each| one(each).unwrap_or(f64::INFINITY));
-    errors.reduce(|| 0.0, f64::max)
+    let of = |receiver: usize| one((receiver, &middle.transfers[receiver])).unwrap_or(f64::INFINITY);
+    in_parallel::made(middle.transfers.len(), of).into_iter().fold(0.0, f64::max)
 }
 
 struct Search<'a> {

@@ -9,9 +9,8 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
-
 use crate::numeric::double;
+use crate::numeric::in_parallel;
 use crate::plan::{Plan, Sound};
 use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferProblem};
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
@@ -192,6 +191,6 @@ impl Radiator {
                 factor_operations: report.factor_operations,
             })
         };
-        frequencies.par_iter().with_max_len(1).map(one).collect()
+        in_parallel::map(frequencies, one).into_iter().collect()
     }
 }

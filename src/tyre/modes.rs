@@ -19,13 +19,13 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
 use super::influence::Waves;
 use super::influence::kernel::Kernel;
 use super::layers::compliance::Matrix3;
+use crate::numeric::in_parallel;
 use crate::numeric::rational::RationalError;
 use crate::numeric::rational::aaa::approximate;
 use crate::scene::Tyre;
@@ -163,7 +163,7 @@ pub fn modes_of(
         let wave = Wave { n, m, compliance: |s| compliance(n, m, s) };
         wave.modes(&line).map_err(|source| ModesError { n, m, source })
     };
-    let found: Vec<_> = waves.par_iter().map(of_wave).collect();
+    let found = in_parallel::map(waves, of_wave);
     let mut all = Modes::default();
     for wave in found {
         let wave = wave?;
@@ -184,7 +184,7 @@ pub fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> 
         let at = kernel.at(Complex64::new(0.0, TAU * frequency));
         (0..=largest_n).map(|n| at.full(n as i64, m)[2][2].norm()).collect()
     };
-    (m, frequencies.par_iter().map(row).collect())
+    (m, in_parallel::map(frequencies, row))
 }
 
 /// Where C is sampled: at z + shift, z on the imaginary axis.

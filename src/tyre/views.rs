@@ -11,12 +11,12 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
 use super::influence::convolution_quadrature::Contour;
 use super::influence::{Field, InfluenceSum};
 use super::poles::RationalModel;
+use crate::numeric::in_parallel;
 use crate::scene::TimeRule;
 
 /// |H_n(2 pi i f)| \[m/N\]: one row for each wavenumber, one column for each frequency \[Hz\]. `None` for a field that
@@ -27,13 +27,11 @@ pub fn magnitudes(
     wavenumbers: &[usize],
     frequencies: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
-    wavenumbers
-        .par_iter()
-        .map(|&n| {
-            let modes = model.modes(n.min(model.largest_wavenumber()), field)?;
-            Some(frequencies.iter().map(|&f| modes.evaluate(Complex64::new(0.0, 2.0 * PI * f)).norm()).collect())
-        })
-        .collect()
+    let row = |&n: &usize| {
+        let modes = model.modes(n.min(model.largest_wavenumber()), field)?;
+        Some(frequencies.iter().map(|&f| modes.evaluate(Complex64::new(0.0, 2.0 * PI * f)).norm()).collect())
+    };
+    in_parallel::map(wavenumbers, row).into_iter().collect()
 }
 
 /// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each n = 0..=N/2
@@ -61,19 +59,15 @@ pub fn impulse_responses(
     distances: &[usize],
     times: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
-    let modal: Vec<Vec<f64>> = (0..=model.largest_wavenumber())
-        .into_par_iter()
-        .map(|n| {
-            let modes = model.modes(n, field)?;
-            let at = |&t: &f64| {
-                let terms = modes.poles.iter().zip(modes.residues).enumerate();
-                terms
-                    .map(|(index, (&pole, &residue))| (residue * (pole * t).exp()).re * modes.multiplicity(index))
-                    .sum()
-            };
-            Some(times.iter().map(at).collect())
-        })
-        .collect::<Option<_>>()?;
+    let modal = in_parallel::made(model.largest_wavenumber() + 1, |n| {
+        let modes = model.modes(n, field)?;
+        let at = |&t: &f64| {
+            let terms = modes.poles.iter().zip(modes.residues).enumerate();
+            terms.map(|(index, (&pole, &residue))| (residue * (pole * t).exp()).re * modes.multiplicity(index)).sum()
+        };
+        Some(times.iter().map(at).collect())
+    });
+    let modal: Vec<Vec<f64>> = modal.into_iter().collect::<Option<_>>()?;
     let row = |&distance: &usize| {
         let mut row = vec![0.0; times.len()];
         for (n, modal) in modal.iter().enumerate() {
@@ -108,26 +102,23 @@ pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize
     let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
     let elements = sum.projection().elements;
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
-    let rows: Vec<Vec<f64>> = (0..=elements / 2)
-        .into_par_iter()
-        .map(|n| {
-            let mut faces = Vec::with_capacity(at.len());
-            sum.faces(n, &at, Field::Surface, &mut faces);
-            let mut spectrum: Vec<Complex64> = faces.iter().map(|face| face.driven).collect();
-            spectrum[0].im = 0.0;
-            spectrum[length / 2].im = 0.0;
-            let mut signal = inverse.make_output_vec();
-            // Lengths match by construction.
-            let _ = inverse.process(&mut spectrum, &mut signal);
-            for (place, value) in signal.iter_mut().enumerate() {
-                let lag = if place < length / 2 { place as f64 } else { place as f64 - length as f64 };
-                *value *= contour.circle.radius.powf(-lag) / length as f64;
-            }
-            // Negative lags first.
-            signal.rotate_right(length / 2);
-            signal
-        })
-        .collect();
+    let rows = in_parallel::made(elements / 2 + 1, |n| {
+        let mut faces = Vec::with_capacity(at.len());
+        sum.faces(n, &at, Field::Surface, &mut faces);
+        let mut spectrum: Vec<Complex64> = faces.iter().map(|face| face.driven).collect();
+        spectrum[0].im = 0.0;
+        spectrum[length / 2].im = 0.0;
+        let mut signal = inverse.make_output_vec();
+        // Lengths match by construction.
+        let _ = inverse.process(&mut spectrum, &mut signal);
+        for (place, value) in signal.iter_mut().enumerate() {
+            let lag = if place < length / 2 { place as f64 } else { place as f64 - length as f64 };
+            *value *= contour.circle.radius.powf(-lag) / length as f64;
+        }
+        // Negative lags first.
+        signal.rotate_right(length / 2);
+        signal
+    });
     let share = |weights: &[f64]| {
         let square = |part: &[f64]| part.iter().map(|w| w * w).sum::<f64>();
         square(&weights[..length / 2]) / square(weights).max(f64::MIN_POSITIVE)

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::wave_transform::WaveTransform;
 use crate::counters::Work;
+use crate::numeric::in_parallel;
 use crate::storage::state::StateError;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::convolution_quadrature::Circle;
@@ -141,7 +142,7 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
         weights
     };
     let waves: Vec<&CellWave> = rows.iter().flat_map(|row| &row.waves).collect();
-    waves.into_par_iter().map(of_wave).collect::<Vec<_>>().concat()
+    in_parallel::map(&waves, |wave| of_wave(wave)).concat()
 }
 
 /// f(M) from M's eigenvalues and f there: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).

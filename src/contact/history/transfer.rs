@@ -6,8 +6,8 @@
 
 use num_complex::Complex64;
 
-use crate::time_rule::{Rates, TimeRule};
 use crate::time_rule::hold::FirstOrderHold;
+use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::poles::model::Modes;
 
 /// w(zeta) of one wavenumber, ready to be evaluated.

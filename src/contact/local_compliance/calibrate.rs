@@ -11,7 +11,6 @@
 //! Both over all patches together and patch by patch: the spread tells how much of a road one patch is. Everything
 //! depends on pressures over E* alone, and c = kappa E* is a length.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::formula::{local_compliance, tread_modulus};
@@ -19,6 +18,7 @@ use super::line_law::ElementLine;
 use super::patch::{PatchGrid, patches};
 use crate::half_space::HalfSpaceError;
 use crate::half_space::rough::{HeightMap, Limits, PeriodicContact};
+use crate::numeric::in_parallel;
 use crate::road::slices::{SliceBuilder, SliceError, SliceScratch, StiffnessCurve};
 use crate::road::{RoadError, RoadSurface};
 use crate::scene::{Road, Tyre};
@@ -128,8 +128,8 @@ pub fn calibrate(
     let grid = PatchGrid::new(element);
     let maps = patches(road, limits, grid, most)?;
     let pressures = PRESSURES.map(|pressure| pressure / modulus);
-    let pressed: Vec<Pressed> =
-        maps.par_iter().map(|map| press(map, grid, &pressures)).collect::<Result<_, CalibrationError>>()?;
+    let pressed = in_parallel::map(&maps, |map| press(map, grid, &pressures));
+    let pressed = pressed.into_iter().collect::<Result<Vec<_>, CalibrationError>>()?;
     if pressed.is_empty() {
         return Ok(None);
     }
@@ -196,11 +196,11 @@ fn mean_square_difference(one: &[f64], other: &[f64], unit: f64) -> f64 {
 /// The best c by a misfit, over all patches and for each.
 fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed, f64) -> f64 + Sync) -> Fit {
     let together = |c: f64| {
-        let misfits: Vec<f64> = pressed.par_iter().map(|patch| misfit(patch, c)).collect();
+        let misfits = in_parallel::map(pressed, |patch| misfit(patch, c));
         misfits.iter().sum::<f64>() / misfits.len() as f64
     };
     let (best, least) = least(together);
-    let by_patch = pressed.par_iter().map(|patch| self::least(|c| misfit(patch, c)).0 / modulus).collect();
+    let by_patch = in_parallel::map(pressed, |patch| self::least(|c| misfit(patch, c)).0 / modulus);
     Fit {
         compliance: best / modulus,
         by_patch,

@@ -12,12 +12,11 @@
 //! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them (`stage_transfer`); the rest
 //! is the same. Of forces that are resolved across |v_n|^2 and the power are there already ([`super::heard`]).
 
-use rayon::prelude::*;
-
 use super::accumulator::PatchSpectra;
 use super::layout::SegmentLayout;
 use super::products;
 use super::transfer::{Forms, TransferKind, Transfers, TyreResponse, VibrationField};
+use crate::numeric::in_parallel;
 use crate::response::PowerSpectrum;
 
 /// Most rows of frequency that a map has.
@@ -95,9 +94,9 @@ pub fn field_spectra(
         let mut sums = FieldSpectra::silent(layout, field, request.maps);
         for first in (0..=layout.elements / 2).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
-            let forms: Option<Vec<Forms>> =
-                block.into_par_iter().map(|n| transfers.forms(response, n, field)).collect();
-            sums.add(patch, first, &forms?, &mut dissipation);
+            let forms = in_parallel::made(block.len(), |index| transfers.forms(response, first + index, field));
+            let forms: Vec<Forms> = forms.into_iter().collect::<Option<_>>()?;
+            sums.add(patch, first, &forms, &mut dissipation);
         }
         sums.end_maps();
         spectra.push(sums);

@@ -14,11 +14,10 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::kept_signal::KeptSignal;
 use super::passages::Passages;
 use super::way::Way;
+use crate::numeric::in_parallel;
 use crate::plan::{Heard, Sound};
 use crate::sound::detector::meter_levels;
 use crate::sound::levels::energetic_sum;
@@ -132,8 +131,8 @@ impl Passing {
                 let tyre = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number);
                 Some((shown.ok()?, tyre.map(|tyre| (tyre, pressures))))
             };
-            let shown: Option<Vec<_>> = (0..stretches).into_par_iter().map(shown).collect();
-            let (levels, sounds): (Vec<_>, Vec<_>) = shown?.into_iter().unzip();
+            let shown = in_parallel::made(stretches, shown).into_iter().collect::<Option<Vec<_>>>()?;
+            let (levels, sounds): (Vec<_>, Vec<_>) = shown.into_iter().unzip();
             for (tyre, pressures) in sounds.into_iter().flatten() {
                 let heard = self.samples().map(|sample| pressures[tyre.at(sample)]);
                 if sound.is_empty() {

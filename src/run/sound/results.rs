@@ -1,7 +1,6 @@
 //! What a run's sound is written as: tables, pictures, files to listen to, the summary.
 
-use rayon::prelude::*;
-
+use crate::numeric::in_parallel;
 use crate::plan::Heard;
 use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
@@ -57,7 +56,7 @@ impl SoundRecorder {
     /// Spectra at all points.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
-        self.spectra.par_iter().map(finished).collect()
+        in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
 
     /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each.

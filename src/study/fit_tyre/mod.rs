@@ -23,10 +23,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use faer::Mat;
 use num_complex::Complex64;
-use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::numeric::bounded_least_squares::{Limits, jacobian, minimise, squares};
+use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 use measured::Point;
 use misfit::Misfit;
@@ -209,7 +209,7 @@ fn low_point(
         let residuals = if stop.load(Ordering::Relaxed) { Vec::new() } else { of_low(&point) };
         (squares(&residuals), point)
     };
-    let mut trials: Vec<(f64, Vec<f64>)> = (0..TRIALS).into_par_iter().map(tried).collect();
+    let mut trials = in_parallel::made(TRIALS, tried);
     if stop.load(Ordering::Relaxed) {
         return Err(FitTyreError::Interrupted);
     }

@@ -9,10 +9,10 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
+use crate::numeric::in_parallel;
 use crate::plan::Plan;
 use crate::run::error::RunError;
 use crate::run::past::{fetch, refused};
@@ -62,8 +62,8 @@ impl Sums {
         // Moduli at an s serve all n: they are not what is timed.
         let at: Vec<SumAt> = sum.at_all(&sample.iter().map(|(_, s)| *s).collect::<Vec<_>>());
         let begin = Instant::now();
-        let evaluations: u64 =
-            sample.par_iter().zip(&at).map(|((n, _), at)| sum.value(*n, at, Field::Surface).evaluations).sum();
+        let of = |index: usize| sum.value(sample[index].0, &at[index], Field::Surface).evaluations;
+        let evaluations: u64 = in_parallel::made(sample.len(), of).iter().sum();
         Self { evaluations: times * evaluations as f64, seconds: times * begin.elapsed().as_secs_f64() }
     }
 }

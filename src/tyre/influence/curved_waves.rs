@@ -6,10 +6,9 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
-
 use super::short_waves::EXPECTED_WAVES;
 use super::waves::Waves;
+use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
 use crate::tyre::layers::surface_asymptote::thickness_limit;
@@ -78,7 +77,8 @@ impl CurvedWaves {
     /// Prepares the waves below a wavenumber \[1/m\] whose m a centred strip excites, on all threads: for sums that
     /// would ask for the same waves from every thread.
     pub(super) fn prepare(&self, cut_off: f64) {
-        (0..(cut_off / self.waves.kx(1)) as i64 + 1).into_par_iter().for_each(|n| {
+        in_parallel::each((cut_off / self.waves.kx(1)) as usize + 1, &|n| {
+            let n = n as i64;
             let below = |m: &usize| self.waves.kx(n).hypot(self.waves.ky(*m)) < cut_off;
             for m in self.waves.lateral_numbers().take_while(below) {
                 self.get(n, m);

@@ -24,14 +24,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt, series_limit};
 use super::kernel::{Field, Kernel, KernelAt};
 use super::moments::{self, EXPLICIT_ALIASES};
 use super::projection::Projection;
 use super::short_waves::{self, ShortWaves, Terms};
-use crate::numeric::Ring;
+use crate::numeric::{Ring, in_parallel};
 use crate::scene::{Numerics, Tyre};
 
 /// How the sums over m and p are ended.
@@ -153,11 +152,12 @@ impl InfluenceSum {
     /// The same at each s of a list, on all threads: of a curved tyre several s in lockstep.
     pub fn at_all(&self, points: &[Complex64]) -> Vec<SumAt> {
         let Some(curvature) = &self.curvature else {
-            return points.par_iter().map(|&s| self.at(s)).collect();
+            return in_parallel::map(points, |&s| self.at(s));
         };
         let changes = curvature.waves.at_all(points);
-        let both = points.par_iter().zip(changes);
-        both.map(|(&s, change)| self.with_kernel(self.kernel.at(s), Some(change))).collect()
+        let kernels = in_parallel::map(points, |&s| self.kernel.at(s));
+        let both = kernels.into_iter().zip(changes);
+        both.map(|(kernel, change)| self.with_kernel(kernel, Some(change))).collect()
     }
 
     fn with_kernel(&self, kernel: KernelAt, curvature: Option<Terms<Complex64>>) -> SumAt {
@@ -176,10 +176,8 @@ impl InfluenceSum {
     pub fn static_row(&self, field: Field) -> Vec<f64> {
         let change = self.curvature.as_ref().filter(|_| field == Field::Surface);
         let at_rest = self.with_kernel(self.kernel.at_rest(), change.map(|curvature| curvature.waves.resting()));
-        let values: Vec<f64> = (0..=self.projection.elements / 2)
-            .into_par_iter()
-            .map(|n| self.value(n, &at_rest, field).value.re)
-            .collect();
+        let of = |n| self.value(n, &at_rest, field).value.re;
+        let values = in_parallel::made(self.projection.elements / 2 + 1, of);
         Ring::new(self.projection.elements).elements_of(|n| values[n]).to_vec()
     }
 
@@ -238,10 +236,8 @@ impl Curvature {
     fn new(waves: ShortWaves, projection: &Projection) -> Self {
         let lateral = moments::lateral(projection, waves.highest());
         let lobes = (waves.highest() * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
-        let moments = (0..=projection.elements / 2)
-            .into_par_iter()
-            .map(|n| waves.moments(&moments::longitudinal(projection, n, lobes).concat(), &lateral))
-            .collect();
+        let of = |n| waves.moments(&moments::longitudinal(projection, n, lobes).concat(), &lateral);
+        let moments = in_parallel::made(projection.elements / 2 + 1, of);
         Self { waves, moments }
     }
 }

@@ -9,11 +9,10 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::kernel::{Field, Kernel};
 use super::waves::Waves;
-use crate::numeric::sinc;
+use crate::numeric::{in_parallel, sinc};
 use crate::scene::Tyre;
 use crate::tyre::layers::material::modulus_ratio;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
@@ -74,40 +73,37 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
     };
     kernel.prepare(cut_off);
     let coefficients = tread.map_or([0.0; TERMS], |tread| series(modulus_ratio(tread.material.poisson)));
-    let moments: Vec<[f64; TERMS]> = weights.par_iter().map(|weights| moments(weights, waves, cut_off)).collect();
+    let moments = in_parallel::map(&weights, |weights| moments(weights, waves, cut_off));
 
-    let rows: Vec<(Vec<Complex64>, u64)> = frequencies
-        .par_iter()
-        .map(|&frequency| {
-            let s = Complex64::new(0.0, 2.0 * PI * frequency);
-            let at = kernel.at(s);
-            let mut sums = vec![Complex64::ZERO; patches.len()];
-            let mut evaluations = 0;
-            for (n, kx) in (0..).map(|n| (n, waves.kx(n))).take_while(|(_, kx)| *kx < cut_off) {
-                let mut rows = vec![Complex64::ZERO; patches.len()];
-                let lateral = waves.lateral_numbers().take_while(|&m| kx.hypot(waves.ky(m)) < cut_off);
-                for (index, m) in lateral.enumerate() {
-                    let compliance = at.normal(n, m, Field::Surface);
-                    evaluations += 1;
-                    for (row, weights) in rows.iter_mut().zip(&weights) {
-                        *row += compliance * weights.lateral.get(index).copied().unwrap_or(0.0);
-                    }
-                }
-                for ((sum, row), weights) in sums.iter_mut().zip(rows).zip(&weights) {
-                    *sum += row * weights.longitudinal.get(n as usize).copied().unwrap_or(0.0);
+    let rows: Vec<(Vec<Complex64>, u64)> = in_parallel::map(frequencies, |&frequency| {
+        let s = Complex64::new(0.0, 2.0 * PI * frequency);
+        let at = kernel.at(s);
+        let mut sums = vec![Complex64::ZERO; patches.len()];
+        let mut evaluations = 0;
+        for (n, kx) in (0..).map(|n| (n, waves.kx(n))).take_while(|(_, kx)| *kx < cut_off) {
+            let mut rows = vec![Complex64::ZERO; patches.len()];
+            let lateral = waves.lateral_numbers().take_while(|&m| kx.hypot(waves.ky(m)) < cut_off);
+            for (index, m) in lateral.enumerate() {
+                let compliance = at.normal(n, m, Field::Surface);
+                evaluations += 1;
+                for (row, weights) in rows.iter_mut().zip(&weights) {
+                    *row += compliance * weights.lateral.get(index).copied().unwrap_or(0.0);
                 }
             }
-            let ratio = at.tread().inertia_over_shear();
-            for (sum, moments) in sums.iter_mut().zip(&moments) {
-                let mut power = at.tread().inverse_shear;
-                for (coefficient, moment) in coefficients.iter().zip(moments) {
-                    *sum += power * (coefficient * moment);
-                    power *= ratio;
-                }
+            for ((sum, row), weights) in sums.iter_mut().zip(rows).zip(&weights) {
+                *sum += row * weights.longitudinal.get(n as usize).copied().unwrap_or(0.0);
             }
-            (sums.into_iter().map(|sum| sum * s).collect(), evaluations)
-        })
-        .collect();
+        }
+        let ratio = at.tread().inertia_over_shear();
+        for (sum, moments) in sums.iter_mut().zip(&moments) {
+            let mut power = at.tread().inverse_shear;
+            for (coefficient, moment) in coefficients.iter().zip(moments) {
+                *sum += power * (coefficient * moment);
+                power *= ratio;
+            }
+        }
+        (sums.into_iter().map(|sum| sum * s).collect(), evaluations)
+    });
     Mobility {
         patches: patches.to_vec(),
         frequencies: frequencies.to_vec(),

@@ -11,13 +11,12 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::half_space_bands::{self, BAND_TERMS};
 use super::projection::Projection;
 use super::tail_sum;
-use crate::numeric::MOST_LANES;
 use crate::numeric::lanes::{dispatch, load};
+use crate::numeric::{MOST_LANES, in_parallel};
 use crate::tyre::layers::surface_asymptote::TERMS;
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
@@ -89,10 +88,8 @@ impl Moments {
         let count = classes.cut_offs.len();
         let lateral = lateral(projection, classes.highest());
         let powers: Vec<_> = (0..count - 1).map(|class| powers_of(classes.band(class))).collect();
-        let rows: Vec<_> = (0..=projection.elements / 2)
-            .into_par_iter()
-            .map(|n| for_wavenumber(projection, classes, &powers, &lateral, n))
-            .collect();
+        let of = |n| for_wavenumber(projection, classes, &powers, &lateral, n);
+        let rows = in_parallel::made(projection.elements / 2 + 1, of);
         let (mut values, mut bands) = (Vec::with_capacity(rows.len() * count), Vec::with_capacity(rows.len() * count));
         for (row_values, row_bands) in rows {
             values.extend(row_values);

@@ -26,12 +26,11 @@ use std::sync::OnceLock;
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::half_space_bands::is_resolved;
 use super::moments::{TailClasses, Weighted};
 use crate::numeric::lanes::dispatch;
-use crate::numeric::{Lanes, MOST_LANES};
+use crate::numeric::{Lanes, MOST_LANES, in_parallel};
 use crate::scene::Tyre;
 use crate::tyre::layers::compliance::Stack;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderAt, CylinderWave};
@@ -152,17 +151,19 @@ impl ShortWaves {
 
     /// The change at each s of a list, on all threads.
     pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<Terms<Complex64>> {
-        self.bands.par_iter().for_each(|band| {
-            (0..band.waves.len()).into_par_iter().for_each(|place| {
-                band.wave(place);
-            });
+        let waves: Vec<(&Band, usize)> =
+            self.bands.iter().flat_map(|band| (0..band.waves.len()).map(move |place| (band, place))).collect();
+        in_parallel::each(waves.len(), &|index| {
+            let (band, place) = waves[index];
+            band.wave(place);
         });
-        let group = |points: &[Complex64]| {
+        let group = |points: &&[Complex64]| {
             let mut changes = Vec::with_capacity(points.len());
             dispatch(Changes { bands: &self.bands, points, changes: &mut changes });
             changes
         };
-        points.par_chunks(MOST_LANES).flat_map_iter(group).collect()
+        let groups: Vec<&[Complex64]> = points.chunks(MOST_LANES).collect();
+        in_parallel::map(&groups, group).into_iter().flatten().collect()
     }
 }
 

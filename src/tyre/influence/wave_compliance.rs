@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::kernel::Kernel;
+use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 use crate::tyre::layers::compliance::Matrix3;
 
@@ -18,9 +18,9 @@ const TOLERANCE: f64 = 1e-8;
 pub fn wave_compliance(tyre: &Tyre, around: &[u32], lateral: usize, frequencies: &[f64]) -> Vec<Matrix3> {
     let highest = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * highest, TOLERANCE);
-    let at: Vec<_> = frequencies.par_iter().map(|&frequency| kernel.at(Complex64::new(0.0, TAU * frequency))).collect();
+    let at = in_parallel::map(frequencies, |&frequency| kernel.at(Complex64::new(0.0, TAU * frequency)));
     let wave = |&n: &u32| at.iter().map(|at| at.full(i64::from(n), lateral)).collect::<Vec<_>>();
-    around.par_iter().flat_map_iter(wave).collect()
+    in_parallel::map(around, wave).concat()
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@
 use std::sync::atomic::AtomicBool;
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::error::FitError;
@@ -16,8 +15,9 @@ use super::model::Modes;
 use super::row::{RowTarget, fit_row};
 use super::table::PoleTable;
 use super::wavenumber::Fitted;
+use crate::numeric::in_parallel;
 use crate::storage::{Cached, Format, Kind};
-use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave, FaceValues};
+use crate::tyre::influence::{CellRow, CellSums, CellWave, FaceValues};
 
 /// What the fits have to be.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -91,7 +91,7 @@ pub fn fit_cells(
     stop: &AtomicBool,
 ) -> Result<CellModel, FitError> {
     let ladder = Ladder::new(options.top);
-    let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
+    let at = in_parallel::map(&ladder.points, |&s| sums.at(s));
     let sample = |wave: &CellWave, rungs: &[usize], faces: &mut Vec<FaceValues>| {
         let first = faces.len();
         sums.values(wave, rungs.iter().map(|&rung| &at[rung]), faces);
@@ -102,7 +102,7 @@ pub fn fit_cells(
     let number = |wave: &CellWave| wave.terms.first().map_or(0, |(n, ..)| n.unsigned_abs() as usize);
     let fit =
         |row: &CellRow| fit_row(&ladder, row.waves.iter().map(|wave| (number(wave), wave)), &target, sample, stop);
-    let fitted: Vec<Result<Vec<Fitted>, FitError>> = rows.par_iter().map(fit).collect();
+    let fitted: Vec<Result<Vec<Fitted>, FitError>> = in_parallel::map(rows, fit);
     let mut model = CellModel::default();
     for row in fitted {
         for Fitted { entry, .. } in row? {

@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use rayon::Scope;
-use rayon::prelude::*;
 use serde::Serialize;
 
 pub use super::error::FitError;
@@ -20,6 +19,7 @@ use super::model::RationalModel;
 use super::sampled::Target;
 use super::tree::{Tree, Visit};
 use super::wavenumber::{Fitted, Start, fit_wavenumber};
+use crate::numeric::in_parallel;
 use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
 use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, SumAt, Truncation};
@@ -170,16 +170,16 @@ const SCALE_BATCH: usize = 32;
 /// that it took.
 fn bottom_scale(sums: &Rungs, driven: Field) -> (f64, u64) {
     let rungs: Vec<usize> = (0..=RUNGS).step_by(SCALE_STRIDE).collect();
-    let batches: Vec<(f64, u64)> = rungs
-        .par_chunks(SCALE_BATCH)
-        .map(|rungs| {
-            let mut values = Vec::with_capacity(rungs.len());
-            sums.sample(driven, 0, rungs, &mut values);
-            let largest = values.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
-            (largest, values.iter().map(|faces| faces.evaluations).sum())
-        })
-        .collect();
-    batches.into_iter().fold((0.0, 0), |(largest, sum), (scale, evaluations)| (largest.max(scale), sum + evaluations))
+    let batches: Vec<&[usize]> = rungs.chunks(SCALE_BATCH).collect();
+    let of = |rungs: &&[usize]| {
+        let mut values = Vec::with_capacity(rungs.len());
+        sums.sample(driven, 0, rungs, &mut values);
+        let largest = values.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
+        (largest, values.iter().map(|faces| faces.evaluations).sum::<u64>())
+    };
+    in_parallel::map(&batches, of)
+        .into_iter()
+        .fold((0.0, 0), |(largest, sum), (scale, evaluations)| (largest.max(scale), sum + evaluations))
 }
 
 /// The sums, and the kernel on the rungs of a ladder.

@@ -7,7 +7,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::error::FitError;
@@ -15,9 +14,10 @@ use super::fit::FitOptions;
 use super::ladder::{Ladder, RUNGS};
 use super::model::RationalModel;
 use super::row::{RowTarget, fit_row};
+use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellSumsAt, CellTruncation, CellWave, FaceValues, Field};
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellTruncation, CellWave, FaceValues, Field};
 
 /// Rungs of the axis between two at which the belt's scale is looked for.
 const SCALE_STRIDE: usize = 8;
@@ -67,7 +67,7 @@ pub fn fit_lateral(
     let grid = CellGrid::new(tyre, elements, 1);
     let sums = CellSums::new(tyre, grid, CellTruncation::default(), influence_tolerance, top);
     let ladder = Ladder::new(top);
-    let at: Vec<CellSumsAt> = ladder.points.par_iter().map(|&s| sums.at(s)).collect();
+    let at = in_parallel::map(&ladder.points, |&s| sums.at(s));
     let fit = |&m: &usize| {
         let row = CellRow::whole(sums.grid(), m, options.most_aliases());
         let mut faces: Vec<FaceValues> = Vec::new();
@@ -83,6 +83,5 @@ pub fn fit_lateral(
         let entries = fitted.into_iter().map(|fitted| fitted.entry);
         Ok(RationalModel::assemble(elements, Field::Surface, top, options.fit.tolerance, entries))
     };
-    let fits: Vec<Result<RationalModel, FitError>> = numbers.par_iter().map(fit).collect();
-    fits.into_iter().collect()
+    in_parallel::map(numbers, fit).into_iter().collect()
 }

@@ -16,13 +16,12 @@
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::model::RationalModel;
 use crate::numeric::lanes::{dispatch, store};
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{RationalError, Samples};
-use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
+use crate::numeric::{Lanes, MOST_LANES, in_parallel, largest_or_zero};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
 use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel};
@@ -91,11 +90,11 @@ pub fn lateral_tangential_model(
 }
 
 fn fit_all(sums: &TangentialSum, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
-    let fitted: Result<Vec<Fitted>, RationalError> =
-        (0..=model.largest_wavenumber()).into_par_iter().map(|n| fit(sums, model, n, top)).collect();
+    let fitted = in_parallel::made(model.largest_wavenumber() + 1, |n| fit(sums, model, n, top));
     let mut all = TangentialModel::default();
     let mut largest = f64::MIN_POSITIVE;
-    for wavenumber in fitted? {
+    for wavenumber in fitted {
+        let wavenumber = wavenumber?;
         largest = largest.max(wavenumber.largest);
         all.error = all.error.max(wavenumber.error);
         all.omitted = all.omitted.max(wavenumber.omitted);

@@ -33,6 +33,7 @@ use super::noise::pairs;
 use super::rings::RingSpectrum;
 use super::rows::LANES;
 use super::sizes::{FADE, LevelSizes, resolved};
+use crate::numeric::in_parallel;
 use crate::numeric::windowed_sinc::{Phases, WindowedSinc};
 use crate::road::lattice::Lattice;
 
@@ -82,7 +83,7 @@ impl Level {
     /// Prepares a level.
     pub fn new(spectrum: &RingSpectrum, sizes: LevelSizes, number: u64, seed: u64, lattice: Lattice) -> Self {
         let [along, across] = resolved(lattice);
-        let gains = (0..sizes.lines).into_par_iter().map(|m| gains(spectrum, &sizes, m, along, across)).collect();
+        let gains = in_parallel::made(sizes.lines, |m| gains(spectrum, &sizes, m, along, across));
         let half = lattice.columns.div_ceil(2);
         let phase = |m: usize, column: usize| 2.0 * PI * m as f64 * lattice.y(column) / sizes.period;
         let shape = |value: fn(f64) -> f64| -> Vec<f32> {

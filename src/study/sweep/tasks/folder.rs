@@ -6,10 +6,10 @@ use std::io::ErrorKind;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::numeric::digest::sha256;
+use crate::numeric::in_parallel;
 use crate::results::ResultsError;
 use crate::run::checkpoint::file_digest;
 use crate::storage::{Format, PendingFile, Unusable};
@@ -218,7 +218,7 @@ fn tasks(variants: &[Variant]) -> Result<Vec<Task>, TaskError> {
         let road = variant.loaded.scene.road.file().and_then(|path| roads.get(path)).cloned();
         Task::of(variant, road.unwrap_or_default())
     };
-    variants.par_iter().map(task).collect()
+    in_parallel::map(variants, task).into_iter().collect()
 }
 
 /// Writes a sealed file, which is there as a whole or not at all.

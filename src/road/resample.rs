@@ -114,8 +114,11 @@ impl Resampled {
         let ratio = (self.lattice.cell() / self.dx).max(1.0);
         let start = self.kernel.weights(position, ratio, weights);
         if self.stored == 1 {
-            let sum: f64 =
-                weights.iter().enumerate().map(|(tap, weight)| weight * self.row(start + tap as i64)[0]).sum();
+            let within = usize::try_from(start).ok().and_then(|from| self.rows.get(from..from + weights.len()));
+            let sum: f64 = match within {
+                Some(heights) => weights.iter().zip(heights).map(|(weight, height)| weight * height).sum(),
+                None => weights.iter().enumerate().map(|(tap, weight)| weight * self.row(start + tap as i64)[0]).sum(),
+            };
             out.fill(sum);
             return;
         }

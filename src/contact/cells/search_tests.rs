@@ -1,12 +1,21 @@
 //! Tests of the search.
 
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
 use proptest::prelude::*;
 
 use super::*;
 use crate::test_models::cells::{RoughRoad, instant_cells};
+use crate::tyre::influence::CellInfluence;
+
+/// Influences by columns and cells across, summed once.
+static INFLUENCES: Mutex<BTreeMap<(usize, usize), CellInfluence>> = Mutex::new(BTreeMap::new());
 
 fn search(columns: usize, across: usize, tolerance: f64) -> CellSearch {
-    CellSearch::new(InstantCells::new(instant_cells(columns, across, 1024, 86e-6)), tolerance)
+    let mut known = INFLUENCES.lock().unwrap();
+    let influence = known.entry((columns, across)).or_insert_with(|| instant_cells(columns, across, 1024, 86e-6));
+    CellSearch::new(InstantCells::new(influence.clone()), tolerance)
 }
 
 /// Forces by least-index pivoting with dense solutions.

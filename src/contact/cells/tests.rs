@@ -235,15 +235,16 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let mut direct = DirectPast::new(&sums, &rows, transform, rule, TIME_STEP, lags);
     // One impulse, seen by another cell: a trapezoidal sum on a circle of its own.
     let (own, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
+    let on_circle: Vec<(Complex64, Complex64)> = (0..points)
+        .map(|k| {
+            let zeta = Complex64::from_polar(radius, -std::f64::consts::TAU * k as f64 / points as f64);
+            let s = rule.symbol(zeta) / TIME_STEP;
+            (zeta, response(&tyre, s, other.0 - own.0, [other.1, own.1], 6))
+        })
+        .collect();
     let weights: Vec<f64> = (0..20)
         .map(|lag| {
-            let sum: Complex64 = (0..points)
-                .map(|k| {
-                    let zeta = Complex64::from_polar(radius, -std::f64::consts::TAU * k as f64 / points as f64);
-                    let s = rule.symbol(zeta) / TIME_STEP;
-                    response(&tyre, s, other.0 - own.0, [other.1, own.1], 6) * zeta.powi(-lag)
-                })
-                .sum();
+            let sum: Complex64 = on_circle.iter().map(|(zeta, response)| response * zeta.powi(-lag)).sum();
             sum.re / points as f64
         })
         .collect();

@@ -5,6 +5,7 @@
 //! changes.
 
 pub mod cells;
+pub mod transforms;
 
 use std::path::Path;
 

@@ -9,10 +9,9 @@ use std::sync::{Arc, Mutex};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rustfft::FftPlanner;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::Tyre;
-use tyrewave::test_models::{CIRCUMFERENCE, CONTACT_WIDTH, grid_road, scene, scene_text};
+use tyrewave::test_models::{CIRCUMFERENCE, CONTACT_WIDTH, grid_road, scene, scene_text, transforms};
 use tyrewave::tyre::layers::Stack;
 
 use crate::common::{Results, run, shared_road, write_grid};
@@ -95,8 +94,7 @@ fn weights(tyre: &Tyre, case: &Case, lags: usize) -> Vec<f64> {
             }
         }
     }
-    let mut planner = FftPlanner::new();
-    let (in_time, in_space) = (planner.plan_fft_inverse(points), planner.plan_fft_inverse(case.elements));
+    let (in_time, in_space) = (transforms::inverse(points), transforms::inverse(case.elements));
     transfer.chunks_exact_mut(points).for_each(|row| in_time.process(row));
     let mut weights = vec![0.0; lags * case.elements];
     for (p, row) in weights.chunks_exact_mut(case.elements).enumerate() {

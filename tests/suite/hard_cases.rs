@@ -5,11 +5,10 @@ use std::f64::consts::PI;
 use std::fs;
 
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 use tyrewave::contact::ContactError;
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
-use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, implausible, scene, scene_text};
+use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, implausible, scene, scene_text, transforms};
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
 use crate::common::hard_case::{TABLE, measured, number};
@@ -37,7 +36,7 @@ fn precursor(law: Law, n: usize, rule: TimeRule) -> f64 {
     // do not. The foundation's creep (corner at 1 Hz) decays within the 5.6 s of the circle.
     let points = 8192;
     let radius = 1e-4_f64.powf(1.0 / points as f64);
-    let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(points);
+    let inverse = transforms::real_inverse(points);
     let mut spectrum = inverse.make_input_vec();
     for (k, entry) in spectrum.iter_mut().enumerate() {
         let zeta = Complex64::from_polar(radius, -2.0 * PI * k as f64 / points as f64);

@@ -1,9 +1,8 @@
 //! The third-octave bands of `spectra.csv` share the mean square of the written time signal among them.
 
 use num_complex::Complex64;
-use rustfft::FftPlanner;
 
-use tyrewave::test_models::scene_text;
+use tyrewave::test_models::{scene_text, transforms};
 
 use crate::common::{Results, run};
 
@@ -24,7 +23,7 @@ fn mean_square_between(signal: &[f64], time_step: f64, from: f64, to: f64) -> f6
     let count = signal.len();
     let mean = signal.iter().sum::<f64>() / count as f64;
     let mut bins: Vec<Complex64> = signal.iter().map(|&force| Complex64::new(force - mean, 0.0)).collect();
-    FftPlanner::new().plan_fft_forward(count).process(&mut bins);
+    transforms::forward(count).process(&mut bins);
     let frequency = |k: usize| k.min(count - k) as f64 / (count as f64 * time_step);
     let inside = |k: &usize| (from..to).contains(&frequency(*k));
     (1..count).filter(inside).map(|k| bins[k].norm_sqr()).sum::<f64>() / (count as f64).powi(2)

@@ -7,7 +7,6 @@ use std::sync::atomic::AtomicBool;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use realfft::RealFftPlanner;
 use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::contact::slice_queue::SliceQueue;
@@ -22,7 +21,7 @@ use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::run::past::fetch;
 use tyrewave::run::prepare::prepare;
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
+use tyrewave::test_models::{edit, scene, scene_text, transforms, with_all_terms};
 use tyrewave::tyre::influence::Field;
 
 use crate::common::{Results, read_array, run};
@@ -128,7 +127,7 @@ fn largest_difference(segment: f64) -> f64 {
     let of_vibration = &results.summary()["vibration"];
     let segments = of_vibration["segments"].as_u64().unwrap() as usize;
     let length = of_vibration["revolutions"].as_u64().unwrap() as usize * places;
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = transforms::real_forward(length);
     let (mut bins, mut power) = (transform.make_output_vec(), vec![0.0; length / 2 + 1]);
     for (element, velocity) in velocities.iter().enumerate() {
         let varying = velocity.iter().enumerate().map(|(l, value)| {
@@ -386,7 +385,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         }
     }
     let patch = accumulator.finish().unwrap();
-    let velocities: Vec<Vec<f64>> = tracks.iter().map(|track| rates(track, rule, step)).collect();
+    let velocities = rates(&tracks, rule, step);
     // As much time as the segments of the forces have.
     let used = settled as usize..settled as usize + (patch.segments as usize + 1) * layout.hop();
     let mut largest = [0.0_f64; 2];
@@ -444,29 +443,33 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
 /// Time in which a record falls to zero at its end \[s\].
 const FALL: f64 = 0.25;
 
-/// Rates of a record that begins at rest and is let fall to zero over its last [`FALL`].
-fn rates(track: &[f64], rule: TimeRule, step: f64) -> Vec<f64> {
-    let mut planner = RealFftPlanner::<f64>::new();
+/// Rates of records of one length that begin at rest and are let fall to zero over their last [`FALL`].
+fn rates(tracks: &[Vec<f64>], rule: TimeRule, step: f64) -> Vec<Vec<f64>> {
+    let steps = tracks[0].len();
     // As much again of nothing: beginning and end are far from each other.
-    let length = (2 * track.len()).next_power_of_two();
-    let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
+    let length = (2 * steps).next_power_of_two();
+    let (forward, inverse) = (transforms::real_forward(length), transforms::real_inverse(length));
     let fall = (FALL / step) as usize;
-    let mut series = vec![0.0; length];
-    for (l, (entry, value)) in series.iter_mut().zip(track).enumerate() {
-        let left = (track.len() - l).min(fall) as f64 / fall as f64;
-        *entry = 0.5 * (1.0 - (PI * left).cos()) * value;
-    }
+    let left = |l: usize| (steps - l).min(fall) as f64 / fall as f64;
+    let window: Vec<f64> = (0..steps).map(|l| 0.5 * (1.0 - (PI * left(l)).cos())).collect();
     let mut bins = forward.make_output_vec();
-    forward.process(&mut series, &mut bins).unwrap();
-    for (k, bin) in bins.iter_mut().enumerate() {
-        let symbol = TransferKind::Rule.symbol(rule, 2.0 * PI * k as f64 / (length as f64 * step), step);
-        *bin *= symbol / length as f64;
-    }
-    let last = bins.len() - 1;
-    (bins[0].im, bins[last].im) = (0.0, 0.0);
-    inverse.process(&mut bins, &mut series).unwrap();
-    series.truncate(track.len());
-    series
+    let frequency = |k: usize| 2.0 * PI * k as f64 / (length as f64 * step);
+    let symbol = |k: usize| TransferKind::Rule.symbol(rule, frequency(k), step) / length as f64;
+    let symbols: Vec<_> = (0..bins.len()).map(symbol).collect();
+    let mut of = |track: &Vec<f64>| {
+        let mut series = vec![0.0; length];
+        for ((entry, value), window) in series.iter_mut().zip(track).zip(&window) {
+            *entry = window * value;
+        }
+        forward.process(&mut series, &mut bins).unwrap();
+        bins.iter_mut().zip(&symbols).for_each(|(bin, symbol)| *bin *= symbol);
+        let last = bins.len() - 1;
+        (bins[0].im, bins[last].im) = (0.0, 0.0);
+        inverse.process(&mut bins, &mut series).unwrap();
+        series.truncate(steps);
+        series
+    };
+    tracks.iter().map(&mut of).collect()
 }
 
 /// Mean spectrum of half overlapping segments with the sine window, the mean taken off.
@@ -474,7 +477,7 @@ fn welch(series: &[f64], length: usize, step: f64) -> PowerSpectrum {
     let segments = 2 * series.len() / length - 1;
     let used = &series[..(segments + 1) * length / 2];
     let mean = used.iter().sum::<f64>() / used.len() as f64;
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+    let transform = transforms::real_forward(length);
     let (mut bins, mut power) = (transform.make_output_vec(), vec![0.0; length / 2 + 1]);
     for segment in 0..segments {
         let part = &used[segment * length / 2..][..length];

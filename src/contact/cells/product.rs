@@ -13,7 +13,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::element::Element;
-use super::transform::{Transform, Wave, product, times, unit};
+use super::transform::{Transform, Wave, product, times, unit, waves};
 use crate::numeric::{Aligned, transform_length};
 
 /// Most numbers of a vector.
@@ -171,12 +171,6 @@ struct Multiply<'a, R> {
     out: &'a mut [R],
 }
 
-/// Numbers as complex vectors.
-#[inline(always)]
-fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
-    R::vectors_mut::<S>(values).as_chunks_mut().0
-}
-
 /// What a transform the other way takes and gives: real and imaginary parts change places.
 #[inline(always)]
 fn swapped<R: Element, S: Simd>([re, im]: Wave<R, S>) -> Wave<R, S> {
@@ -232,14 +226,14 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             if j >= across {
                 break;
             }
-            let (from, to) = (waves::<R, S>(first), waves::<R, S>(second));
+            let from = waves::<R, S>(first);
             for ((row, &[re, im]), from) in forces.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
                 let force = R::load(simd, &row[j..]);
                 *from = [R::mul(simd, R::splat(simd, re), force), R::mul(simd, R::splat(simd, im), force)];
             }
             from[columns..p].fill([zero; 2]);
-            let (result, _) = this.along.run(simd, from, to);
-            waves::<R, S>(spectrum)[..p].copy_from_slice(&result[..p]);
+            let [result, _] = this.along.run(simd, first, second);
+            waves::<R, S>(spectrum)[..p].copy_from_slice(&waves::<R, S>(result)[..p]);
         }
         let turned = this.turned.part(0, 2 * p_padded * padded);
         turn_by(width, spectrum, p_padded, turned, padded);
@@ -250,24 +244,25 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
         for (turned, (toeplitz, hankel)) in turned.chunks_exact_mut(2 * padded * width).zip(symbols) {
             let cells = &mut waves::<R, S>(turned)[..across];
             // The odd frequencies first: the cells are still needed for the even ones.
-            let (from, to) = (waves::<R, S>(first), waves::<R, S>(second));
+            let from = waves::<R, S>(first);
             for ((from, &cell), &shift) in from.iter_mut().zip(&*cells).zip(&this.shift_across) {
                 *from = times::<R, S>(simd, cell, shift);
             }
             from[across..q].fill([zero; 2]);
-            let (result, other) = this.crosswise.run(simd, from, to);
-            respond::<R, S>(simd, &mut result[..q], &toeplitz[q..], &hankel[q..], q - 1);
-            let (odd, even) = this.crosswise.run(simd, result, other);
+            let [result, other] = this.crosswise.run(simd, first, second);
+            respond::<R, S>(simd, &mut waves(result)[..q], &toeplitz[q..], &hankel[q..], q - 1);
+            let [result, other] = this.crosswise.run(simd, result, other);
+            let (odd, even) = (waves::<R, S>(result), waves::<R, S>(other));
             // The even ones in the room that is left, the odd ones' result kept among the cells.
             even[..across].copy_from_slice(cells);
             for ((cell, &odd), &[re, im]) in cells.iter_mut().zip(&*odd).zip(&this.shift_across) {
                 *cell = times::<R, S>(simd, swapped::<R, S>(odd), [re, R::rounded(-im.double())]);
             }
             even[across..q].fill([zero; 2]);
-            let (result, other) = this.crosswise.run(simd, even, odd);
-            respond::<R, S>(simd, &mut result[..q], &toeplitz[..q], &hankel[..q], q);
-            let (even, _) = this.crosswise.run(simd, result, other);
-            for (cell, &even) in cells.iter_mut().zip(&*even) {
+            let [result, other] = this.crosswise.run(simd, other, result);
+            respond::<R, S>(simd, &mut waves(result)[..q], &toeplitz[..q], &hankel[..q], q);
+            let [even, _] = this.crosswise.run(simd, result, other);
+            for (cell, &even) in cells.iter_mut().zip(&*waves::<R, S>(even)) {
                 *cell = [R::add(simd, cell[0], even[1]), R::add(simd, cell[1], even[0])];
             }
         }
@@ -278,13 +273,12 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             if j >= across {
                 break;
             }
-            let (from, to) = (waves::<R, S>(first), waves::<R, S>(second));
-            for (from, &wave) in from.iter_mut().zip(&waves::<R, S>(spectrum)[..p]) {
+            for (from, &wave) in waves::<R, S>(first).iter_mut().zip(&waves::<R, S>(spectrum)[..p]) {
                 *from = swapped::<R, S>(wave);
             }
-            let (result, _) = this.along.run(simd, from, to);
-            for ((row, &[re, im]), &[sine, cosine]) in out.chunks_exact_mut(across).zip(&this.shift_along).zip(&*result)
-            {
+            let [result, _] = this.along.run(simd, first, second);
+            let result = &*waves::<R, S>(result);
+            for ((row, &[re, im]), &[sine, cosine]) in out.chunks_exact_mut(across).zip(&this.shift_along).zip(result) {
                 // The real part of the wave times exp(+i pi n/(2 P)).
                 let cosine = R::mul(simd, R::splat(simd, re), cosine);
                 let u = R::mul_add(simd, R::splat(simd, im), sine, cosine);

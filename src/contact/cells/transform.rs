@@ -5,15 +5,18 @@
 
 use std::f64::consts::TAU;
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::element::Element;
 
 /// A complex number to a lane: real parts, imaginary parts.
 pub type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
-/// Two arrays of them.
-pub type Both<'a, R, S> = (&'a mut [Wave<R, S>], &'a mut [Wave<R, S>]);
+/// Numbers as complex vectors.
+#[inline(always)]
+pub fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
+    R::vectors_mut::<S>(values).as_chunks_mut().0
+}
 
 /// One pass.
 struct Pass<R> {
@@ -204,11 +207,29 @@ impl<R: Element> Transform<R> {
         self.length
     }
 
-    /// sum of x_n exp(-2 pi i k n / length); both arrays are overwritten, the result is the one that is handed back.
+    /// sum of x_n exp(-2 pi i k n / length) of complex numbers in vectors; both arrays are overwritten, the result is
+    /// the one that is handed back first. Not inlined: a product takes six transforms, which would be there six times.
     #[inline(always)]
-    pub fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [Wave<R, S>], to: &'a mut [Wave<R, S>]) -> Both<'a, R, S> {
-        let (mut from, mut to) = (from, to);
-        for pass in &self.passes {
+    pub fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [R], to: &'a mut [R]) -> [&'a mut [R]; 2] {
+        simd.vectorize(Run { passes: &self.passes, from, to });
+        if self.passes.len().is_multiple_of(2) { [from, to] } else { [to, from] }
+    }
+}
+
+/// All passes of a transform, the last one's result where the next would begin.
+struct Run<'a, R> {
+    passes: &'a [Pass<R>],
+    from: &'a mut [R],
+    to: &'a mut [R],
+}
+
+impl<R: Element> WithSimd for Run<'_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (mut from, mut to) = (waves::<R, S>(self.from), waves::<R, S>(self.to));
+        for pass in self.passes {
             match pass.radix {
                 8 => pass.run::<S, 8>(simd, from, to),
                 4 => pass.run::<S, 4>(simd, from, to),
@@ -218,6 +239,5 @@ impl<R: Element> Transform<R> {
             }
             (from, to) = (to, from);
         }
-        (from, to)
     }
 }

@@ -84,7 +84,7 @@ pub struct Amounts {
     pub memory_per_thread: f64,
     /// Memory for each thread in the fit, which is over before the steps \[bytes\].
     pub fit_memory_per_thread: f64,
-    /// Memory of the waves of a curved tyre in the fit \[bytes\].
+    /// Memory of the waves of a curved tyre in the fit, or in the sums of a direct history \[bytes\].
     pub fit_memory: f64,
     /// Memory of what the fit's time makes and the steps go on to hold, counted among [`Self::memory`] \[bytes\].
     pub fit_memory_that_stays: f64,
@@ -171,6 +171,8 @@ impl Amounts {
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
         self.hold("weights and forces of the past", 8.0 * lags * (3.0 * wavenumbers + 3.0 * columns + 9.0));
+        let waves = WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
+        self.fit_memory = self.fit_memory.max(waves);
     }
 
     /// The fitted model that the recursion and the vibration need.
@@ -216,9 +218,7 @@ impl Amounts {
                 // A road that cannot be made is refused when it is opened.
                 if let Ok(sizes) = sizes {
                     let opening = sizes.opening();
-                    // Asked for in chunks of the run's own.
-                    let asked = (rows / CHUNK_ROWS as f64).ceil() * CHUNK_ROWS as f64;
-                    let drawing = sizes.drawing(asked * plan.element, asked * lattice.along as f64);
+                    let drawing = sizes.drawing(rows * plan.element, rows * lattice.along as f64);
                     let unit = Unit::TextureMultiplyAdd;
                     self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
                     self.add(Stage::Road, unit, drawing, Place::Behind);
@@ -231,7 +231,8 @@ impl Amounts {
                 self.hold("heights of the road", 8.0 * length * across);
             }
         }
-        self.hold("cells of a piece of road", 8.0 * CHUNK_ROWS as f64 * lattice.along as f64 * across);
+        let piece = rows.min(CHUNK_ROWS as f64);
+        self.hold("cells of a piece of road", 8.0 * piece * lattice.along as f64 * across);
         let (unit, cells) = match plan.decisions.slices {
             Slices::HalfSpace => (Unit::HalfSpacePair, rows * lattice.cells() as f64 * across),
             Slices::Winkler | Slices::None => (Unit::SpringCell, rows * lattice.cells() as f64),

@@ -105,9 +105,11 @@ impl RoadAhead {
         Ok(())
     }
 
-    /// The chunk that begins with an element; empty past the road's end.
+    /// The chunk that begins with an element: no further than the run will reach, and empty past the road's end.
     fn chunk(&self, begin: i64) -> Range<i64> {
-        begin..self.elements.map_or(begin + CHUNK_ROWS, |(_, last)| (begin + CHUNK_ROWS).min(last + 1))
+        let whole = begin + CHUNK_ROWS;
+        let wanted = if begin < self.reached { whole.min(self.reached) } else { whole };
+        begin..self.elements.map_or(wanted, |(_, last)| wanted.min(last + 1))
     }
 
     /// Gets the slices of a chunk, and keeps them where the road repeats.

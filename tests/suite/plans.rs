@@ -51,8 +51,9 @@ fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
         }
         let expected = |counter| plan.amounts().counters.iter().find(|entry| entry.0 == counter).map(|entry| entry.1);
         assert_eq!(expected(Counter::Steps), Some(meter.counted(Counter::Steps) as f64), "{name}");
-        // In whole chunks, which are longer than such a run.
-        assert!(expected(Counter::Slices).unwrap() <= meter.counted(Counter::Slices) as f64, "{name}");
+        // The window is planned from a coarse solution.
+        let (slices, made) = (expected(Counter::Slices).unwrap(), meter.counted(Counter::Slices) as f64);
+        assert!((slices - made).abs() <= 0.1 * made, "{name}: {slices} slices planned, {made} made");
         // A model that the cache holds is known to the last pole.
         let warm = Plan::of(&loaded).unwrap().with_kept_model();
         if let Some((_, poles)) = warm.amounts().counters.iter().find(|entry| entry.0 == Counter::Poles) {

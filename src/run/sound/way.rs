@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use rayon::prelude::*;
+
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::numeric::in_parallel;
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::transfer::contact_distance;
@@ -172,5 +173,6 @@ fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGr
             known.push((found.frequency, transfer));
         }
     }
-    in_parallel::map(&by_receiver, |known| SurfaceGreen::of(body, known.clone()))
+    // Consumed: each receiver's transfers become its values in place.
+    by_receiver.into_par_iter().map(|known| SurfaceGreen::of(body, known)).collect()
 }

@@ -65,7 +65,7 @@ impl Stability {
     /// does not hold the field.
     pub fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
         let spring = spring / model.elements as f64;
-        let circles = [UNSTABLE, MARGINAL].map(|radius| Circle::new(radius, rule));
+        let circles = [UNSTABLE, MARGINAL].map(|radius| WindingCircle::new(radius, rule));
         let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
             let mut modes = model.modes(n, field)?;
             modes.constant += spring;
@@ -106,13 +106,13 @@ impl Stability {
 }
 
 /// The points at which a circle is begun to be followed, the same for every wavenumber.
-struct Circle {
+struct WindingCircle {
     radius: f64,
     /// Angle and the rule's rates there.
     points: Vec<(f64, Option<Rates>)>,
 }
 
-impl Circle {
+impl WindingCircle {
     /// Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
     fn new(radius: f64, rule: TimeRule) -> Self {
         let angles = (0..=320).map(|k| match k {
@@ -126,7 +126,7 @@ impl Circle {
 }
 
 /// The zero of smallest modulus inside a circle, if the winding number says that there is one.
-fn smallest_zero(w: &Transfer<'_>, circle: &Circle) -> Option<Complex64> {
+fn smallest_zero(w: &Transfer<'_>, circle: &WindingCircle) -> Option<Complex64> {
     // Undecided is no zero: only what is sure is refused.
     if half_turns(w, circle)? == 0 {
         return None;
@@ -151,7 +151,7 @@ fn smallest_zero(w: &Transfer<'_>, circle: &Circle) -> Option<Complex64> {
 ///
 /// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
 /// its argument says nothing.
-fn half_turns(w: &Transfer<'_>, circle: &Circle) -> Option<i64> {
+fn half_turns(w: &Transfer<'_>, circle: &WindingCircle) -> Option<i64> {
     let on_circle = |angle: f64| Complex64::from_polar(circle.radius, angle);
     let mut known = circle.points.iter().map(|&(angle, rates)| (angle, w.with_rates(rates, on_circle(angle))));
     let (mut turned, mut last, mut halvings) = (0.0, known.next()?, MOST_HALVINGS);

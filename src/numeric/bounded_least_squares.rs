@@ -12,10 +12,9 @@
 
 use std::ops::{ControlFlow, Range};
 
-use crate::numeric::in_parallel;
-
 use faer::Mat;
 
+use super::in_parallel;
 use super::rational::least_squares::{back_substitute, eliminate};
 
 /// Step of the differences: large enough for sums with a relative error of 1e-8, small beside a narrow resonance.

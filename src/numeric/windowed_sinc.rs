@@ -11,6 +11,8 @@
 //!
 //! J. F. Kaiser, *Nonrecursive digital filter design using the I0-sinh window function* (1974).
 
+use std::ops::{Add, Mul, Sub};
+
 /// A symmetric interpolation and low-pass kernel. The unit of t is one sample of the coarser lattice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WindowedSinc {
@@ -85,22 +87,24 @@ pub struct Phases<T> {
     /// Samples on either side that count.
     reach: usize,
     places: usize,
+    /// A number as the table has it.
+    rounded: fn(f64) -> T,
     /// 2 `reach` weights, their sum 1, for each place from a sample on, the last of them the next sample's own.
     table: Vec<T>,
 }
 
-impl<T> Phases<T> {
-    /// With so many `places` between two samples; `of` makes the table's numbers of weights.
-    pub fn new(kernel: &WindowedSinc, places: usize, of: impl Fn(f64) -> T) -> Self {
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
+    /// With so many `places` between two samples, its numbers `rounded` to what the table holds.
+    pub fn new(kernel: &WindowedSinc, places: usize, rounded: fn(f64) -> T) -> Self {
         let reach = kernel.half_width().ceil() as usize;
         let mut table = Vec::with_capacity((places + 1) * 2 * reach);
         for place in 0..=places {
             let part = place as f64 / places as f64;
             let at = |tap: usize| kernel.at(tap as f64 - (reach as f64 - 1.0) - part);
             let sum: f64 = (0..2 * reach).map(at).sum();
-            table.extend((0..2 * reach).map(|tap| of(at(tap) / sum)));
+            table.extend((0..2 * reach).map(|tap| rounded(at(tap) / sum)));
         }
-        Self { reach, places, table }
+        Self { reach, places, rounded, table }
     }
 
     /// Samples on either side of a position that count.
@@ -108,14 +112,15 @@ impl<T> Phases<T> {
         self.reach
     }
 
-    /// Weights of the samples from floor(position) - reach + 1 on: those of the places before and after the position,
-    /// and its part of the way from one to the other.
-    pub fn about(&self, position: f64) -> (&[T], &[T], f64) {
+    /// Weights of the samples from floor(position) - reach + 1 on, linear between those of the places before and after
+    /// the position.
+    pub fn weights(&self, position: f64) -> impl Iterator<Item = T> {
         let taps = 2 * self.reach;
         let fine = (position - position.floor()) * self.places as f64;
         let place = (fine as usize).min(self.places - 1);
         let (before, after) = self.table[place * taps..(place + 2) * taps].split_at(taps);
-        (before, after, fine - place as f64)
+        let part = (self.rounded)(fine - place as f64);
+        before.iter().zip(after).map(move |(&before, &after)| before + part * (after - before))
     }
 }
 

@@ -207,7 +207,9 @@ impl Amounts {
     fn road(&mut self, scene: &Scene, plan: &Plan) {
         let lattice = lattice(scene, plan);
         let across = lattice.columns as f64;
-        let rows = plan.steps as f64 / scene.numerics.substeps as f64 + self.expected.columns;
+        // From the window of the first step to that of the last.
+        let passed = plan.steps.saturating_sub(1) / scene.numerics.substeps as u64;
+        let rows = passed as f64 + self.expected.columns;
         let length = rows * plan.element;
         match &scene.road {
             Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Behind),

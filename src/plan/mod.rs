@@ -180,11 +180,11 @@ impl Plan {
         *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.scene.rolling.axle))
     }
 
-    /// With what another plan has found of how its tyre stands, where that is the same tyre under the same axle.
+    /// With how the tyre of another plan stands, where that is the same tyre under the same axle.
     #[must_use]
     pub(crate) fn standing_as(mut self, other: &Self) -> Self {
         if self.decisions.tyre == other.decisions.tyre && self.scene.rolling.axle == other.scene.rolling.axle {
-            self.standing = other.standing.clone();
+            self.standing = OnceLock::from(other.standing());
         }
         self
     }

@@ -6,11 +6,11 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use super::error::Failure;
 use super::scene::Scene;
 use super::work::{Watched, carried_out, shaped};
+use crate::numeric::in_parallel;
 use crate::plan::fit_options;
 use crate::run::past::{fetch, refused};
 use crate::scene::LoadedScene;
@@ -122,7 +122,7 @@ pub(super) fn influence_spectrum<'py>(
         }
         let value = |n: usize, f: f64| model.evaluate(n, Complex64::new(0.0, TAU * f), Field::Surface);
         let row = |&n: &usize| frequencies.iter().map(|&f| value(n, f).unwrap_or_default()).collect::<Vec<_>>();
-        shaped(wavenumbers.par_iter().map(row).collect(), frequencies.len())
+        shaped(in_parallel::map(&wavenumbers, row), frequencies.len())
     })?;
     Ok(rows.into_pyarray(py))
 }

@@ -29,8 +29,7 @@ use super::elements::distance;
 use super::error::{RadiationError, positive};
 use super::solve::SolveReport;
 use super::transfer::{Transfer, TransferProblem, contact_distance};
-use crate::numeric::in_parallel;
-use crate::numeric::{double, lagrange, single};
+use crate::numeric::{double, in_parallel, lagrange, single};
 
 /// Which frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -45,9 +45,8 @@ pub(super) fn weighted(signal: &[f64], first: i64, position: f64, ratio: f64, we
     let from = if ratio > 1.0 {
         KERNEL.weights(position, ratio, weights)
     } else {
-        let (before, after, part) = PHASES.about(position);
         weights.clear();
-        weights.extend(before.iter().zip(after).map(|(before, after)| before + part * (after - before)));
+        weights.extend(PHASES.weights(position));
         position.floor() as i64 - PHASES.reach() as i64 + 1
     } - first;
     let skipped = usize::try_from(-from).unwrap_or(0).min(weights.len());
@@ -55,7 +54,7 @@ pub(super) fn weighted(signal: &[f64], first: i64, position: f64, ratio: f64, we
     dot(&weights[skipped..], &signal[begin..])
 }
 
-/// The sum of products, as far as both go; by eights, whose order is that of no other sum.
+/// The sum of products, as far as both go: eight sums side by side, so that no addition waits for the one before.
 fn dot(weights: &[f64], signal: &[f64]) -> f64 {
     let count = weights.len().min(signal.len());
     let (by_eight, rest) = weights[..count].as_chunks::<8>();

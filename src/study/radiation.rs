@@ -9,8 +9,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::numeric::double;
-use crate::numeric::in_parallel;
+use crate::numeric::{double, in_parallel};
 use crate::plan::{Plan, Sound};
 use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferProblem};
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};

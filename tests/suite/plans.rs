@@ -51,9 +51,9 @@ fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
         }
         let expected = |counter| plan.amounts().counters.iter().find(|entry| entry.0 == counter).map(|entry| entry.1);
         assert_eq!(expected(Counter::Steps), Some(meter.counted(Counter::Steps) as f64), "{name}");
-        // The window is planned from a coarse solution.
+        // No more than are made, and few less: the window is planned from a coarse solution.
         let (slices, made) = (expected(Counter::Slices).unwrap(), meter.counted(Counter::Slices) as f64);
-        assert!((slices - made).abs() <= 0.1 * made, "{name}: {slices} slices planned, {made} made");
+        assert!(slices <= made && made <= 1.1 * slices, "{name}: {slices} slices planned, {made} made");
         // A model that the cache holds is known to the last pole.
         let warm = Plan::of(&loaded).unwrap().with_kept_model();
         if let Some((_, poles)) = warm.amounts().counters.iter().find(|entry| entry.0 == Counter::Poles) {

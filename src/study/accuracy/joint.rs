@@ -73,8 +73,7 @@ pub fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: 
         .collect();
     let rolled = scene.rolling.warm_up + scene.rolling.duration;
     // All of them stand as the reference does.
-    let standing = Plan::new(&reference.on(scene));
-    standing.amounts();
+    let of_reference = Plan::new(&reference.on(scene));
     let mut found = Vec::new();
     for (with_elements, of_elements) in &elements {
         for (with_cells, of_cells) in &cells {
@@ -87,7 +86,7 @@ pub fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: 
                         contact.cells_across = with_cells.contact.cells_across;
                         *cell_length = with_cells.cell_length;
                     });
-                    let planned = Plan::new(&base.on(scene)).standing_as(&standing).amounts();
+                    let planned = Plan::new(&base.on(scene)).standing_as(&of_reference).amounts();
                     let (march, road) = (planned_march(&planned) / rolled, planned_road(&planned) / rolled);
                     for substeps in SUBSTEPS {
                         let settings = base.with(|settings| settings.numerics.substeps = substeps);

@@ -337,13 +337,12 @@ fn check(loaded: &LoadedScene, scene: &Scene, planned: &[&Settings], runs: usize
     let threads = rayon::current_num_threads();
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
-    let (mut seconds, mut before) = (0.0, Plan::new(&scene));
+    let (own, mut seconds) = (Plan::new(&scene), 0.0);
     for settings in planned {
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
-        let plan = Plan::new(&variant.scene).standing_as(&before);
+        let plan = Plan::new(&variant.scene).standing_as(&own);
         plan.check(&variant)?;
         seconds += plan.forecast(&costs, threads, 0.0).wall_seconds;
-        before = plan;
     }
     // Combinations are coarser than the reference and finer than the scene.
     let all = seconds * (1.0 + 0.3 * runs as f64 / planned.len().max(1) as f64);

@@ -130,10 +130,8 @@ impl Level {
         factor: f64,
         weights: &mut Vec<f32>,
     ) -> &'a [[f32; LANES]] {
-        let (before, after, part) = self.interpolation.about(sample);
-        let (part, factor) = (part as f32, factor as f32);
         weights.clear();
-        weights.extend(before.iter().zip(after).map(|(before, after)| factor * (before + part * (after - before))));
+        weights.extend(self.interpolation.weights(sample).map(|weight| factor as f32 * weight));
         // The margin is as wide as the reach.
         &patch[(sample.floor() as usize + 1) * self.vectors..]
     }

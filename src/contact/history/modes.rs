@@ -1,7 +1,7 @@
 //! The past carried by poles: convolution quadrature as a recursion, block by block.
 //!
 //! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
-//! a + F for every pole (MODEL: section 4; the rules stand in `time_rule::recursion`). States and coefficients
+//! a + F for every pole (docs/theory.md 5; the rules stand in `time_rule::recursion`). States and coefficients
 //! of all poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits
 //! for them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a
 //! block another thread, if there is one, does so for the next:

@@ -1,6 +1,6 @@
 //! Winkler slices: independent springs under an element.
 //!
-//! S(y) = mean over the area under the element of max(0, y - (z_peak - z)) (MODEL.md sections 6 and 11). With n cells
+//! S(y) = mean over the area under the element of max(0, y - (z_peak - z)) (docs/theory.md 7.2). With n cells
 //! of equal size it is the mean of max(0, y - depth_i): piecewise linear, with a breakpoint wherever y passes the depth
 //! of a cell and a slope there that grows by 1/n. Exact once the depths are sorted.
 //!

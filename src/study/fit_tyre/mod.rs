@@ -1,4 +1,4 @@
-//! A tyre identified from measured driving-point mobilities (MODEL 13).
+//! A tyre identified from measured driving-point mobilities (docs/theory.md 3.3).
 //!
 //! Residuals are differences of level and phase over their uncertainties; unknowns are logarithms of chosen parameters
 //! within a factor [`BOUND`] of the start. One descent ends in a wrong valley from about half of the starts, where a

@@ -8,7 +8,7 @@ use crate::scene::{MadeRoad, PowerLawTexture};
 
 /// Texture levels of the default road, dense asphalt with MPD 1.1 mm: band number and dB re 1e-6 m.
 ///
-/// Measured values, MODEL.md section 6; bands of 158 mm down to 4 mm.
+/// Measured levels of a dense asphalt; bands of 158 mm down to 4 mm.
 const DENSE_ASPHALT: [(i32, f64); 16] = [
     (-8, 40.6),
     (-10, 42.0),

@@ -40,7 +40,7 @@ use tyrewave::tyre::influence::Field;
 const SIZES: [usize; 4] = [128, 256, 512, 1024];
 const SPEED: f64 = 80.0 / 3.6;
 
-/// Whether this is a test, without `--bench`, in which the dearest is left out.
+/// Tells a test, without `--bench`, which leaves out the dearest bench.
 fn is_test() -> bool {
     !std::env::args().any(|argument| argument == "--bench")
 }

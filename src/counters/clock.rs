@@ -64,7 +64,7 @@ impl Clock {
         self.began
     }
 
-    /// What was spent since the last lap ended, or the first began.
+    /// Returns the time spent since the last lap ended, or the first began.
     pub fn lap(&mut self) -> Spent {
         let last = self.began;
         let Some((clock, before)) = &mut self.cpu else {

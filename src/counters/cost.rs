@@ -1,4 +1,4 @@
-//! What a stage costs.
+//! Cost of a stage.
 
 use std::time::Duration;
 
@@ -48,8 +48,8 @@ pub struct StageCost {
     /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the
     /// steps.
     pub allocations: Option<Allocations>,
-    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and where
-    /// nobody looked.
+    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and without
+    /// a watch.
     pub peak_memory: Option<u64>,
 }
 
@@ -67,7 +67,7 @@ impl StageCost {
         self.spent.cpu_seconds().filter(|_| all).map(|cpu| idle_share(cpu, wall, threads))
     }
 
-    /// What was counted of an amount in a second; `None` where nothing was.
+    /// Returns an amount per second; `None` without time.
     pub fn rate(&self, amount: u64) -> Option<f64> {
         let seconds = self.seconds();
         (amount > 0 && seconds > 0.0).then(|| amount as f64 / seconds)

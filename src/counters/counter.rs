@@ -1,4 +1,4 @@
-//! What is counted.
+//! Exact work counters.
 
 use super::catalogue::catalogue;
 
@@ -49,7 +49,7 @@ catalogue! {
 }
 
 impl Counter {
-    /// Whether none of it is worth telling.
+    /// Tells counters of trouble, whose zero is not printed.
     pub const fn counts_trouble(self) -> bool {
         matches!(self, Self::Fallbacks | Self::WindowEdgeContacts)
     }

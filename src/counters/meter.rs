@@ -12,14 +12,14 @@ use super::stage::{Phase, Stage};
 use super::trace::Trace;
 use super::watch::{BLOCK, BLOCKS, Timing, WATCHED_EVERY, Watch};
 
-/// What a run has cost so far, as plain numbers.
+/// Cost of a run so far, as plain numbers.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub struct Counters {
     /// By [`Stage`]; the steps since they were last settled are not in it.
     pub stages: [StageCost; Stage::ALL.len()],
     /// By [`Counter`].
     pub counts: [u64; Counter::ALL.len()],
-    /// What stages took in the steps that were timed, since they were last settled, by [`Stage`].
+    /// Time of stages in the timed steps since the last settlement, by [`Stage`].
     pub in_steps: [Spent; Stage::ALL.len()],
     /// How many were timed.
     pub timed_steps: u64,
@@ -34,7 +34,7 @@ pub struct Meter {
     counters: Counters,
     watch: Watch,
     steps_clock: Option<Clock>,
-    /// Whether the step under way is timed, and whether its processor time is read.
+    /// Timing of the step under way, and reading of its processor time.
     timed: bool,
     watched: bool,
     /// All stages on the run's own thread: what is spent in a stage within another is told apart by it.
@@ -76,7 +76,7 @@ impl Meter {
         self.watch.timing = timing;
     }
 
-    /// Whether processor time and memory are looked at.
+    /// Tells whether processor time and memory are read.
     pub fn watches_closely(&self) -> bool {
         matches!(self.watch.timing, Timing::Closely | Timing::Every)
     }
@@ -157,7 +157,7 @@ impl Meter {
         self.counters.timed_steps += u64::from(self.timed);
     }
 
-    /// What tells processor time in the step under way; nothing in most.
+    /// Returns the clock of processor time in the step under way; most steps have none.
     pub fn cpu_clock(&self) -> Option<CpuClock> {
         self.watched.then_some(process::thread_cpu_time)
     }
@@ -248,7 +248,7 @@ impl Meter {
         self.counters.counts[counter as usize] += amount;
     }
 
-    /// What a stage has cost so far; the steps since they were last settled are not in it.
+    /// Returns the cost of a stage so far, without the steps since the last settlement.
     pub fn cost(&self, stage: Stage) -> StageCost {
         self.counters.stages[stage as usize]
     }
@@ -313,7 +313,7 @@ impl Meter {
         }
     }
 
-    /// What happened when, where that was to be noted.
+    /// Returns the timeline, if one is recorded.
     pub fn trace(&self) -> Option<&Trace> {
         self.trace.as_deref()
     }

@@ -1,4 +1,4 @@
-//! What a run costs: time and calls per stage, exact work counters.
+//! Cost of a run: time and calls per stage, exact work counters.
 //!
 //! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of
 //! threads; times are neither.

@@ -1,4 +1,4 @@
-//! What one core of this machine can do at best: what the rates of stages stand beside.
+//! Peak rates of one core of this machine, beside which the rates of stages stand.
 
 use std::hint::black_box;
 use std::time::Instant;

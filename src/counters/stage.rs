@@ -67,7 +67,7 @@ impl Stage {
 }
 
 catalogue! {
-    /// What a run is about while it goes through its stages.
+    /// Subject of a run as it goes through its stages.
     #[derive(Default)]
     pub enum Phase,
     /// The phase in a word.

@@ -21,16 +21,16 @@ const OUTSIDE: usize = 4000;
 /// Spans of the row behind.
 const BEHIND: usize = 20_000;
 
-/// Who has done it.
+/// Row of a timeline: the thread that did the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
     /// The run's own thread.
     March,
-    /// Whoever is free, beside it.
+    /// A background thread.
     Behind,
 }
 
-/// What a span is.
+/// Kind of a span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum What {
     /// The whole run.
@@ -46,9 +46,9 @@ pub enum What {
 /// A span of time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Span {
-    /// Who.
+    /// Row of the timeline.
     pub row: Row,
-    /// What.
+    /// Kind of the span.
     pub what: What,
     /// When it began, since the run did.
     pub begin: Duration,
@@ -69,8 +69,7 @@ pub struct Trace {
     phases: [Duration; Phase::ALL.len()],
     /// Time of every stage in every phase, on the run's own thread.
     staged: [[Duration; Stage::ALL.len()]; Phase::ALL.len()],
-    /// Of the steps: where the last block ended, in time and steps, what the stages had taken until then, steps to a
-    /// block.
+    /// End of the last block of steps: time, step, time of the stages until then, steps of a block.
     block_began: Instant,
     block_first: u64,
     block_staged: [Duration; Stage::ALL.len()],
@@ -116,7 +115,7 @@ impl Trace {
         self.spans.reserve_exact(OUTSIDE + BEHIND + blocks * (1 + Stage::ALL.len()));
     }
 
-    /// Whether a block of steps ends with the step before `step`.
+    /// Tells whether a block of steps ends before `step`.
     pub fn ends_block(&self, step: u64) -> bool {
         step >= self.block_first + self.block_steps
     }

@@ -41,9 +41,9 @@ impl Timing {
 pub struct Watch {
     /// How closely stages are timed.
     pub timing: Timing,
-    /// Whether is noted when what happened; only where every step is timed.
+    /// Records a timeline; only where every step is timed.
     pub trace: bool,
-    /// What the program's allocator counts.
+    /// Counts of the program's allocator.
     pub allocations: Option<AllocationProbe>,
 }
 

@@ -1,4 +1,4 @@
-//! What can go wrong in contact with the half-space.
+//! Errors of contact with the half-space.
 
 /// A contact problem that cannot be posed or was not solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -28,7 +28,7 @@ pub enum HalfSpaceError {
         row: usize,
         /// Column counted from 0.
         column: usize,
-        /// What was found.
+        /// Value found.
         value: f64,
     },
     /// A periodic grid with an odd number of rows or columns.

@@ -56,7 +56,7 @@ pub fn displacement(x: f64, y: f64, side_x: f64, side_y: f64) -> f64 {
     integral / PI
 }
 
-/// The closed form.
+/// Evaluates the closed form.
 fn near(x: f64, y: f64, a: f64, b: f64) -> f64 {
     corner(x + a, y + b) - corner(x - a, y + b) - corner(x + a, y - b) + corner(x - a, y - b)
 }

@@ -10,7 +10,7 @@ pub struct Aligned<T = f64> {
 }
 
 impl<T: Copy + Default> Aligned<T> {
-    /// So many.
+    /// Allocates so many numbers.
     pub fn new(length: usize) -> Self {
         let spare = LINE_BYTES / size_of::<T>().max(1);
         let memory = vec![T::default(); length + spare];
@@ -18,7 +18,7 @@ impl<T: Copy + Default> Aligned<T> {
         Self { memory, begin }
     }
 
-    /// Some of them.
+    /// Borrows a part.
     pub fn part(&mut self, first: usize, length: usize) -> &mut [T] {
         &mut self.memory[self.begin + first..self.begin + first + length]
     }

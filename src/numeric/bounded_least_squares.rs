@@ -33,16 +33,16 @@ pub struct Limits {
     pub decrease: f64,
 }
 
-/// What was found.
+/// Solution of a least-squares problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimum {
-    /// x.
+    /// Point x of the solution.
     pub point: Vec<f64>,
-    /// r(x).
+    /// Residuals r(x).
     pub residuals: Vec<f64>,
     /// Steps taken.
     pub steps: usize,
-    /// Whether nothing was left to gain; else the steps ran out, or the watcher broke off.
+    /// True at a minimum; false where the steps ran out or the watcher broke off.
     pub converged: bool,
 }
 

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-/// What becomes of each item.
+/// Maps every item, on all threads, in order.
 pub fn map<T: Sync, R: Send + Sync>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     made(items.len(), |index| of(&items[index]))
 }

@@ -59,7 +59,7 @@ pub fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
 }
 
 impl<S: Simd> Lanes<S> {
-    /// From numbers.
+    /// Loads numbers into lanes.
     #[inline(always)]
     pub fn from_fn(simd: S, mut value: impl FnMut(usize) -> Complex64) -> Self {
         let (mut re, mut im) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);

@@ -2,13 +2,13 @@
 
 use num_complex::{Complex32, Complex64};
 
-/// To single precision.
+/// Rounds to single precision.
 #[inline]
 pub fn single(value: Complex64) -> Complex32 {
     Complex32::new(value.re as f32, value.im as f32)
 }
 
-/// To double precision.
+/// Widens to double precision.
 #[inline]
 pub fn double(value: Complex32) -> Complex64 {
     Complex64::new(f64::from(value.re), f64::from(value.im))

@@ -16,7 +16,7 @@ fn probability_of_student(value: f64, freedom: usize) -> f64 {
     if odd == 1 { std::f64::consts::FRAC_2_PI * (angle + sine * sum) } else { sine * sum }
 }
 
-/// What |t| stays below with a probability of 95 %; `None` without a degree of freedom.
+/// Returns the bound of |t| at a probability of 95 %; `None` without a degree of freedom.
 pub fn quantile_of_student(freedom: usize) -> Option<f64> {
     if freedom == 0 {
         return None;

@@ -31,7 +31,7 @@ pub enum ArrayError {
     /// It does not hold real numbers.
     #[error("this array holds {found}, and real numbers are needed")]
     Type {
-        /// What it holds, as the file says it.
+        /// Type of its numbers, in the words of the file.
         found: String,
     },
 }
@@ -74,12 +74,12 @@ impl Array {
         self.npy.shape()
     }
 
-    /// Whether its numbers are floating-point ones.
+    /// Tells whether its numbers are floating-point ones.
     pub fn is_of_floats(&self) -> bool {
         self.kind.0 == TypeChar::Float
     }
 
-    /// What it holds, as the file says it.
+    /// Returns the type of its numbers, in the file's words.
     pub fn type_name(&self) -> String {
         self.npy.dtype().descr()
     }

@@ -26,7 +26,7 @@ use crate::numeric::digest::hexadecimal;
 /// Largest size of all entries together unless set otherwise \[bytes\].
 const DEFAULT_LIMIT: u64 = 512 << 20;
 
-/// What stops the cache from being used.
+/// Reason why the cache cannot be used.
 #[derive(Debug, Error)]
 pub enum CacheError {
     /// No folder: the environment names none and the platform's is unknown.
@@ -37,7 +37,7 @@ pub enum CacheError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
 }
@@ -64,7 +64,7 @@ pub trait Cached: Serialize + DeserializeOwned {
     /// Its kind.
     const KIND: Kind;
 
-    /// Whether a value that was read makes sense.
+    /// Tells whether a value that was read is valid.
     fn is_sound(&self) -> bool;
 }
 
@@ -84,7 +84,7 @@ pub struct CacheEntry {
     pub path: PathBuf,
     /// Its size \[bytes\].
     pub bytes: u64,
-    /// Whether it can be used: complete, of this version, checksum right.
+    /// Usability: complete, of this version, with the right checksum.
     pub usable: Result<(), Unusable>,
 }
 
@@ -169,7 +169,7 @@ impl Cache {
     /// warnings.
     ///
     /// # Errors
-    /// Of making it.
+    /// Errors of making the value.
     pub fn fetch<T: Cached, E>(
         &self,
         key: &[u8; 32],

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Names of what is in a folder.
 ///
 /// # Errors
-/// Of the file system.
+/// Errors of the file system.
 #[cfg(unix)]
 pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     use rustix::fs::{Dir, DirEntry, Mode, OFlags, open};
@@ -23,7 +23,7 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
 /// Names of what is in a folder.
 ///
 /// # Errors
-/// Of the file system.
+/// Errors of the file system.
 #[cfg(not(unix))]
 pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
@@ -32,7 +32,7 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
 /// Deletes a folder with all files in it; one that holds a folder stays, with that folder in it.
 ///
 /// # Errors
-/// Of the file system.
+/// Errors of the file system.
 pub fn remove(folder: &Path) -> io::Result<()> {
     for name in entries(folder)? {
         let _ = fs::remove_file(folder.join(name));

@@ -1,6 +1,6 @@
 //! Files that are read as a whole: regular ones of a bounded size, nothing else.
 //!
-//! A named pipe blocks whoever opens it and a device may go on for ever; a file larger than anything meant would take
+//! A named pipe blocks its reader and a device may go on for ever; a file larger than anything meant would take
 //! all memory before its first line is looked at.
 
 use std::fs::{self, File};
@@ -42,7 +42,7 @@ impl From<InputError> for io::Error {
 /// Opens a regular file; with it its size \[bytes\].
 ///
 /// # Errors
-/// Of the file system; [`io::ErrorKind::InvalidInput`] for pipes, devices and sockets.
+/// Errors of the file system; [`io::ErrorKind::InvalidInput`] for pipes, devices and sockets.
 pub fn open(path: &Path) -> io::Result<(File, u64)> {
     // Looked at before it is opened: opening a named pipe waits for somebody who writes to it.
     let regular = |information: fs::Metadata| match information.is_dir() {
@@ -83,7 +83,7 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
 /// Characters of a file that a message quotes at most.
 const QUOTED: usize = 80;
 
-/// What a message quotes of a text in a file.
+/// Returns the part of a file's text that a message quotes.
 pub fn excerpt(text: &str) -> String {
     beginning(text, QUOTED)
 }

@@ -20,7 +20,7 @@ impl PendingFile {
     /// final name yet, or what stood there before.
     ///
     /// # Errors
-    /// Of the file system.
+    /// Errors of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
         // The files of a process differ by a count, processes by the number that the standard library draws for each of
         // them: several machines that share a disk have processes of the same id.
@@ -33,7 +33,7 @@ impl PendingFile {
     /// As [`Self::create`], its name so far that of the file with a suffix: for a file that only one process can write.
     ///
     /// # Errors
-    /// Of the file system.
+    /// Errors of the file system.
     pub fn create_as(path: &Path, suffix: &str) -> io::Result<Self> {
         if path.is_dir() {
             return Err(io::ErrorKind::IsADirectory.into());
@@ -58,7 +58,7 @@ impl PendingFile {
     /// Completes the file: brings its content to the disk, then gives it its name.
     ///
     /// # Errors
-    /// Of the file system; nothing is left of it then.
+    /// Errors of the file system; nothing is left of it then.
     pub fn complete(self, content: impl AsRef<[u8]>) -> io::Result<()> {
         let mut file = File::create(&self.temporary)?;
         file.write_all(content.as_ref())?;
@@ -69,7 +69,7 @@ impl PendingFile {
     /// Gives the file its name; its content has been brought to the disk.
     ///
     /// # Errors
-    /// Of the file system; nothing is left of it then.
+    /// Errors of the file system; nothing is left of it then.
     pub fn publish(self) -> io::Result<()> {
         fs::rename(&self.temporary, &self.path)
     }

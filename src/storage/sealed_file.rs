@@ -36,10 +36,10 @@ pub enum Unusable {
     /// Something else.
     #[error("it is not {wanted}")]
     Foreign {
-        /// What it should be.
+        /// Name of the expected kind.
         wanted: &'static str,
     },
-    /// Of another version.
+    /// Another version of the format.
     #[error("it has format version {found}, this program reads {wanted}")]
     Version {
         /// The version found.
@@ -62,7 +62,7 @@ pub struct Format {
     pub magic: &'static [u8; 8],
     /// Version of what is stored: to be raised whenever the same bytes would mean something else.
     pub version: u32,
-    /// What it is, for messages, with its article.
+    /// Name for messages, with its article.
     pub name: &'static str,
 }
 
@@ -70,7 +70,7 @@ impl Format {
     /// Completes a file begun with a value's bytes: it is on the disk and has its name, or is not there.
     ///
     /// # Errors
-    /// Of the file; a value that has no bytes is [`io::ErrorKind::InvalidData`].
+    /// Errors of the file; a value that has no bytes is [`io::ErrorKind::InvalidData`].
     pub fn write(&self, file: PendingFile, value: &impl Serialize) -> io::Result<()> {
         let mut bytes = Vec::with_capacity(HEADER);
         bytes.extend_from_slice(self.magic);
@@ -88,13 +88,13 @@ impl Format {
     /// Bytes of a file, if they are whole and of this format.
     ///
     /// # Errors
-    /// Of the file.
+    /// Errors of the file.
     pub fn read(&self, path: &Path) -> io::Result<Result<Body, Unusable>> {
         let bytes = input::read(path, LARGEST)?;
         Ok(self.check(&bytes).map(|()| Body { bytes, next: HEADER }))
     }
 
-    /// Whether header and checksum are right.
+    /// Checks header and checksum.
     fn check(&self, bytes: &[u8]) -> Result<(), Unusable> {
         if !bytes.starts_with(&self.magic[..bytes.len().min(8)]) {
             return Err(Unusable::Foreign { wanted: self.name });
@@ -116,7 +116,7 @@ impl Format {
     }
 }
 
-/// What a whole file holds.
+/// Content of a whole file.
 #[derive(Clone, Debug)]
 pub struct Body {
     bytes: Vec<u8>,

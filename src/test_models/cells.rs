@@ -18,8 +18,8 @@ const STRIP_WIDTH: f64 = 0.111;
 /// Shear modulus of the tread \[Pa\], its Poisson's ratio and its density \[kg/m^3\].
 const TREAD: [f64; 3] = [3.7e6, 0.49, 1000.0];
 
-/// What a window of cells, `elements` round the tyre, feels of each other within one time step \[s\]: the tread is so
-/// deep that all waves take it for a half-space.
+/// Influence between the cells of a window, `elements` round the tyre, within one time step \[s\]: the tread is so deep
+/// that all waves take it for a half-space.
 pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: f64) -> CellInfluence {
     let [shear, poisson, density] = TREAD;
     let mut tyre = plate_tyre();

@@ -1,4 +1,4 @@
-//! What unit tests, integration tests and benchmarks calculate with: tyres, roads and scenes.
+//! Tyres, roads and scenes of unit tests, integration tests and benchmarks.
 //!
 //! A scene to test with is the shipped one of the flat tyre, or one of that tyre, as text, with some keys changed. A
 //! change that finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene

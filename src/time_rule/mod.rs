@@ -6,7 +6,7 @@
 //! *Numer. Math.* 119, 1). For a stiffly accurate rule they are the roots of zeta R(mu) = 1, R being the stability
 //! function.
 //!
-//! Everything that differs from rule to rule stands here; whoever uses one asks it.
+//! Everything that differs from rule to rule stands here.
 //!
 //! - this file: the rules, their times, weights, symbols and errors;
 //! - `runge_kutta`: the tableaux;
@@ -125,25 +125,25 @@ impl TimeRule {
         }
     }
 
-    /// What is left in the mean force of a step, sum_i b_i F_i, of a force that swings by an angle w dt in a step:
+    /// Returns the share that the mean force of a step, sum_i b_i F_i, keeps of a force that swings by w dt in a step:
     /// |sum_i b_i exp(i w dt c_i)|. 1 for rules that solve once, at the step's end.
     pub fn mean_response(self, angle: f64) -> f64 {
         let parts = self.nodes().iter().zip(self.weights());
         parts.map(|(&node, weight)| Complex64::from_polar(1.0, angle * node) * weight).sum::<Complex64>().norm()
     }
 
-    /// Whether weights exist that one real sum over past steps can use: multistep quadratures.
+    /// Tells multistep quadratures, whose weights serve one real sum over past steps.
     pub(crate) const fn is_multistep(self) -> bool {
         matches!(self, Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal)
     }
 
-    /// Whether the rule is a convolution quadrature. The first-order hold is none: its modes are exact, and its inverse
-    /// is unstable for a tyre.
+    /// Tells convolution quadratures. The first-order hold is none: its modes are exact, and its inverse is unstable
+    /// for a tyre.
     pub(crate) const fn is_quadrature(self) -> bool {
         !matches!(self, Self::FirstOrderHold)
     }
 
-    /// Whether the force rings at half the sampling frequency without decay, whatever the tyre.
+    /// Tells rules whose force rings at half the sampling frequency without decay, whatever the tyre.
     pub(crate) const fn is_marginal(self) -> bool {
         matches!(self, Self::Trapezoidal)
     }

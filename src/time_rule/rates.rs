@@ -1,4 +1,4 @@
-//! What a rule puts in the place of s.
+//! Rates of a rule, which replace s.
 
 use num_complex::Complex64;
 

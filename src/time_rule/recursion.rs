@@ -55,7 +55,7 @@ pub struct State<S: Simd, const PARTS: usize> {
     pub before: Number<S, PARTS>,
 }
 
-/// What a pole does in a step.
+/// Maps of a pole over a step.
 #[derive(Clone, Copy)]
 pub struct StepMaps<S: Simd, const PARTS: usize> {
     /// R.
@@ -67,7 +67,7 @@ pub struct StepMaps<S: Simd, const PARTS: usize> {
 }
 
 impl<S: Simd, const PARTS: usize> StepMaps<S, PARTS> {
-    /// Of a rule of one stage.
+    /// Makes the maps of a rule of one stage.
     #[inline(always)]
     fn of_one(Poles { g, w }: Poles<S, PARTS>) -> Self {
         Self { whole: g, inputs: [w; MOST_STAGES], outputs: [g; MOST_STAGES] }
@@ -81,7 +81,7 @@ pub type Instants<S> = [<S as Simd>::f64s; MOST_STAGES];
 pub trait Recursion: Copy + Send + Sync {
     /// Instants of a step, [`MOST_STAGES`] at most.
     const STAGES: usize;
-    /// Whether it needs b of two steps.
+    /// Need of b of two steps.
     const LOOKS_BACK: bool = false;
 
     /// From g and w.
@@ -252,10 +252,10 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
 
 /// Work to be done with a rule's recursion.
 pub trait WithRecursion {
-    /// What comes of it.
+    /// Result of the work.
     type Output;
 
-    /// Does it.
+    /// Does the work with a recursion.
     fn with<R: Recursion>(self, recursion: R) -> Self::Output;
 }
 
@@ -305,7 +305,7 @@ impl TimeRule {
         self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases())
     }
 
-    /// Whether the rule needs b of two steps.
+    /// Tells rules that need b of two steps.
     pub(crate) const fn looks_back(self) -> bool {
         matches!(self, Self::Bdf2)
     }

@@ -28,7 +28,7 @@ use super::map::Limits;
 use crate::half_space::{HalfSpaceError, love};
 use crate::numeric::transform_length;
 
-/// What is given.
+/// Prescribed quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Constraint {
     /// Sum of p/E* over the cells.
@@ -45,7 +45,7 @@ pub(super) struct Progress {
     pub residual: f64,
 }
 
-/// What lies beyond the grid.
+/// Surroundings of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Boundary {
     /// The bare half-space.

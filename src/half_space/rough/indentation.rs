@@ -26,7 +26,7 @@ const BOX_MARGIN: f64 = 0.1;
 /// Steps of rounding of the heights that a penetration must have to mean anything.
 const RESOLVED: f64 = 1e4;
 
-/// What presses the body.
+/// Prescribed load or approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
     /// Normal load \[N\].

@@ -42,7 +42,7 @@ impl HeightMap {
     }
 }
 
-/// When to stop.
+/// Ending of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest violation of the contact conditions, relative to the penetration: |g| where p > 0 and -g elsewhere.

@@ -33,7 +33,7 @@ pub struct Barycentric {
 }
 
 impl Barycentric {
-    /// Value at s.
+    /// Evaluates the approximant at s.
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         let (mut numerator, mut denominator) = (Complex64::ZERO, Complex64::ZERO);
         for ((&z, &f), &w) in self.points.iter().zip(&self.values).zip(&self.weights) {

@@ -25,7 +25,7 @@ impl Columns {
         Self { rows, entries: vec![0.0; rows * columns] }
     }
 
-    /// One column.
+    /// Returns one column.
     pub fn column(&self, column: usize) -> &[f64] {
         &self.entries[column * self.rows..(column + 1) * self.rows]
     }

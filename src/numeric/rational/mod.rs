@@ -25,7 +25,7 @@ pub use samples::Samples;
 
 use thiserror::Error;
 
-/// What can go wrong in a rational fit.
+/// Errors of a rational fit.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RationalError {
     /// Too few samples to determine the unknowns.
@@ -39,13 +39,13 @@ pub enum RationalError {
     /// A sample or a result that is not finite.
     #[error("{stage} met a value that is not finite")]
     NotFinite {
-        /// Where.
+        /// Stage of the fit.
         stage: &'static str,
     },
     /// The eigenvalue or singular value iteration did not converge.
     #[error("{stage}: the iteration for eigenvalues or singular values did not converge")]
     NoConvergence {
-        /// Where.
+        /// Stage of the fit.
         stage: &'static str,
     },
 }

@@ -13,12 +13,12 @@ pub struct PartialFractions {
     pub poles: Vec<Complex64>,
     /// Residues, in the order of the poles \[unit of H / s\].
     pub residues: Vec<Complex64>,
-    /// What is left at s -> infinity \[unit of H\].
+    /// Constant, the value for s -> infinity \[unit of H\].
     pub constant: f64,
 }
 
 impl PartialFractions {
-    /// Value at s.
+    /// Evaluates the sum at s.
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(&self.poles, &self.residues, self.constant, s)
     }
@@ -43,7 +43,7 @@ pub fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex64 {
     }
 }
 
-/// Whether a stored pole stands for a conjugate pair.
+/// Tells whether a stored pole stands for a conjugate pair.
 pub fn is_pair(pole: Complex64) -> bool {
     pole.im > 0.0
 }

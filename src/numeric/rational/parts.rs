@@ -26,7 +26,7 @@ impl Parts {
         Self { re, im }
     }
 
-    /// Number k.
+    /// Returns the complex number k.
     pub fn get(&self, k: usize) -> Complex64 {
         Complex64::new(self.re[k], self.im[k])
     }

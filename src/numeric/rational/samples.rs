@@ -1,4 +1,4 @@
-//! What is fitted.
+//! Samples of the responses to be fitted.
 
 use num_complex::Complex64;
 
@@ -18,7 +18,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Whether they are finite and enough for so many real unknowns.
+    /// Checks that they are finite and enough for so many real unknowns.
     pub(super) fn check(&self, unknowns: usize, stage: &'static str) -> Result<(), RationalError> {
         if 2 * self.points.len() < unknowns {
             return Err(RationalError::TooFewSamples { samples: self.points.len(), unknowns });

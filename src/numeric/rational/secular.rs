@@ -27,7 +27,7 @@ const CHANGE: f64 = 1e-7;
 struct Zero {
     /// Where it is: of a pair the one above the axis.
     at: Complex64,
-    /// Whether it stands for a pair.
+    /// Marks a conjugate pair.
     pair: bool,
     settled: bool,
 }

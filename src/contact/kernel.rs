@@ -15,7 +15,7 @@ use super::static_contact::{StaticContact, matched};
 use crate::numeric::Ring;
 use crate::scene::Tread;
 
-/// What the points in contact feel of each other within a step.
+/// Influence between the points in contact within a step.
 #[derive(Clone, Debug)]
 pub struct ContactKernel {
     law: Tread,
@@ -47,12 +47,12 @@ impl ContactKernel {
         Ok(Self { law, instant, spring, scale })
     }
 
-    /// Whether points feel each other within a step.
+    /// Tells whether points feel each other within a step.
     pub(crate) fn is_coupled(&self) -> bool {
         self.law != Tread::Uncoupled
     }
 
-    /// What a force does within its step to the element j further on, j = 0..N \[m/N\], springs included.
+    /// Returns the influence within a step on the element j further on, j = 0..N \[m/N\], springs included.
     pub(crate) fn within_a_step(&self) -> Vec<f64> {
         let mut influence = self.instant.clone();
         influence[0] += self.spring;
@@ -62,7 +62,7 @@ impl ContactKernel {
         influence
     }
 
-    /// What has to be added to G0_ii \[m/N\] for points that do not feel each other within a step to have the static
+    /// Returns the addition to G0_ii \[m/N\] for points that do not feel each other within a step to have the static
     /// force `wanted` at its indentation, from the static influence: at rest all steps but the last are history, so the
     /// influence is the static one less G0, and G0_ii and the addition on its diagonal.
     ///
@@ -84,7 +84,7 @@ impl ContactKernel {
     }
 }
 
-/// What a bedding makes of the influence functions.
+/// Scale of the influence functions and spring of a bedding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EqualBedding {
     /// Factor of the carcass's influence functions.

@@ -46,7 +46,7 @@ pub struct UnstableZero {
     pub wavenumbers: usize,
 }
 
-/// What a rule does to a tyre's inverse at a time step.
+/// Stability of a tyre's inverse under a rule at a time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stability {
     /// The zero with the smallest |zeta| < `UNSTABLE`, if there is any.
@@ -99,7 +99,7 @@ impl Stability {
         })
     }
 
-    /// Whether the force rings at half the sampling frequency without decay.
+    /// Tells whether the force rings at half the sampling frequency without decay.
     pub fn rings(&self) -> bool {
         self.at_half_sampling < RINGING || self.marginal.is_some()
     }

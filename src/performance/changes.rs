@@ -9,7 +9,7 @@ use super::error::PerformanceError;
 use super::record::RecordedWorkload;
 use crate::storage::input::{self, TABLE_BYTES};
 
-/// A change that somebody has looked at and wants.
+/// Accepted change of a counter, with its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AcceptedChange {
@@ -17,9 +17,9 @@ pub struct AcceptedChange {
     pub workload: String,
     /// Counter.
     pub counter: String,
-    /// What it was; 0: it was not there.
+    /// Value before; 0: it was not there.
     pub from: u64,
-    /// What it is; 0: it is gone.
+    /// Value now; 0: it is gone.
     pub to: u64,
     /// Why that is right.
     pub reason: String,
@@ -75,11 +75,11 @@ impl AcceptedChanges {
 pub struct Difference {
     /// Counter.
     pub counter: String,
-    /// Of the first record; 0: not there.
+    /// Value in the first record; 0: not there.
     pub from: u64,
-    /// Of the second.
+    /// Value in the second.
     pub to: u64,
-    /// Why, where somebody has said so.
+    /// Reason, where one is on file.
     pub explained: Option<String>,
 }
 

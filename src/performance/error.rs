@@ -1,4 +1,4 @@
-//! What can go wrong while performance is recorded or compared.
+//! Errors of recording and comparing performance.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ pub enum PerformanceError {
         what: &'static str,
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// A file is no record, or no list of accepted changes.
@@ -44,9 +44,9 @@ pub enum PerformanceError {
     Nonsense {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Fault found.
         wrong: String,
-        /// What would be right.
+        /// Remedy.
         right: &'static str,
     },
     /// A program that was to be compared did not do what it was asked for.
@@ -56,7 +56,7 @@ pub enum PerformanceError {
         program: PathBuf,
         /// The workload.
         workload: String,
-        /// What is wrong.
+        /// Fault found.
         wrong: String,
     },
 }

@@ -50,7 +50,7 @@ impl Instructions {
     }
 }
 
-/// Whether instructions can be counted here.
+/// Tells whether instructions can be counted here.
 pub fn can_count() -> bool {
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     version.is_ok_and(|status| status.success())

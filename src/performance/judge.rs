@@ -1,6 +1,6 @@
 //! Two records or programs judged.
 //!
-//! Counters: any difference that nobody has explained is against the second one. Physical values: a wrong one is.
+//! Counters: any unexplained difference is against the second one. Physical values: a wrong one is.
 //! Between two programs also, for every stage:
 //!
 //! - instructions, where they can be counted: exact, so that more than [`INSTRUCTIONS_MARGIN`] more of them in any
@@ -40,7 +40,7 @@ impl Side {
     /// A file that ends in `.json` is a record, any other a program.
     ///
     /// # Errors
-    /// Of [`Record::read`]; [`PerformanceError::File`] for a program that is not there.
+    /// Errors of [`Record::read`]; [`PerformanceError::File`] for a program that is not there.
     pub fn of(path: PathBuf) -> Result<Self, PerformanceError> {
         std::fs::metadata(&path).map_err(PerformanceError::reading(&path))?;
         if path.extension().is_some_and(|extension| extension == "json") {
@@ -63,7 +63,7 @@ impl Side {
 pub struct Effort {
     /// Pairs of a batch, at most.
     pub pairs: usize,
-    /// Whether instructions are counted.
+    /// True if instructions are counted.
     pub instructions: bool,
     /// Time that all of it may take: pairs and counts for which it does not suffice are left out.
     pub budget: Duration,
@@ -163,7 +163,7 @@ pub fn judge(
     Ok(verdict)
 }
 
-/// What a side took for a workload, and with which instructions and compiler; `None` for a record that does not know
+/// Returns a side's cost of a workload, its instructions and compiler; `None` for a record that does not know
 /// it.
 fn taken(side: &Side, workload: Workload) -> Result<Option<(RecordedWorkload, String, String)>, PerformanceError> {
     Ok(match side {

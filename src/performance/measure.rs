@@ -29,8 +29,8 @@ const STEPS_OF_A_BLOCK: u64 = 32;
 /// Times of blocks by the names of their stages.
 type Blocks = BTreeMap<String, Vec<Option<u64>>>;
 
-/// What a workload took and found. Maps are by the names of stages and counters, so that programs of different releases
-/// understand each other.
+/// Cost and findings of a workload. Maps are by the names of stages and counters, so that programs of different
+/// releases understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Measurement {
     /// Name of the workload.
@@ -51,18 +51,18 @@ pub struct Measurement {
 /// A physical value beside what it must be.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Found {
-    /// What it is.
+    /// Name of the value.
     pub what: String,
     /// Its value.
     pub value: f64,
-    /// What it must be.
+    /// Value expected.
     pub expected: f64,
     /// Largest relative difference.
     pub tolerance: f64,
 }
 
 impl Measurement {
-    /// Of a workload that was done here and found a value.
+    /// Makes the measurement of a workload that was done here and found a value.
     fn new(workload: Workload, counters: BTreeMap<String, u64>, value: f64, blocks: Blocks) -> Self {
         let Truth { what, expected, tolerance } = workload.truth();
         Self {
@@ -81,7 +81,7 @@ impl Found {
         (self.value - self.expected).abs() / self.expected.abs()
     }
 
-    /// Whether the workload found what it must.
+    /// Tells whether the workload found what it must.
     pub fn is_right(&self) -> bool {
         self.error() <= self.tolerance
     }
@@ -151,7 +151,7 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
 /// Does a workload on this thread: times are this thread's, so the pool should have no other.
 ///
 /// # Errors
-/// Of the run or the fit; [`PerformanceError::Interrupted`].
+/// Errors of the run or the fit; [`PerformanceError::Interrupted`].
 pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     match workload.scene()? {
         Some(loaded) => rolled(workload, &loaded, stop),

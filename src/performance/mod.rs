@@ -4,7 +4,7 @@
 //! 2. [`mod@measure`]: one of them done in this process: exact counters, time of every stage in short blocks;
 //! 3. [`mod@record`]: all of them as a file, stamped with what they were measured on; [`instructions`] counted where a
 //!    counting tool is there;
-//! 4. [`changes`]: counters of two records side by side; what differs is explained by a reason that somebody wrote
+//! 4. [`changes`]: counters of two records side by side; every difference needs a reason that is written
 //!    down, or it fails;
 //! 5. [`program`]: two programs run in turn, again and again; `ratio`: what their times say, of a workload and of all
 //!    pooled; [`instructions`] of every stage of both;

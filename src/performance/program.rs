@@ -10,8 +10,8 @@ use super::error::PerformanceError;
 use super::measure::Measurement;
 use super::workload::Workload;
 
-/// How a program is asked for one measurement, before the workload's name. One thread: what is made beside the march on
-/// more of them would be in nobody's time.
+/// Arguments that ask a program for one measurement, before the workload's name. One thread: the time of work beside the
+/// march on more of them would not be counted.
 const ARGUMENTS: [&str; 5] = ["--quiet", "--threads", "1", "profile", "measure"];
 
 /// A program that can measure, with fitted models of its own: what another build has kept might be another model.
@@ -23,7 +23,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Of a file; its models are gone when this is dropped.
+    /// Makes a program of a file; its models are gone when this is dropped.
     pub fn new(path: PathBuf) -> Self {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -34,7 +34,7 @@ impl Program {
     /// A folder that is gone when this is dropped.
     ///
     /// # Errors
-    /// Of the system.
+    /// Errors of the system.
     pub(super) fn scratch(&self) -> std::io::Result<&std::path::Path> {
         std::fs::create_dir_all(&self.models)?;
         Ok(&self.models)

@@ -1,4 +1,4 @@
-//! What interleaved times of two programs say.
+//! Ratios of interleaved times of two programs, with their confidence.
 //!
 //! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times its usual time, the median of the
 //!    same block over all runs of both programs. Blocks in which others had the processor are left out, and those that
@@ -29,13 +29,14 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// Of times \[s\], one of each program in a pair. `doubt`: probability that the interval misses the median.
+    /// Makes the ratio of times \[s\], one of each program in a pair. `doubt`: probability that the interval misses the
+    /// median.
     pub fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
         Self::pooled(&[(first, second)], doubt)
     }
 
-    /// Of several workloads' times \[s\]: of the geometric means of their ratios, pair by pair. A change that all of
-    /// them have stands out from their noise, which is each one's own.
+    /// Makes the ratio of several workloads' times \[s\]: geometric means of their ratios, pair by pair. A change that
+    /// all of them have stands out from their noise, which is each one's own.
     pub fn pooled(workloads: &[(&[f64], &[f64])], doubt: f64) -> Self {
         let pairs = workloads.iter().map(|(first, _)| first.len()).min().unwrap_or(0);
         let mean = |pair: usize| {
@@ -58,7 +59,7 @@ impl Ratio {
     }
 }
 
-/// Whether so many pairs have an interval.
+/// Tells whether so many pairs have an interval.
 pub fn are_enough(pairs: usize, doubt: f64) -> bool {
     rank(pairs, doubt).is_some()
 }

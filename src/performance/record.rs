@@ -12,12 +12,12 @@ use super::stamp::Stamp;
 use crate::storage::PendingFile;
 use crate::storage::input::{self, TABLE_BYTES};
 
-/// What `format` says in a record.
+/// Value of `format` in a record.
 const FORMAT: &str = "tyrewave profile";
 /// Raised when a reader would stumble.
 const FORMAT_VERSION: u32 = 1;
 
-/// What the workloads took on one machine.
+/// Costs of the workloads on one machine.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Record {
     /// Always `tyrewave profile`.
@@ -30,7 +30,7 @@ pub struct Record {
     pub workloads: BTreeMap<String, RecordedWorkload>,
 }
 
-/// What one workload took.
+/// Costs of one workload.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct RecordedWorkload {
     /// The physical value.
@@ -46,7 +46,7 @@ pub struct RecordedWorkload {
 }
 
 impl RecordedWorkload {
-    /// Of measurements of one workload; shares are the medians of theirs.
+    /// Makes the entry of measurements of one workload; shares are the medians of theirs.
     pub fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
         let Some(first) = measured.first() else { return Self::default() };
         let stages = first.blocks.keys();

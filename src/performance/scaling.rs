@@ -52,9 +52,9 @@ pub struct Rung {
 /// One size doubled, one cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ladder {
-    /// What is doubled.
+    /// Quantity that is doubled.
     pub axis: &'static str,
-    /// What is timed, and for which unit.
+    /// Cost that is timed, and its unit.
     pub cost: &'static str,
     /// Exponent that the algorithm promises.
     pub expected: f64,
@@ -160,7 +160,7 @@ const SEARCH: Growth = (Some(Stage::ActiveSet), "search, a step", 2.0, "points i
 /// Runs of growing size on one thread.
 struct Family {
     axis: &'static str,
-    /// What is set, value by value.
+    /// Settings, value by value.
     values: &'static [f64],
     /// Sets it in the scene of the smallest.
     set: fn(&mut LoadedScene, f64),

@@ -1,4 +1,4 @@
-//! What a record was made by and on.
+//! Program and machine of a record.
 
 use std::path::Path;
 use std::process::Command;
@@ -27,7 +27,7 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// Of this program, here and now.
+    /// Stamps this program, here and now.
     pub fn here() -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Self {

@@ -1,4 +1,4 @@
-//! What became of two records or programs held against each other, in values and in words.
+//! Verdict on two records or programs, in values and in words.
 
 use std::path::PathBuf;
 
@@ -11,11 +11,11 @@ use super::workload::Workload;
 
 /// Probability that the interval of one batch misses its median: a stage that is called changed has passed it twice.
 pub const DOUBT: f64 = 1e-3;
-/// Changes of time that nobody wants to hear of.
+/// Smaller changes of time are not reported.
 pub const MARGIN: f64 = 0.01;
 /// Stages with a smaller share in the time of their workload are not judged by time.
 pub const LEAST_SHARE: f64 = 0.02;
-/// Changes of the number of instructions that nobody wants to hear of.
+/// Smaller changes of the number of instructions are not reported.
 pub const INSTRUCTIONS_MARGIN: f64 = 0.01;
 
 /// How a stage's time came out.
@@ -43,7 +43,7 @@ pub struct StageVerdict {
     pub ratio: Ratio,
     /// Smallest change that could have been seen.
     pub resolution: f64,
-    /// What that means.
+    /// Meaning of the difference.
     pub change: Change,
     /// Workloads that have told it.
     pub workloads: usize,
@@ -60,7 +60,7 @@ pub struct WorkloadVerdict {
     pub differences: Vec<Difference>,
     /// Physical value of the second.
     pub found: Found,
-    /// Whether it is right.
+    /// True if it is right.
     pub right: bool,
     /// Instructions of both, where both were counted with one compiler.
     pub instructions: Option<(u64, u64)>,
@@ -77,9 +77,9 @@ pub struct Verdict {
     pub first: PathBuf,
     /// The second one's.
     pub second: PathBuf,
-    /// What it rests on, in words.
+    /// Evidence, in words.
     pub evidence: String,
-    /// Whether there were enough times to judge by.
+    /// True if there were enough times to judge by.
     pub times_judged: bool,
     /// Workloads that both know.
     pub workloads: Vec<WorkloadVerdict>,
@@ -108,7 +108,7 @@ impl StageVerdict {
         }
     }
 
-    /// What the instructions say.
+    /// Judges the change of the instructions.
     fn change_of_instructions(&self) -> Change {
         match self.instructions.map(|(from, to)| to as f64 / from as f64) {
             None => Change::NotJudged,
@@ -180,7 +180,7 @@ impl WorkloadVerdict {
 }
 
 impl Verdict {
-    /// Whether nothing speaks against the second one.
+    /// Tells whether nothing speaks against the second one.
     pub fn passes(&self) -> bool {
         self.pooled(Change::Slower).next().is_none()
             && self.workloads.iter().all(|workload| workload.complaints().is_empty())

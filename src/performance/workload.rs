@@ -33,7 +33,7 @@ catalogue! {
 /// The physical value that a workload must find.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// What it is.
+    /// Description of the workload.
     pub what: &'static str,
     /// Its value by a path that shares as little as possible with the workload's own.
     pub expected: f64,
@@ -47,7 +47,7 @@ const fn variation(expected: f64) -> Truth {
 }
 
 impl Workload {
-    /// What it must find. Forces of rolling workloads are those of the same scene by direct sums that remember all of
+    /// Value expected. Forces of rolling workloads are those of the same scene by direct sums that remember all of
     /// it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
     pub const fn truth(self) -> Truth {
         match self {

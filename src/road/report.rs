@@ -1,4 +1,4 @@
-//! What was found and done while a road was opened.
+//! Findings and actions of opening a road.
 
 use serde::Serialize;
 use thiserror::Error;
@@ -35,7 +35,7 @@ pub enum RoadNote {
     /// Longer wavelengths than this were removed.
     #[error("wavelengths longer than {longest_wavelength} m were removed")]
     Detrended { longest_wavelength: f64 },
-    /// Of all columns those outside the contact strip, or not measured, were not used; `incomplete` ones lack heights,
+    /// Columns outside the contact strip, or not measured, were not used; `incomplete` ones lack heights,
     /// `missing_points` of the file's `total_points`. `lateral_position` is v of the tyre's middle.
     #[error(
         "{used} of {total} columns used, around v = {lateral_position:.3} m; {incomplete} columns lack heights \
@@ -85,7 +85,7 @@ pub enum RoadNote {
 }
 
 impl RoadNote {
-    /// Whether the results may be affected in a way that the user did not ask for.
+    /// Tells whether the results may be affected in a way that the user did not ask for.
     pub fn is_warning(&self) -> bool {
         matches!(
             self,
@@ -105,7 +105,7 @@ fn percent(part: usize, whole: usize) -> f64 {
     100.0 * part as f64 / whole.max(1) as f64
 }
 
-/// What is known about an opened road.
+/// Facts about an opened road.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RoadReport {
     /// Length of the measured road \[m\]; absent for endless roads.

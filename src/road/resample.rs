@@ -59,7 +59,7 @@ impl Resampled {
         self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
     }
 
-    /// Whether the road is level across.
+    /// Tells whether the road is level across.
     pub fn is_level_across(&self) -> bool {
         self.stored == 1
     }

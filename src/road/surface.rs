@@ -13,7 +13,7 @@ use crate::scene::{AtEnd, Road};
 /// report.
 const WORTH_TELLING: f64 = 1.0;
 
-/// What opening a road may use.
+/// Limits of opening a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one file, and of working arrays.
@@ -116,12 +116,12 @@ impl RoadSurface {
         self.lattice
     }
 
-    /// Whether the road is the plane z = 0.
+    /// Tells whether the road is the plane z = 0.
     pub fn is_smooth(&self) -> bool {
         matches!(self.heights, Heights::Plane)
     }
 
-    /// What was found and done while opening.
+    /// Returns the findings and actions of opening the road.
     pub fn report(&self) -> &RoadReport {
         &self.report
     }

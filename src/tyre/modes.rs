@@ -55,7 +55,7 @@ const RADIAL: f64 = 0.25;
 /// Poles closer than this, relative to |s|, are the same.
 const SAME: f64 = 1e-7;
 
-/// What moves in a mode.
+/// Motion of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {
@@ -132,7 +132,7 @@ pub struct ModesError {
     pub n: usize,
     /// Lateral number.
     pub m: usize,
-    /// What the approximation met.
+    /// Error of the approximation.
     pub source: RationalError,
 }
 

@@ -1,4 +1,4 @@
-//! What there is to see of influence functions: magnitude over wavenumber and frequency, g over distance and time,
+//! Views of influence functions: magnitude over wavenumber and frequency, g over distance and time,
 //! causality, and the static influence beside the half-space's.
 //!
 //! - [`magnitudes`]: |H_n(i w)| with the poles at hand in [`RationalModel::modes`];
@@ -45,7 +45,7 @@ fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
 }
 
-/// What the waves +-n are worth at a distance \[elements\].
+/// Returns the share of the waves +-n at a distance \[elements\].
 fn weight(n: usize, distance: usize, elements: usize) -> f64 {
     let phase = 2.0 * PI * ((n * distance) % elements) as f64 / elements as f64;
     multiplicity(n, elements) * phase.cos()

@@ -34,7 +34,7 @@ use super::load_control::LoadControl;
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
 pub(crate) const LARGEST_RATE: f64 = 0.5;
 
-/// What moves, and what holds it.
+/// Mass, spring and damper of an axle.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SprungMass {
     /// Load m g, spring's part included \[N\].

@@ -31,7 +31,7 @@ pub struct DirectPast {
     sum: Vec<Complex64>,
 }
 
-/// What evolves of a [`DirectPast`] between two steps.
+/// State of a [`DirectPast`] between two steps.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct DirectPastState {
     step: usize,
@@ -54,7 +54,7 @@ impl DirectPast {
         Self { transform, stages, lags, weights, forces, step: 0, sum: vec![Complex64::ZERO; waves] }
     }
 
-    /// What a step costs.
+    /// Returns the work of a step.
     pub fn work(&self) -> Work {
         let products = self.weights.len() as u64;
         Work { multiply_adds: 2 * products, bytes: 8 * 3 * products }

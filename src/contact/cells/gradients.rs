@@ -59,7 +59,7 @@ pub struct Gradients {
     response: Vec<f32>,
     /// z_old.r_old; 0: there is no direction to go on from.
     last: f32,
-    /// What was added to forces that would have been below 0.
+    /// Cuts of forces that would have been below 0.
     cut: Vec<f32>,
 }
 

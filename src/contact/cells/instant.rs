@@ -1,4 +1,4 @@
-//! What forces on the cells displace at the same instant: free field and the images of the tyre's sides,
+//! Displacements of the cells by the forces of the same instant: free field and the images of the tyre's sides,
 //!
 //! G(ij, i'j') = T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\].
 
@@ -36,7 +36,7 @@ fn lengths(columns: usize) -> impl Iterator<Item = usize> {
 }
 
 impl InstantCells {
-    /// Of the window that an influence is told for.
+    /// Makes the product with an influence, for its window.
     pub fn new(CellInfluence { columns, across, toeplitz, hankel }: CellInfluence) -> Self {
         Self {
             columns,
@@ -116,7 +116,7 @@ impl InstantCells {
     }
 }
 
-/// What one force displaces.
+/// Displacements by one force.
 struct OneForce<'a> {
     cells: &'a InstantCells,
     cell: usize,

@@ -51,14 +51,14 @@ pub struct WavePast {
     behind: Behind<Waves>,
     /// Number of the coming instant in its block.
     instant: usize,
-    /// Whether there is an instant before it.
+    /// True if there is an instant before it.
     begun: bool,
     instants: usize,
-    /// What a block costs.
+    /// Work of a block.
     work: Work,
 }
 
-/// What evolves of a [`WavePast`].
+/// State of a [`WavePast`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct WavePastState {
     instant: usize,
@@ -66,7 +66,7 @@ pub struct WavePastState {
     rings: Vec<RingState>,
 }
 
-/// What evolves of a ring.
+/// State of a ring.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct RingState {
     latest: Vec<Complex64>,

@@ -32,7 +32,7 @@ pub struct CellProduct<R> {
     shift_across: Vec<[R; 2]>,
     /// Transform of T by block of waves along, even and odd frequencies, frequency across, wave.
     toeplitz: Aligned<R>,
-    /// That of H in the same order, real and imaginary parts.
+    /// Transform of H in the same order, real and imaginary parts.
     hankel: Aligned<R>,
     /// By block of cells across: waves along.
     spectrum: Aligned<R>,
@@ -171,7 +171,7 @@ struct Multiply<'a, R> {
     out: &'a mut [R],
 }
 
-/// What a transform the other way takes and gives: real and imaginary parts change places.
+/// Exchanges real and imaginary parts, before and after a transform the other way.
 #[inline(always)]
 fn swapped<R: Element, S: Simd>([re, im]: Wave<R, S>) -> Wave<R, S> {
     [im, re]

@@ -34,7 +34,7 @@ struct Window {
 }
 
 impl RestingCells {
-    /// Of a tyre's cells.
+    /// Makes the resting contact of a tyre's cells.
     pub fn new(sums: CellSums, crown: Vec<f64>) -> Self {
         let window = Window::new(&sums, FIRST_DEPTH * radius(&sums));
         Self { sums, crown, window }

@@ -29,7 +29,7 @@ pub struct CellResiduals {
     pub complementarity: f64,
 }
 
-/// What a search has done over all instants.
+/// Work of a search over all instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct CellCounts {
     /// Instants at which forces were sought.
@@ -57,7 +57,7 @@ const BELOW: f64 = 0.3;
 const MOST_ITERATIONS: u64 = 40;
 /// Cells on either side that the preconditioner reaches.
 const RADIUS: usize = 3;
-/// What stands for -infinity, where differences are taken.
+/// Stand-in for -infinity where differences are taken.
 const NOWHERE: f64 = -1e30;
 
 /// The search with its scratch; only its counters evolve.
@@ -106,7 +106,7 @@ impl CellSearch {
         &self.displacement
     }
 
-    /// What was done so far.
+    /// Returns the work counts so far.
     pub fn counts(&self) -> CellCounts {
         self.counts
     }

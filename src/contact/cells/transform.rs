@@ -188,7 +188,7 @@ impl<R: Element> Pass<R> {
 }
 
 impl<R: Element> Transform<R> {
-    /// Of a length without prime factors above 5.
+    /// Plans a length without prime factors above 5.
     pub fn new(length: usize) -> Self {
         let (mut left, mut stride, mut passes) = (length, 1, Vec::new());
         while left > 1 {

@@ -53,7 +53,7 @@ impl Basis {
     /// Multiply-adds of a transform that take the time of one of a product (measured).
     const WORTH: f64 = 2.5;
 
-    /// Of so many bins, if a product with them takes less time than a transform.
+    /// Plans so many bins, if a product with them takes less time than a transform.
     fn new(ring: usize, columns: usize, bins: usize) -> Option<Self> {
         if bins == 0 || (2 * bins * columns) as f64 > Self::WORTH * transform_multiply_adds(ring) {
             return None;
@@ -78,7 +78,7 @@ impl Basis {
         (row.first..row.first + row.count).map(move |n| self.turns[n * first % ring])
     }
 
-    /// What a wave counts in a real field.
+    /// Returns the weight of a wave in a real field: 2, or 1 for the waves that are their own mirror.
     fn times(&self, n: usize) -> f64 {
         if n == 0 || 2 * n == self.turns.len() { 1.0 } else { 2.0 }
     }

@@ -1,4 +1,4 @@
-//! What goes on behind the march for the past of cells: at each instant a part of the pass over all poles, and the sum
+//! Work behind the march for the past of cells: at each instant a part of the pass over all poles, and the sum
 //! of what all but the last forces do at the next instant.
 
 use std::ops::Range;
@@ -21,17 +21,17 @@ pub struct Waves {
     rule: TimeRule,
     /// The instant of the block that the march is at.
     instant: usize,
-    /// What tells processor time beside wall time, if anything does, and times of the last part.
+    /// Clock of processor time beside wall time, if there is one, and times of the last part.
     cpu: Option<CpuClock>,
     spent: Spent,
-    /// Whether it went on behind the march.
+    /// True if it went on behind the march.
     behind: bool,
 }
 
 /// The waves of one ring.
 pub struct RingWaves {
     groups: Vec<WavenumberGroup>,
-    /// What a force at a stage does one, two, ... instants later \[m/N\]: stage by stage, lag by lag, wave by wave.
+    /// Response one, two, ... instants after a force at a stage \[m/N\]: stage by stage, lag by lag, wave by wave.
     within: Vec<f64>,
     stages: usize,
     /// Forces \[N\] at the instants of the block before and of this one.
@@ -39,7 +39,7 @@ pub struct RingWaves {
     /// Displacements \[m\] at the instants of this block and of the next one, as foretold from the blocks before the
     /// last, and before this one.
     foretold: Vec<Vec<Complex64>>,
-    /// What all but the last forces displace at the coming instant \[m\].
+    /// Displacements at the coming instant by all but the last forces \[m\].
     sum: Vec<Complex64>,
     /// Forces of the blocks that are not forgotten yet, instant by instant; none where nothing ever is.
     pub remembered: Vec<Vec<Complex<f32>>>,
@@ -100,7 +100,7 @@ impl RingWaves {
         Self { groups, within, stages, forces, foretold, sum, remembered, earliest: 0, work, arch: Arch::new() }
     }
 
-    /// What a block costs.
+    /// Returns the work of a block.
     pub fn work(&self) -> Work {
         self.work
     }
@@ -123,7 +123,7 @@ impl RingWaves {
         self.foretold.rotate_left(instants);
     }
 
-    /// What all forces displace at an instant of the block: those of the last one had been left out.
+    /// Completes the displacements at an instant of the block by those of the last forces.
     pub fn finish(&mut self, instant: usize, displacement: &mut Vec<Complex64>) {
         let now = self.instants() + instant;
         self.add_forces(now, now - 1..now);
@@ -140,7 +140,7 @@ impl RingWaves {
         }
     }
 
-    /// What is behind the march at an instant: a part of the pass, and the sum for the next instant.
+    /// Does the work behind the march at an instant: a part of the pass, and the sum for the next instant.
     fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
         let instants = self.instants();
         let Self { groups, forces, foretold, remembered, earliest, arch, .. } = self;
@@ -198,12 +198,12 @@ impl RingWaves {
 }
 
 impl Waves {
-    /// Of rings.
+    /// Makes the work of rings.
     pub fn new(rings: Vec<RingWaves>, rule: TimeRule) -> Self {
         Self { rings, rule, instant: 0, cpu: None, spent: Spent::default(), behind: false }
     }
 
-    /// What is to be done while the march is at an instant of the block.
+    /// Begins the work that goes on while the march is at an instant of the block.
     pub fn begin(&mut self, instant: usize, cpu: Option<CpuClock>) {
         (self.instant, self.cpu) = (instant, cpu);
     }

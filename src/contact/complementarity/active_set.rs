@@ -27,7 +27,7 @@ use crate::storage::StateError;
 /// the patch.
 const SWEEPS: usize = 2;
 
-/// What a search for the forces is expected to take, for each time at which they are sought.
+/// Expected work of a search for the forces, for each time at which they are sought.
 #[derive(Clone, Copy, Debug)]
 pub struct ExpectedSearch {
     /// Points in contact to be looked at.
@@ -52,7 +52,7 @@ pub struct Residuals {
 }
 
 impl Residuals {
-    /// What the forces and u = G0 F leave open where d is required.
+    /// Returns the residuals of forces and u = G0 F where d is required.
     pub fn of(d: &[f64], forces: &[f64], displacement: &[f64]) -> Self {
         let mut residuals = Self::default();
         for ((&force, &d), &u) in forces.iter().zip(d).zip(displacement) {
@@ -86,7 +86,7 @@ pub struct ActiveSet {
     values: Vec<f64>,
 }
 
-/// What evolves of an [`ActiveSet`].
+/// State of an [`ActiveSet`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ActiveSetState {
     estimate: Vec<f64>,
@@ -191,7 +191,7 @@ impl ActiveSet {
         &self.surface.displacement
     }
 
-    /// What was done so far.
+    /// Returns the work counts so far.
     pub fn counts(&self) -> SearchCounts {
         let (factors, factorisation) = (self.factors.counts(), self.factors.making());
         let mut counts = SearchCounts { factors, factorisation, ..self.surface.counts.clone() };

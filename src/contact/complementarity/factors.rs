@@ -77,7 +77,7 @@ pub struct FactorCache {
     sizes: Sizes,
     index: PatternIndex,
     factors: Aligned,
-    /// Whether a factor was used since the hand passed.
+    /// True if a factor was used since the hand passed.
     used: Vec<bool>,
     filled: usize,
     hand: usize,
@@ -94,7 +94,7 @@ pub struct FactorCache {
     making: Work,
 }
 
-/// What evolves of a [`FactorCache`].
+/// State of a [`FactorCache`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct FactorState {
     counts: FactorCounts,
@@ -138,7 +138,7 @@ impl FactorCache {
         }
     }
 
-    /// What was done so far.
+    /// Returns the work counts so far.
     pub fn counts(&self) -> FactorCounts {
         self.counts
     }

@@ -245,7 +245,7 @@ struct Corner {
 }
 
 impl Corner {
-    /// Of the columns from `j` to `end`, from their block of rows.
+    /// Subtracts the columns from `j` to `end` from their block of rows.
     #[inline(always)]
     fn of(block: &[f64], j: usize, end: usize) -> Result<Self, Singular> {
         let (mut lower, mut pivots, mut scales) = ([[0.0; PANEL]; PANEL], [0.0; PANEL], [0.0; PANEL]);

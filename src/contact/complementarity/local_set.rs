@@ -108,7 +108,7 @@ pub struct LocalSet {
     solver: Ldlt,
 }
 
-/// What evolves of a [`LocalSet`].
+/// State of a [`LocalSet`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LocalSetState {
     estimate: Vec<f64>,
@@ -323,7 +323,7 @@ impl LocalSet {
         Ok(())
     }
 
-    /// What was done so far.
+    /// Returns the work counts so far.
     pub fn counts(&self) -> SearchCounts {
         self.surface.counts.clone()
     }

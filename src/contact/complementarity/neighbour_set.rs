@@ -42,7 +42,7 @@ pub struct NeighbourSet {
     gone: Vec<usize>,
 }
 
-/// What evolves of a [`NeighbourSet`].
+/// State of a [`NeighbourSet`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct NeighbourState {
     slot: Option<usize>,

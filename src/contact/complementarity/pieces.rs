@@ -82,7 +82,7 @@ impl HeldPiece {
         }
     }
 
-    /// Whether v is on it.
+    /// Tells whether v is on it.
     #[inline(always)]
     pub fn holds(&self, v: f64) -> bool {
         self.from <= v && v < self.to

@@ -41,14 +41,14 @@ pub enum Search {
     },
 }
 
-/// What evolves of a [`Search`].
+/// State of a [`Search`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum SearchState {
-    /// Of [`Search::Explicit`].
+    /// State of [`Search::Explicit`].
     Explicit(ActiveSetState),
-    /// Of [`Search::Local`].
+    /// State of [`Search::Local`].
     Local(LocalSetState),
-    /// Of [`Search::Alone`], which keeps nothing from step to step.
+    /// State of [`Search::Alone`], which keeps nothing from step to step.
     Alone,
 }
 
@@ -76,7 +76,7 @@ impl Search {
         }
     }
 
-    /// Whether [`Self::forces`] wants penetrations y; otherwise required displacements d = S(y).
+    /// Tells whether [`Self::forces`] wants penetrations y; otherwise required displacements d = S(y).
     pub(crate) fn takes_penetrations(&self) -> bool {
         !matches!(self, Self::Explicit(_))
     }
@@ -134,7 +134,7 @@ impl Search {
         out.iter_mut().zip(displaced).for_each(|(out, displaced)| *out += factor * displaced);
     }
 
-    /// What was done so far.
+    /// Returns the work counts so far.
     pub fn counts(&self) -> SearchCounts {
         match self {
             Self::Explicit(search) => search.counts(),

@@ -1,4 +1,4 @@
-//! What every search for the forces begins with and leaves: displacements by forces, sweeps of projected Gauss-Seidel
+//! Beginning and end of every search for the forces: displacements by forces, sweeps of projected Gauss-Seidel
 //! over the points, and what was done.
 
 use std::collections::BTreeMap;
@@ -18,7 +18,7 @@ pub(crate) const PATIENCE: u32 = 10;
 /// Bins of the iteration histogram: solves per step 0, 1, ..., the last one holds everything above.
 pub(crate) const HISTOGRAM_BINS: usize = 12;
 
-/// What the search has done over all steps.
+/// Work of a search over all steps.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct SearchCounts {
     /// Linear solves.
@@ -56,12 +56,12 @@ pub struct Surface {
     pub estimate: Vec<f64>,
     /// Room for y - G0 F.
     left: Vec<f64>,
-    /// What was done so far.
+    /// Work counts so far.
     pub counts: SearchCounts,
 }
 
 impl Surface {
-    /// Of `columns` points at rest; `influence[j]` is G0 of points j apart.
+    /// Makes `columns` points at rest; `influence[j]` is G0 of points j apart.
     pub fn new(influence: Vec<f64>, columns: usize) -> Self {
         let mirrored = influence[1..columns].iter().rev();
         Self {

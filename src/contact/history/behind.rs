@@ -1,6 +1,6 @@
 //! One piece of work at a time on another thread, handed over and back without allocating.
 //!
-//! Work that no thread has begun when its result is wanted is done where it is wanted: nobody waits for a thread that
+//! Work that no thread has begun when its result is wanted is done where it is wanted: no thread waits for one that
 //! does not get a processor, and without another thread everything is done in place. What comes of the work does not
 //! depend on where it was done.
 
@@ -25,7 +25,7 @@ pub trait Task: Send + 'static {
 enum Place<T> {
     /// With its owner.
     Out,
-    /// To be begun by whoever comes first.
+    /// Work that the first free thread begins.
     Waiting(Box<T>),
     /// On the other thread.
     Begun,
@@ -84,7 +84,7 @@ pub struct Behind<T: Task> {
 }
 
 impl<T: Task> Behind<T> {
-    /// Of work that is done; on a thread of its own if there is one to be had and it is wanted.
+    /// Wraps work that is done; on a thread of its own if there is one to be had and it is wanted.
     pub fn new(work: T, wanted: bool) -> Self {
         let place = Mutex::new(Place::Done(Box::new(work)));
         let shared = Arc::new(Shared { place, changed: Condvar::new(), news: AtomicU32::new(0) });

@@ -1,4 +1,5 @@
-//! What the forces up to the last block do in the block after the coming one: the pass over the states of all poles.
+//! Displacements by the forces up to the last block in the block after the coming one: the pass over the states of all
+//! poles.
 
 use std::sync::Arc;
 
@@ -26,13 +27,13 @@ pub struct Far {
     /// The same by wavenumber.
     spectra: Vec<Vec<Complex64>>,
     scratch: Vec<Complex64>,
-    /// What tells processor time beside wall time, if anything does.
+    /// Clock of processor time beside wall time, if there is one.
     pub cpu: Option<CpuClock>,
     /// Sums and transforms of a pass.
     work: [Work; 2],
     /// Times of the last pass likewise.
     times: [Spent; 2],
-    /// Whether it went on behind the march.
+    /// True if it went on behind the march.
     behind: bool,
     arch: Arch,
 }

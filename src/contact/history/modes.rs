@@ -40,7 +40,7 @@ pub const INSTANTS: usize = 8;
 /// Bytes of a pole, conjugates counted: of the model, and for each stage of a step what goes with it.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
 
-/// What a history is expected to take.
+/// Expected work and memory of a history.
 #[derive(Clone, Copy, Debug)]
 pub struct ExpectedHistory {
     /// Multiply-adds of the recursion for each step.
@@ -109,7 +109,7 @@ impl ModalHistory {
             .collect()
     }
 
-    /// What a model of so many poles, conjugates counted, is expected to take under a rule, looked at through a window
+    /// Forecasts a model of so many poles, conjugates counted, under a rule, looked at through a window
     /// of so many columns.
     pub fn expected(rule: TimeRule, elements: usize, poles: f64, columns: usize) -> ExpectedHistory {
         let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);

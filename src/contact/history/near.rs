@@ -1,4 +1,4 @@
-//! What the forces of the last block and of this one do at an instant: a short convolution, by Fourier transforms.
+//! Displacements by the forces of the last block and of this one: a short convolution, by Fourier transforms.
 //!
 //! An instant's forces and displacements are looked at through a window of C columns, which has moved on by at most one
 //! element a step since the earliest forces that count. On a ring of M elements, M at least twice as long as window and
@@ -131,7 +131,7 @@ impl NearForces {
         out.iter_mut().zip(ahead.iter().chain(behind)).for_each(|(out, near)| *out += near);
     }
 
-    /// What [`Self::take`] and [`Self::add_displacement`] take together.
+    /// Returns the work of [`Self::take`] and [`Self::add_displacement`] together.
     pub fn work(&self, now: usize) -> Work {
         let multiply_adds = expected_multiply_adds(self.ring, now as f64) as u64;
         // Real and imaginary parts of the forces beside the influence; transforms as the far field counts them.

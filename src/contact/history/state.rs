@@ -1,19 +1,19 @@
-//! What evolves of a history.
+//! State of a history.
 
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// What evolves of each kind of history; the same for any number of threads.
+/// State of each kind of history; the same for any number of threads.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum HistoryState {
-    /// Of [`super::DirectHistory`].
+    /// State of [`super::DirectHistory`].
     Direct(DirectState),
-    /// Of [`super::ModalHistory`].
+    /// State of [`super::ModalHistory`].
     Modal(ModalState),
 }
 
-/// What evolves of a [`super::DirectHistory`].
+/// State of a [`super::DirectHistory`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct DirectState {
     pub(super) steps: u64,
@@ -22,13 +22,13 @@ pub struct DirectState {
     pub(super) marks: Vec<(i64, Range<u32>)>,
 }
 
-/// What evolves of a [`super::ModalHistory`].
+/// State of a [`super::ModalHistory`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ModalState {
     pub(super) instant: usize,
     /// By instant: elements in contact and their forces.
     pub(super) rows: Vec<Vec<(i64, f64)>>,
-    /// What is left of the blocks before the last.
+    /// Remains of the blocks before the last.
     pub(super) old: Vec<Vec<f64>>,
     /// The last pass: its rings, and the states of all poles.
     pub(super) rings: Vec<Vec<f64>>,

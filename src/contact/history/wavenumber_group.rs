@@ -59,7 +59,7 @@ impl<const PARTS: usize> PoleRows<PARTS> {
         Self { coefficients, states, left: Vec::new(), forgets: vec![false; poles] }
     }
 
-    /// What is left of a unit force at each instant of a step so many steps later.
+    /// Returns the rest of a unit force at each instant of a step so many steps later.
     #[inline(always)]
     fn forget<S: Simd, R: Recursion>(&mut self, simd: S, recursion: R, steps: usize) {
         let (vectors, kinds) = (GROUP / S::F64_LANES, Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
@@ -193,7 +193,7 @@ impl WavenumberGroup {
         }
     }
 
-    /// What a pass costs.
+    /// Returns the work of a pass.
     pub fn work(&self) -> Work {
         let Self { pairs, reals, stages, skip, .. } = self;
         let steps = self.forces.len() / (2 * GROUP * stages);
@@ -250,7 +250,7 @@ impl WavenumberGroup {
     }
 }
 
-/// What is left of forces when they are forgotten.
+/// Removal of forgotten forces.
 struct Forget<'a> {
     group: &'a mut WavenumberGroup,
     steps: usize,

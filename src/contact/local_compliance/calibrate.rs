@@ -49,7 +49,7 @@ pub enum CalibrationError {
     HalfSpace(#[from] HalfSpaceError),
 }
 
-/// What a calibration found; compliances in m/Pa.
+/// Result of a calibration; compliances in m/Pa.
 #[derive(Clone, Debug, Serialize)]
 pub struct Calibration {
     /// E* of the tread \[Pa\].
@@ -115,7 +115,7 @@ struct Pressed {
 /// for a road without texture.
 ///
 /// # Errors
-/// Of the road and of the half-space's solver.
+/// Errors of the road and of the half-space's solver.
 pub fn calibrate(
     tyre: &Tyre,
     road: &Road,

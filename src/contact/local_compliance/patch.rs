@@ -62,7 +62,7 @@ impl PatchGrid {
 /// Patches of a road, at most `most`, spread evenly over a road that ends, one behind the other on one that does not.
 ///
 /// # Errors
-/// Of the road; [`RoadError::Short`] for one without room for a patch.
+/// Errors of the road; [`RoadError::Short`] for one without room for a patch.
 pub fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize) -> Result<Vec<HeightMap>, RoadError> {
     let border = |cell: f64| (BORDER / cell).round().max(1.0) as usize;
     let (rows, columns) = (grid.rows() + border(grid.dx), grid.columns + border(grid.dy));

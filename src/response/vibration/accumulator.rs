@@ -65,12 +65,12 @@ pub struct VibrationAccumulator {
     scratch: Vec<Complex64>,
 }
 
-/// What evolves of a [`VibrationAccumulator`].
+/// State of a [`VibrationAccumulator`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct VibrationState {
     segments: u64,
     weighted_power: f64,
-    /// Of the steps so far.
+    /// Forces of the steps so far.
     forces: Vec<f64>,
     powers: Vec<f64>,
     reference: Vec<f64>,
@@ -80,7 +80,7 @@ pub struct VibrationState {
     elements: Option<ElementState>,
 }
 
-/// What evolves of a [`Share`].
+/// State of a [`Share`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct ShareState {
     powers: Vec<f64>,
@@ -93,7 +93,7 @@ impl VibrationAccumulator {
         Self::keeping(layout, None)
     }
 
-    /// Of forces that are resolved across, with what is to be kept of them.
+    /// Makes an accumulator of forces that are resolved across, with the motion to keep of them.
     pub fn resolved(layout: SegmentLayout, heard: Heard) -> Self {
         Self::keeping(layout, Some(Arc::new(heard)))
     }
@@ -157,7 +157,7 @@ impl VibrationAccumulator {
         self.segments
     }
 
-    /// Whether the next step completes a segment.
+    /// Tells whether the next step completes a segment.
     pub fn completes_next(&self) -> bool {
         self.filled + 1 == self.layout.length()
     }
@@ -215,7 +215,7 @@ impl VibrationAccumulator {
         self.filled = layout.length() - layout.hop();
     }
 
-    /// What the segments so far add up to; `None` before the first one.
+    /// Returns the mean of the segments so far; `None` before the first one.
     pub fn finish(&self) -> Option<PatchSpectra> {
         if self.segments == 0 {
             return None;
@@ -363,7 +363,7 @@ pub struct PatchSpectra {
 }
 
 impl PatchSpectra {
-    /// What is kept of a bin: [`Self::powers`].
+    /// Returns the kept values of a bin: [`Self::powers`].
     pub fn row(&self, bin: usize) -> &[f64] {
         let width = self.layout.row();
         &self.powers[bin * width..][..width]

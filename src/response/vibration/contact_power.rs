@@ -7,7 +7,7 @@
 //! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal
 //! rule and the hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
 //!
-//! What limits the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre
+//! Limits of the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre
 //! stores what it has not yet dissipated when the record ends, and with the trapezoidal rule and the hold both sides
 //! differ by the rule's error. The power is averaged with the square of the segments' window, so that the mean pattern,
 //! which has most of it, is balanced without any of that. Measured, N = 128, 2.5 s: smooth road 2e-7, rough road 2e-5
@@ -44,7 +44,7 @@ impl Window {
     }
 }
 
-/// What evolves of a [`ContactPower`].
+/// State of a [`ContactPower`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PowerState {
     earlier: [Window; 2],

@@ -25,7 +25,7 @@ pub const LEAST_PEAK: f64 = 0.003;
 /// How far a wave may lie beside its branch's continuation, as a part of its frequency: fitted poles of weak waves
 /// wander by more than that, and make no branch.
 const JUMP: f64 = 0.015;
-/// The same for the second wavenumber, whose direction nobody knows.
+/// The same for the second wavenumber, whose direction is not known yet.
 const FIRST_JUMP: f64 = 0.08;
 /// Frequency below which both are parts of this one \[Hz\].
 const LOWEST: f64 = 100.0;

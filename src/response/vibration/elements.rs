@@ -39,7 +39,7 @@ pub struct ElementVelocities {
     tables: Vec<VelocityTable>,
     elements: Vec<usize>,
     parts: Vec<Part>,
-    /// Of the last segment: points x bins.
+    /// Velocities of the last segment: points x bins.
     velocities: Vec<Complex64>,
     /// Segments of either kind.
     segments: [u64; 2],
@@ -49,7 +49,7 @@ pub struct ElementVelocities {
     powers: Vec<f64>,
 }
 
-/// What evolves of [`ElementVelocities`].
+/// State of [`ElementVelocities`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct ElementState {
     segments: [u64; 2],
@@ -167,7 +167,7 @@ struct Part {
     range: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn RealToComplex<f64>>,
-    /// What the forces of these elements make: points x bins.
+    /// Velocities by the forces of these elements: points x bins.
     velocities: Vec<Complex64>,
     series: Vec<f64>,
     spectrum: Vec<Complex64>,

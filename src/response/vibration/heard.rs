@@ -1,4 +1,4 @@
-//! What forces that are resolved across the strip move: kept instead of their products.
+//! Velocities and power of laterally resolved forces, kept instead of their products.
 //!
 //! The forces of a column are F_m = sum_j s_m(y_j) F_j, m by m. Waves of different m are different motions of the tyre,
 //! so that everything that is observed is a sum over m: the mean velocity across the strip a coherent one,
@@ -34,7 +34,7 @@ use crate::numeric::{double, single};
 use crate::tyre::influence::CellRow;
 use crate::tyre::poles::cells::CellModel;
 
-/// What is kept of a wavenumber at a bin.
+/// Values that are kept of a wavenumber at a bin.
 pub enum Heard {
     /// |v_n|^2, field by field.
     Velocities(Vec<HeardVelocity>),
@@ -79,7 +79,7 @@ struct Forms {
 }
 
 impl HeardVelocity {
-    /// Of a table.
+    /// Makes the sums of a table.
     pub fn of(table: &VelocityTable, layout: &SegmentLayout) -> Self {
         let (bins, channels) = (layout.bins(), layout.channels());
         let mut values = vec![Complex32::ZERO; (layout.elements / 2 + 1) * bins * channels];
@@ -123,7 +123,7 @@ impl HeardVelocity {
 }
 
 impl HeardPower {
-    /// Of all waves that a run carries, for forces whose components are these lateral numbers.
+    /// Makes the sums of all waves that a run carries, for forces whose components are these lateral numbers.
     pub fn new(layout: &SegmentLayout, carried: &[CarriedWaves], numbers: &[usize]) -> Self {
         let transfers = Transfers::new(layout, TransferKind::Rule);
         let count = products::count(layout.stages());
@@ -197,7 +197,7 @@ impl Heard {
         }
     }
 
-    /// Whether squares of velocities are kept.
+    /// Tells whether squares of velocities are kept.
     pub(super) fn is_velocity(&self) -> bool {
         matches!(self, Self::Velocities(_))
     }

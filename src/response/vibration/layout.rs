@@ -64,7 +64,7 @@ pub struct SegmentLayout {
 pub struct SharedBin {
     /// Its number k.
     pub bin: usize,
-    /// Whether it takes the conjugate transforms.
+    /// True if it takes the conjugate transforms.
     pub conjugate: bool,
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Share {
     pub(super) bases: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
-    /// What is kept of resolved forces.
+    /// Sums of resolved forces.
     heard: Option<Arc<Heard>>,
     /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber:
     /// see [`products`]; of resolved forces what is [`Heard`] of them.
@@ -100,7 +100,7 @@ impl Share {
         }
     }
 
-    /// What is kept of the forces' waves.
+    /// Returns the keeper of the forces' waves.
     pub(super) fn keeper(&self) -> Keeper {
         Keeper { layout: self.layout, heard: self.heard.clone() }
     }
@@ -172,7 +172,7 @@ impl Share {
     }
 }
 
-/// What is kept of the waves of forces: the mean products of the stages' forces, or what is heard of resolved ones.
+/// Kept sums of the waves of forces: mean products of the stages' forces, or the motion by resolved ones.
 pub(super) struct Keeper {
     layout: SegmentLayout,
     heard: Option<Arc<Heard>>,

@@ -1,7 +1,7 @@
 //! From the forces' powers to velocities: spectra of both frames, maps, dissipated power.
 //!
 //! A wave of the non-rotating frame, exp(i (kx x + w t)), is a wave of the material one with w' = w - n Omega; its
-//! velocity is that of the material, Y_n(w') = s H_n(s) times its force, whoever looks on. So every wave's power
+//! velocity is that of the material, Y_n(w') = s H_n(s) times its force, in both frames. So every wave's power
 //! |Y_n|^2 |F_n|^2 belongs to one bin of each frame, and both sums are the same: the mean of v^2 over the circumference
 //! and over time. Only the mean pattern, which stands in the non-rotating frame, is there 0 Hz and no vibration, in the
 //! material frame lines at the multiples of the rotation; it is listed by itself, and is a part of the material frame's
@@ -24,14 +24,14 @@ const MOST_ROWS: usize = 1024;
 /// Wavenumbers whose transfers are in memory at once.
 const BLOCK: usize = 32;
 
-/// What is wanted.
+/// Selection of spectra.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectraRequest<'a> {
     /// The fields.
     pub fields: &'a [VibrationField],
-    /// What stands for s.
+    /// Meaning of s.
     pub kind: TransferKind,
-    /// Whether maps are made.
+    /// True if maps are made.
     pub maps: bool,
 }
 
@@ -66,9 +66,9 @@ pub struct WavenumberMap {
 /// Dissipated power \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dissipation {
-    /// Of the mean pattern: what rolling costs on a smooth road.
+    /// Power of the mean pattern: the cost of rolling on a smooth road.
     pub mean_pattern: f64,
-    /// Of the vibration.
+    /// Power of the vibration.
     pub vibration: f64,
 }
 
@@ -182,11 +182,11 @@ impl FieldSpectra {
     }
 }
 
-/// What is kept of a bin.
+/// Kept values of a bin.
 struct Line<'a> {
     bin: usize,
     row: &'a [f64],
-    /// Whether it is the mean pattern's.
+    /// True if it is the mean pattern's.
     standing: bool,
 }
 

@@ -43,7 +43,7 @@ impl VibrationField {
     }
 }
 
-/// What stands for s at an angular frequency.
+/// Value of s at an angular frequency: the rule's, or the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TransferKind {
     /// i w; the forces of a step's stages act at their own times.
@@ -130,7 +130,7 @@ enum Way {
     AtTheirTimes(Vec<Complex64>),
 }
 
-/// What is quadratic in the forces of one wavenumber, bin by bin: weights of the stages' products.
+/// Quadratic forms of the forces of one wavenumber, bin by bin: weights of the stages' products.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forms {
     /// |v|^2.

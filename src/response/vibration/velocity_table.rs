@@ -28,7 +28,7 @@ pub struct VelocityTable {
 }
 
 impl VelocityTable {
-    /// Of a field; `None` where the response does not have it.
+    /// Makes the table of a field; `None` where the response does not have it.
     pub fn new(
         layout: &SegmentLayout,
         response: &TyreResponse<'_>,

@@ -1,4 +1,4 @@
-//! What can be wrong with the heights that slices are made of.
+//! Errors of the heights that slices are made of.
 
 /// Heights that no stiffness curve can be made of.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -21,7 +21,7 @@ pub enum SliceError {
         slice: usize,
         /// Cell counted from 0, across first.
         cell: usize,
-        /// What was found.
+        /// Value found.
         value: f64,
     },
     /// A grid on which contact cannot be shown to grow only; the curve follower needs that.
@@ -40,7 +40,7 @@ pub enum SliceError {
     /// A cell or a tolerance that is not a positive length.
     #[error("{what} is {value} m: it must be positive and finite")]
     Length {
-        /// What the length is.
+        /// Name of the length.
         what: &'static str,
         /// Its value \[m\].
         value: f64,

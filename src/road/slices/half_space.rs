@@ -6,7 +6,7 @@
 //! line, slope 1 once the whole width is in contact, whatever the modulus and Poisson's ratio. [`GrowingContact`] gives
 //! F exactly.
 //!
-//! Of an element, S(y) is the mean over its lines of S_line(y - (z_peak - z_peak,line)): its points of touch are
+//! For an element, S(y) is the mean over its lines of S_line(y - (z_peak - z_peak,line)): its points of touch are
 //! theirs, each later by as much as the line's peak lies lower, all of them sorted.
 
 use super::StiffnessCurve;

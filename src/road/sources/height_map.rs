@@ -116,7 +116,7 @@ impl HeightMap {
     }
 }
 
-/// Refuses a spacing \[m\] that nobody measures with: a unit or a scale is wrong.
+/// Refuses a spacing \[m\] that no instrument has: a unit or a scale is wrong.
 pub fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
     let [least, most] = SPACINGS;
     if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }

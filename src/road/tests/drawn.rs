@@ -191,7 +191,7 @@ fn skewed_roads_have_their_moments_and_their_levels() {
     assert!(matches!(refused(&wrong, lattice), RoadError::Moments { .. }));
 }
 
-/// What flat tops do to slices: the mean S past the highest cell grows when the road is skewed to below, at the same
+/// Effect of flat tops on slices: the mean S past the highest cell grows when the road is skewed to below, at the same
 /// levels.
 #[test]
 fn flat_tops_are_met_by_more_of_the_slice() {

@@ -39,14 +39,14 @@ pub struct ProfileDepth {
     pub valid: usize,
     /// The profile's spacing is more than 1 mm, too coarse for the standard: peaks are missed, the depth is too small.
     pub too_coarse: bool,
-    /// Whether the depth is that of the reference surface of ISO 10844:2014, 0.5 mm within 0.2 mm; absent where the
+    /// True if the depth is that of the reference surface of ISO 10844:2014, 0.5 mm within 0.2 mm; absent where the
     /// depth is not known by the standard. The surface's other properties are not asked for here.
     pub reference_surface: Option<bool>,
 }
 
 impl ProfileDepth {
-    /// Of profiles with their points `spacing` \[m\] apart, missing ones interpolated and marked; without marks none is
-    /// missing.
+    /// Finds the depth of profiles with points `spacing` \[m\] apart, missing ones interpolated and marked; without
+    /// marks none is missing.
     pub fn of<'a>(profiles: impl IntoIterator<Item = (&'a [f64], &'a [bool])>, spacing: f64) -> Self {
         let (mut segments, mut depths) = (0, Vec::new());
         for (heights, missing) in profiles {

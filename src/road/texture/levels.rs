@@ -54,7 +54,7 @@ pub struct TextureLevel {
     pub wavelength: f64,
     /// Level, dB re 1e-6 m.
     pub level: f64,
-    /// Whether the profile is long enough for the band (ISO 13473-4:2024): twelve of its wavelengths.
+    /// True if the profile is long enough for the band (ISO 13473-4:2024): twelve of its wavelengths.
     pub valid: bool,
 }
 
@@ -67,17 +67,17 @@ pub struct OverallLevel {
     pub longest: f64,
     /// See `longest`.
     pub shortest: f64,
-    /// Whether all bands are in it that the range has.
+    /// True if all bands are in it that the range has.
     pub complete: bool,
 }
 
 impl OverallLevel {
-    /// Of the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
+    /// Sums the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
     pub fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -33..=-13)
     }
 
-    /// Of the megatexture, from the bands above those up to 500 mm; `None` without a valid one.
+    /// Sums the megatexture, from the bands above those up to 500 mm; `None` without a valid one.
     pub fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -12..=-3)
     }
@@ -93,7 +93,7 @@ impl OverallLevel {
     }
 }
 
-/// What is asked of profiles in one band, and what they have.
+/// Level wanted of profiles in one band, and the level found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BandFit {
     /// Middle of the band \[m\], geometric.

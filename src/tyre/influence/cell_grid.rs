@@ -67,9 +67,9 @@ impl CellGrid {
         (m % all).min(all - m % all)
     }
 
-    /// Whether any cell feels m; the highest may have its nodes in all of them.
+    /// Tells whether any cell feels m; the highest may have its nodes in all of them.
     pub(super) fn is_felt(&self, m: usize) -> bool {
-        /// What is left of a node by rounding.
+        /// Remains of a node by rounding.
         const ROUNDING: f64 = 1e-9;
         (0..self.across).any(|j| self.wave(m, j).abs() > ROUNDING)
     }

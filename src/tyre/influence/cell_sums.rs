@@ -38,7 +38,7 @@ const TAIL_POINTS: usize = 24;
 /// Share of a half-space's C_zz that the thickness may change.
 const THICKNESS_TOLERANCE: f64 = 1e-7;
 
-/// What cells feel of each other: of (i, j) on (i', j') `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+/// Influence between cells: of (i, j) on (i', j') `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellInfluence {
     /// Cells along that are told.
@@ -95,7 +95,7 @@ impl CellSums {
         dispatch(WaveSum { wave, at: &at, values });
     }
 
-    /// What cells feel of each other through some waves alone, up to `columns` along: rows of waves with the value of
+    /// Returns the influence between cells by some waves alone, up to `columns` along: rows of waves with the value of
     /// each \[m/N\], on a ring that is the tyre's length over a number.
     pub fn instant_of_waves<'a>(
         &self,
@@ -116,7 +116,7 @@ impl CellSums {
         together(&self.grid, columns, &numbers, &rows)
     }
 
-    /// What cells feel of each other at a real s \[1/s\], up to `columns` along.
+    /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
         let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
@@ -159,7 +159,7 @@ impl CellSums {
     }
 }
 
-/// What waves do together, by m as rows of what a force does at each distance along.
+/// Sums waves, by m as rows of the influence of a force at each distance along.
 fn together(grid: &CellGrid, columns: usize, numbers: &[usize], rows: &[Vec<f64>]) -> CellInfluence {
     let (waves, across) = (grid.waves(), grid.across);
     let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
@@ -191,7 +191,7 @@ struct HalfSpace {
     series: Vec<f64>,
 }
 
-/// What is added at the distances 0 and 1 for a sum of means.
+/// Adds a sum of means at the distances 0 and 1.
 fn add_mean(row: &mut [f64], mean: f64) {
     for (value, share) in row.iter_mut().zip([0.5, -0.25]) {
         *value += share * mean;
@@ -256,7 +256,7 @@ struct Around<'a> {
     grid: &'a CellGrid,
     /// Largest n.
     last: i64,
-    /// Whether the sum ends there, at -n and not at n.
+    /// True if the sum ends there, at -n and not at n.
     truncated: bool,
     columns: usize,
 }

@@ -28,7 +28,7 @@ pub struct CellWave {
 pub struct CellRow {
     /// m.
     pub m: usize,
-    /// Whether weights hold what cells take of each number's wave, since numbers are taken together; else cells take it
+    /// True if weights hold what cells take of each number's wave, since numbers are taken together; else cells take it
     /// in their shapes.
     pub folded: bool,
     /// Number of the first wave on the ring.
@@ -47,7 +47,7 @@ pub struct WaveBand {
     pub fades_in: Option<[f64; 2]>,
     /// Between these they fade out; `None`: as far as the sums go.
     pub fades_out: Option<[f64; 2]>,
-    /// Whether lateral numbers that are the same on cells are taken together; only on a tyre whose sides are whole
+    /// True if lateral numbers that are the same on cells are taken together; only on a tyre whose sides are whole
     /// cells away from the strip ([`CellGrid::width_in_cells`]).
     pub folded: bool,
 }

@@ -18,7 +18,7 @@ use super::folded_sum::InfluenceSum;
 use super::kernel::Field;
 use crate::time_rule::TimeRule;
 
-/// What wraps round, relative to itself: rho^K.
+/// Wrap-around relative to itself: rho^K.
 const WRAPPED: f64 = 1e-12;
 
 /// The circle |zeta| = rho on which so many weights are sampled.
@@ -43,7 +43,7 @@ impl Circle {
         (0..=length / 2).map(move |k| Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64))
     }
 
-    /// What makes the weight of a lag of the sum over all points.
+    /// Returns the factor from the sum over all points to the weight of a lag.
     pub fn scale(&self, lag: usize) -> f64 {
         self.radius.powi(-(lag as i32)) / self.length as f64
     }

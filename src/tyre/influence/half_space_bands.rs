@@ -81,7 +81,7 @@ pub fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; B
     })
 }
 
-/// Whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
+/// Tells whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
 pub fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let alpha = (ratio * tread.modulus_ratio + k * k).sqrt();
@@ -89,7 +89,7 @@ pub fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
     alpha.re.min(beta.re) * tread.thickness >= decay
 }
 
-/// Whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`.
+/// Tells whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`.
 pub fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let kappa = tread.modulus_ratio;

@@ -24,7 +24,7 @@ pub struct FaceValues {
 }
 
 impl InfluenceSum {
-    /// Whether sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
+    /// Tells whether sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
     /// number.
     pub(super) fn in_lockstep(&self, driven: Field) -> bool {
         let ends = self.tail.is_some() || (self.lateral_terms.is_some() && self.aliases.is_some());
@@ -59,7 +59,7 @@ struct LaneSum<'a> {
     sum: &'a InfluenceSum,
     n: usize,
     at: &'a [&'a SumAt],
-    /// Whether the driven face is the surface, or under the tread.
+    /// True if the driven face is the surface, or under the tread.
     surface: bool,
     values: &'a mut Vec<FaceValues>,
 }

@@ -1,4 +1,4 @@
-//! What a contact element takes of the tyre's waves: wavenumbers and weights, geometry only.
+//! Projection of the tyre's waves on a contact element: wavenumbers and weights, geometry only.
 
 use std::f64::consts::PI;
 

@@ -37,13 +37,14 @@ pub struct SurfaceWaves {
 }
 
 impl SurfaceWaves {
-    /// Of a tyre and the first lateral numbers that a centred strip excites; else as [`Self::of`].
+    /// Makes the waves of a tyre and the first lateral numbers that a centred strip excites; else as [`Self::of`].
     pub fn new(tyre: &Tyre, most_around: usize, lateral_waves: usize, highest: f64, tolerance: f64) -> Self {
         let lateral = Waves::new(tyre).lateral_numbers().take(lateral_waves).collect();
         Self::of(tyre, most_around, lateral, highest, tolerance)
     }
 
-    /// Of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative `tolerance`.
+    /// Makes the waves of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative
+    /// `tolerance`.
     pub fn of(tyre: &Tyre, most_around: usize, lateral: Vec<usize>, highest: f64, tolerance: f64) -> Self {
         // Two points more than the highest frequency needs: the cubics' outer ones.
         let points = (coordinate(highest) / STEP).ceil() as usize + 3;

@@ -12,7 +12,7 @@ pub struct Waves {
     pub circumference: f64,
     /// Width B between the sides \[m\].
     pub width: f64,
-    /// What the sides allow.
+    /// Support of the sides.
     pub sides: Sides,
 }
 
@@ -61,7 +61,7 @@ impl Waves {
         if m == 0 { 1.0 / self.width } else { 2.0 / self.width }
     }
 
-    /// Whether a wave is even about mid-width.
+    /// Tells whether a wave is even about mid-width.
     pub fn is_even(&self, m: usize) -> bool {
         (m - self.first_lateral_number()).is_multiple_of(2)
     }

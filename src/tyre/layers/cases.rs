@@ -22,7 +22,7 @@ use crate::scene::{Cavity, Foundation, Law, Layer, Material};
 /// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
 const MOST_STEPS: f64 = 1e4;
 
-/// What can be wrong with a file of cases.
+/// Errors of a file of cases.
 #[derive(Debug, Error)]
 pub enum CasesError {
     /// Not JSON, or not this format.
@@ -41,7 +41,7 @@ pub enum CasesError {
     Range {
         /// Tyre or case.
         place: String,
-        /// What is wrong and what would be right.
+        /// Fault and remedy.
         what: &'static str,
     },
 }
@@ -169,7 +169,7 @@ struct CaseEntry {
     s: [f64; 2],
 }
 
-/// What a case asks.
+/// Question of a case.
 enum Asked {
     Flat(Stack),
     Curved(CurvedStack),

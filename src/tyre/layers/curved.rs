@@ -49,7 +49,7 @@ type Matrix6 = [[Complex64; 6]; 6];
 pub struct CurvedStack {
     /// Layers from the rim outwards.
     pub layers: Vec<Layer>,
-    /// What carries the innermost layer.
+    /// Foundation of the innermost layer.
     pub foundation: Foundation,
     /// Radius of the tread's surface \[m\].
     pub radius: f64,

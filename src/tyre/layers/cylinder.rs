@@ -61,13 +61,13 @@ struct CurvedLayer {
     shear_waves: f64,
     /// |mu| where the fastest waves are \[Pa\].
     shear: f64,
-    /// Whether s = 0 is all that will be asked for.
+    /// True if s = 0 is all that will be asked for.
     at_rest: bool,
     /// By degree.
     products: Vec<OnceLock<RadialProducts>>,
 }
 
-/// What depends on s alone, at one s or at several in lockstep.
+/// Values that depend on s alone, at one s or at several in lockstep.
 #[derive(Clone, Debug)]
 pub struct CylinderAt<T = Complex64> {
     /// mu and rho s^2 of each layer.
@@ -83,7 +83,7 @@ pub struct CylinderAt<T = Complex64> {
 pub struct CylinderWave {
     layers: Vec<LayerModes>,
     inner: InnerFace,
-    /// Of the outer face \[m\].
+    /// Radius of the outer face \[m\].
     radius: f64,
 }
 

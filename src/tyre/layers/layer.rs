@@ -56,7 +56,7 @@ pub struct FaceState<T> {
     pub traction: Matrix2<T>,
 }
 
-/// What a layer makes of the impedance under it.
+/// Impedance on a layer and transfer to the face under it.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerResult<T> {
     /// Two independent states on the top face.

@@ -39,7 +39,7 @@ struct Block {
     products: Vec<[[f64; BLOCK]; ENTRIES]>,
 }
 
-/// What a layer is made of as far as its waves go.
+/// Properties of a layer that its waves depend on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LayerWave {
     /// n, k_y \[1/m\].
@@ -51,7 +51,7 @@ pub(super) struct LayerWave {
     pub prestress: [f64; 2],
     /// mu_0 \[Pa\].
     pub shear: f64,
-    /// Whether s = 0 is all that will be asked for, and mu_0 the modulus there: no mode moves then.
+    /// True if s = 0 is all that will be asked for, and mu_0 the modulus there: no mode moves then.
     pub at_rest: bool,
 }
 
@@ -120,8 +120,8 @@ fn upper(entry: impl Fn(usize, usize) -> f64) -> [f64; ENTRIES] {
 }
 
 impl LayerModes {
-    /// Of a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, nothing of it
-    /// is a number.
+    /// Reduces a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, nothing of
+    /// it is a number.
     pub fn new(wave: &LayerWave, products: &RadialProducts) -> Self {
         let nothing = [[f64::NAN; ENTRIES]; 3];
         Self::between_held_faces(wave, products).unwrap_or(Self { faces: nothing, reference: None, blocks: Vec::new() })

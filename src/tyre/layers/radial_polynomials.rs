@@ -31,7 +31,7 @@ pub(super) struct RadialProducts {
 }
 
 impl RadialProducts {
-    /// Of polynomials up to a degree, at least 2, between two radii \[m\].
+    /// Makes the polynomials up to a degree, at least 2, between two radii \[m\].
     pub fn new(from: f64, thickness: f64, degree: usize) -> Self {
         let rule = gauss(degree + SPARE_NODES);
         let half = 0.5 * thickness;

@@ -1,4 +1,4 @@
-//! What C_zz becomes at high wavenumbers: the elastic half-space of the tread's material.
+//! Limit of C_zz at high wavenumbers: the elastic half-space of the tread's material.
 //!
 //! A normal load of wavenumber k on a half-space gives (Lamb 1904, here with s = i w and x = Q/(mu k^2), kappa =
 //! mu/(lambda + 2 mu))

@@ -12,11 +12,11 @@ use crate::storage::{Cache, Cached, Format, Kind};
 pub struct Fetched {
     /// The model.
     pub model: RationalModel,
-    /// Whether it was read from the cache.
+    /// True if it was read from the cache.
     pub warm: bool,
-    /// What the fit took, where it was fitted.
+    /// Times of the fit, where it was fitted.
     pub times: Option<FitTimes>,
-    /// What went wrong with the cache on the way; the model is right all the same.
+    /// Troubles with the cache on the way; the model is right all the same.
     pub warnings: Vec<String>,
 }
 

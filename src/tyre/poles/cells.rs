@@ -19,7 +19,7 @@ use crate::numeric::in_parallel;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::{CellRow, CellSums, CellWave, FaceValues};
 
-/// What the fits have to be.
+/// Requirements of the fits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CellFitOptions {
     /// Top of the band \[rad/s\].
@@ -47,7 +47,7 @@ impl CellModel {
         self.poles.functions()
     }
 
-    /// Whether there are no waves.
+    /// Tells whether there are no waves.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -15,7 +15,7 @@ pub enum FitError {
         wavenumber: usize,
         /// Smallest error reached.
         error: f64,
-        /// What was wanted.
+        /// Tolerance wanted.
         tolerance: f64,
         /// Poles in use, conjugates counted.
         order: usize,
@@ -39,7 +39,7 @@ pub enum FitError {
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What would be right.
+        /// Remedy.
         wanted: &'static str,
     },
     /// It was asked to end before it was done.
@@ -47,7 +47,7 @@ pub enum FitError {
     Stopped,
 }
 
-/// What ended an attempt at one wavenumber.
+/// End of an attempt at one wavenumber.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum RefusalReason {
     /// The largest number of poles was reached.

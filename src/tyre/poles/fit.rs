@@ -27,7 +27,7 @@ use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, SumAt,
 /// Samples beyond the number of poles that a fit starts with.
 const SPARE_SAMPLES: usize = 16;
 
-/// What a model has to be.
+/// Requirements of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FitOptions {
     /// Elements N round the tyre; even.
@@ -42,7 +42,7 @@ pub struct FitOptions {
     pub influence_tolerance: f64,
     /// Most poles of one wavenumber, conjugates counted.
     pub most_poles: usize,
-    /// Whether a constant is fitted. Measured: it does not save a pole, and without it H_n vanishes at infinity as it
+    /// True if a constant is fitted. Measured: it does not save a pole, and without it H_n vanishes at infinity as it
     /// should.
     pub constant: bool,
 }
@@ -206,12 +206,12 @@ struct Work<'a> {
     clock: FitClock,
 }
 
-/// What is done of it.
+/// Progress of the fit.
 struct Progress {
     /// By rank.
     done: Vec<OnceLock<Result<Fitted, FitError>>>,
-    /// Lowest rank that was refused: what comes after it is not begun any more, what comes before it still is, so that
-    /// the same one is reported whoever comes first.
+    /// Lowest rank that was refused: later ranks are not begun any more, earlier ones still are, so that the same one is
+    /// reported whatever the order of the threads.
     refused: AtomicUsize,
 }
 
@@ -242,7 +242,7 @@ impl Work<'_> {
         Ok(by_wavenumber.into_iter().map(|(_, fitted)| fitted).collect())
     }
 
-    /// Fits one wavenumber, then leaves what starts from it to whoever is free.
+    /// Fits one wavenumber, then leaves those that start from it to free threads.
     fn visit<'scope>(&'scope self, rank: usize, progress: &'scope Progress, scope: &Scope<'scope>) {
         if self.stop.load(Ordering::Relaxed) || rank > progress.refused.load(Ordering::Relaxed) {
             return;
@@ -265,7 +265,7 @@ impl Work<'_> {
         }
     }
 
-    /// What a carcass's errors are relative to where it yields less than that: what the whole tyre yields at rest. Next
+    /// Scale of a carcass's errors where it yields less than the whole tyre at rest. Next
     /// to the springs of the bedding on it, short waves of the carcass are nothing.
     fn least_scale(&self, wavenumber: usize) -> f64 {
         match self.options.driven {

@@ -1,9 +1,9 @@
 //! Rational models of the tyre's waves of one lateral number, n = 0..=N/2: how both faces answer forces that are
 //! resolved across the strip.
 //!
-//! A model is like that of a strip's sum over m, without its shapes: what a wave takes of the forces and what is
-//! observed of it is left to whoever uses it. Unlike the waves that carry the past of cells, which are handed to
-//! shorter rings where they are short, these have every n, all aliases of the instant's lobes, and the belt.
+//! A model is like that of a strip's sum over m, without its shapes, which the user of the model adds. Unlike the waves
+//! that carry the past of cells, which are handed to shorter rings where they are short, these have every n, all aliases
+//! of the instant's lobes, and the belt.
 
 use std::sync::atomic::AtomicBool;
 
@@ -24,7 +24,7 @@ const SCALE_STRIDE: usize = 8;
 /// Aliases of a wave: the lobes up to which the instant's sum between cells goes wave by wave.
 const ALIASES: usize = 8;
 
-/// What the models have to be.
+/// Requirements of the models.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LateralFitOptions {
     /// As for a strip; its sums are not those of a strip.

@@ -16,7 +16,7 @@
 //! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
 //! - [`scaling`]: what a fit costs.
 //!
-//! What the tolerance means. The error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
+//! Meaning of the tolerance: the error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
 //! where that is more: the contact feels G0, H_n far from its resonances, where it is small. A model within the
 //! tolerance t is then within t of the largest |H_n| everywhere, and three hundred times better where H_n is smallest.
 //! The carcass under a bedding has springs in series: its errors are relative to the whole tyre's H_n at rest where

@@ -7,7 +7,7 @@ use super::table::PoleTable;
 use crate::numeric::rational::partial_fractions::evaluate;
 use crate::tyre::influence::Field;
 
-/// What the fit of one wavenumber took and reached.
+/// Cost and accuracy of the fit of one wavenumber.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct FitStatistics {
     /// Poles, conjugates counted.
@@ -55,7 +55,7 @@ pub struct RationalModel {
     pub(super) bottom_residues: Vec<Complex64>,
     /// H_n(infinity) of the driven and of the innermost face \[m/N\].
     pub(super) constants: Vec<[f64; 2]>,
-    /// What each wavenumber took and reached.
+    /// Cost and accuracy of each wavenumber.
     pub(super) statistics: Vec<FitStatistics>,
 }
 
@@ -117,7 +117,7 @@ impl RationalModel {
         self.poles.order()
     }
 
-    /// What the wavenumbers took and reached, n = 0..=N/2.
+    /// Returns cost and accuracy of the wavenumbers, n = 0..=N/2.
     pub fn statistics(&self) -> &[FitStatistics] {
         &self.statistics
     }
@@ -166,6 +166,6 @@ pub struct Entry {
     pub residues: [Vec<Complex64>; 2],
     /// Constants of both.
     pub constants: [f64; 2],
-    /// What it took.
+    /// Cost of the fit.
     pub statistics: FitStatistics,
 }

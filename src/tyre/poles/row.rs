@@ -9,7 +9,7 @@ use super::sampled::Target;
 use super::wavenumber::{Fitted, fit_wavenumber};
 use crate::tyre::influence::{CellWave, FaceValues};
 
-/// What the fits of a row have to be.
+/// Requirements of the fits of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RowTarget {
     /// Largest relative error.

@@ -24,7 +24,7 @@ const LEAST_SCALE: f64 = 3e-3;
 /// Rungs that join the grid in one round.
 const MOST_JOINING: usize = 12;
 
-/// What the fit of a wavenumber has to reach.
+/// Target of the fit of a wavenumber.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// n.
@@ -33,7 +33,7 @@ pub struct Target {
     pub tolerance: f64,
     /// Most poles, conjugates counted.
     pub most_poles: usize,
-    /// Whether a constant is fitted.
+    /// True if a constant is fitted.
     pub constant: bool,
     /// Largest |D_n| of all wavenumbers: what the error of the belt is relative to. 0: of this wavenumber.
     pub bottom_scale: f64,
@@ -48,7 +48,7 @@ pub struct Target {
 /// Evaluates the exact functions on a list of rungs of the [`Ladder`], in their order.
 pub type Sample<'s> = dyn FnMut(&[usize], &mut Vec<FaceValues>) + 's;
 
-/// What is known of one wavenumber.
+/// Samples of one wavenumber.
 pub struct Sampled<'a> {
     pub ladder: &'a Ladder,
     pub target: &'a Target,
@@ -104,7 +104,7 @@ fn fitted_real() -> impl Iterator<Item = usize> {
 }
 
 impl<'a> Sampled<'a> {
-    /// What a grid of rungs and the real axis tell.
+    /// Samples a grid of rungs and the real axis.
     pub fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
         let mut sampled = Self {
             ladder,
@@ -125,7 +125,7 @@ impl<'a> Sampled<'a> {
         self.values[..REAL.start].iter().flatten()
     }
 
-    /// Whether the belt moves more than a share of its scale anywhere.
+    /// Tells whether the belt moves more than a share of its scale anywhere.
     pub fn bottom_exceeds(&self, share: f64) -> bool {
         self.on_axis().any(|value| value[1].norm_sqr() > (share * self.scales[1]).powi(2))
     }
@@ -179,7 +179,7 @@ impl<'a> Sampled<'a> {
         Ok(Candidate { poles, models, errors })
     }
 
-    /// What an error of the driven face is relative to where its value is `value`.
+    /// Returns the scale of errors of the driven face where its value is `value`.
     pub fn local_scale(&self, value: Complex64) -> f64 {
         let largest = self.scales[0];
         let scale = value.norm_sqr().sqrt().max(LEAST_SCALE * largest).min(largest);

@@ -1,4 +1,4 @@
-//! What a fit costs: against the elements round the tyre, and against the layers of its stack.
+//! Cost of a fit: against the elements round the tyre, and against the layers of its stack.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;

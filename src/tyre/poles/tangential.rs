@@ -35,7 +35,7 @@ const SAMPLES: usize = 40;
 const LOWEST: f64 = 10.0;
 /// Poles up to this many times the top of the band are fitted.
 const REACH: f64 = 3.0;
-/// What a pole's peak as large as the largest value costs in the fit, as an error: the poles of the normal motion
+/// Penalty in the fit of a pole's peak as large as the largest value, as an error: the poles of the normal motion
 /// include some that the tangential one does not tell apart.
 const RIDGE: f64 = 1e-5;
 /// k h from which the tread is a half-space: exp(-2 k h) is nothing.

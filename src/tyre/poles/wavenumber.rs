@@ -66,7 +66,7 @@ struct Attempt<'a> {
     target: &'a Target,
     sampled: Sampled<'a>,
     relocations: usize,
-    /// Whether it starts from no poles.
+    /// True if it starts from no poles.
     from_scratch: bool,
 }
 
@@ -143,7 +143,7 @@ impl Attempt<'_> {
         Ok(poles)
     }
 
-    /// Of poles far beyond the band one is left, on the real axis: within the band they are all the same constant,
+    /// Keeps one of the poles far beyond the band, on the real axis: within the band they are all the same constant,
     /// relocation drives them further with every round, until they overflow, and what they do between the band and
     /// there is nothing but a threat to passivity.
     fn bound(&self, poles: &mut Vec<Complex64>) {

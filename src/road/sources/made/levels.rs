@@ -68,7 +68,7 @@ pub struct Level {
     interpolation: Phases<f32>,
 }
 
-/// What is left of rows of one block, and of the one before it.
+/// Rows that are left of one block, and of the one before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// Number of the block.

@@ -107,7 +107,7 @@ impl RingSpectrum {
         self.rings.iter().map(Ring::variance).sum()
     }
 
-    /// What the profiles have in each band, and what was asked for, longest wavelength first.
+    /// Returns the profiles' levels in each band beside the wanted ones, longest wavelength first.
     pub fn band_fit(&self) -> &[BandFit] {
         &self.fit
     }

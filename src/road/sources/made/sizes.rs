@@ -106,15 +106,15 @@ impl Sizes {
         self.levels.iter().map(level).sum()
     }
 
-    /// What making the filters takes.
+    /// Returns the work of making the filters.
     pub fn opening(&self) -> Work {
         let level = |level: &LevelSizes| level.lines as f64 * level.block * level.upper * COSTS[0];
         let multiply_adds: f64 = self.levels.iter().map(level).sum();
         Work { multiply_adds: multiply_adds as u64, bytes: self.bytes() as u64 }
     }
 
-    /// What so many metres in so many rows take: noise and a transform for each lateral wave, their sum across,
-    /// interpolation along.
+    /// Returns the work of so many metres in so many rows: noise and a transform for each lateral wave, their sum
+    /// across, interpolation along.
     pub fn drawing(&self, metres: f64, rows: f64) -> f64 {
         let level = |level: &LevelSizes| {
             let (samples, lines) = (level.samples as f64, level.lines as f64);

@@ -34,11 +34,11 @@ const BLOCK: usize = 32;
 pub struct Design {
     /// Levels of its profiles.
     pub target: TargetSpectrum,
-    /// What makes heights other than Gaussian.
+    /// Skewness and kurtosis, for heights other than Gaussian.
     pub shape: Option<Shape>,
     /// The road's own spacing \[m\].
     pub spacing: f64,
-    /// Of its random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -47,7 +47,7 @@ pub struct Texture {
     spectrum: RingSpectrum,
     lattice: Lattice,
     levels: Vec<Level>,
-    /// What makes the heights other than Gaussian.
+    /// Map to heights other than Gaussian.
     shape: Option<ShapeTable>,
     /// Rows within half a block of the shortest waves.
     piece: usize,

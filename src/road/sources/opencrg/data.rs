@@ -81,7 +81,7 @@ fn decode_binary(
     Ok(values)
 }
 
-/// Whether the data were converted like text: CR LF pairs are absent where random bytes would hold some.
+/// Tells whether the data were converted like text: CR LF pairs are absent where random bytes would hold some.
 fn converted(payload: &[u8], otherwise: LikelyCause) -> LikelyCause {
     let pairs = payload.windows(2).any(|pair| pair == b"\r\n");
     if !pairs && payload.len() > 100_000 { LikelyCause::LineEndsConverted } else { otherwise }

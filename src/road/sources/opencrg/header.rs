@@ -36,7 +36,7 @@ impl Format {
     }
 }
 
-/// What a column of numbers means.
+/// Meaning of a column of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Channel {
     /// Heading of the reference line \[rad\].

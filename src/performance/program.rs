@@ -10,8 +10,8 @@ use super::error::PerformanceError;
 use super::measure::Measurement;
 use super::workload::Workload;
 
-/// Arguments that ask a program for one measurement, before the workload's name. One thread: the time of work beside the
-/// march on more of them would not be counted.
+/// Arguments that ask a program for one measurement, before the workload's name. One thread: the time of work beside
+/// the march on more of them would not be counted.
 const ARGUMENTS: [&str; 5] = ["--quiet", "--threads", "1", "profile", "measure"];
 
 /// A program that can measure, with fitted models of its own: what another build has kept might be another model.

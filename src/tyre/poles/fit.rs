@@ -210,8 +210,8 @@ struct Work<'a> {
 struct Progress {
     /// By rank.
     done: Vec<OnceLock<Result<Fitted, FitError>>>,
-    /// Lowest rank that was refused: later ranks are not begun any more, earlier ones still are, so that the same one is
-    /// reported whatever the order of the threads.
+    /// Lowest rank that was refused: later ranks are not begun any more, earlier ones still are, so that the same one
+    /// is reported whatever the order of the threads.
     refused: AtomicUsize,
 }
 

@@ -2,8 +2,8 @@
 //! resolved across the strip.
 //!
 //! A model is like that of a strip's sum over m, without its shapes, which the user of the model adds. Unlike the waves
-//! that carry the past of cells, which are handed to shorter rings where they are short, these have every n, all aliases
-//! of the instant's lobes, and the belt.
+//! that carry the past of cells, which are handed to shorter rings where they are short, these have every n, all
+//! aliases of the instant's lobes, and the belt.
 
 use std::sync::atomic::AtomicBool;
 

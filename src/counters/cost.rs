@@ -48,8 +48,8 @@ pub struct StageCost {
     /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the
     /// steps.
     pub allocations: Option<Allocations>,
-    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and without
-    /// a watch.
+    /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and
+    /// without a watch.
     pub peak_memory: Option<u64>,
 }
 

@@ -1,5 +1,5 @@
-//! Half-space slices: the lines of cells across an element, each pressed into an elastic half-space by itself (docs/theory.md
-//! 7.2).
+//! Half-space slices: the lines of cells across an element, each pressed into an elastic half-space by itself
+//! (docs/theory.md 7.2).
 //!
 //! Uniform pressure on cells of [`CELL_LENGTH`] by the lateral pitch, Love's solution, rigid profile, no friction. Of
 //! one line, S_line(y) = F(y)/(force of the flat line pushed in by 1 m on the same grid): S_line(y) = y for a flat

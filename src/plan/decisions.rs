@@ -310,6 +310,7 @@ fn radiation(scene: &Scene) -> (Decision, Option<Radiation>) {
     }
     let radiation = scene.radiation.clone();
     let air = match radiation.air {
+        AirMotion::Road => "air at rest over the road",
         AirMotion::Axle => "air at rest beside the axle",
         AirMotion::WithTread => "air that turns with the tread",
     };

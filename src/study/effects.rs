@@ -19,6 +19,13 @@ use crate::study::trial::{Trial, Trials};
 /// given.
 pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
+/// Motions of the air at the tread, and their names as doubts.
+const AIRS: [(AirMotion, &str); 3] = [
+    (AirMotion::Road, "air over the road"),
+    (AirMotion::Axle, "air with the axle"),
+    (AirMotion::WithTread, "air with the tread"),
+];
+
 /// An effect that can be taken away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
@@ -195,8 +202,8 @@ pub struct Comparison {
     pub all: Trial,
     /// Each of them.
     pub effects: Vec<Worth>,
-    /// All, with half and twice the compliance of the local law, and with air that the tread drags along where there
-    /// are receivers: how far the model itself is to be trusted.
+    /// All, with half and twice the compliance of the local law, and with each other motion of the air where there are
+    /// receivers: how far the model itself is to be trusted.
     pub doubts: Vec<(String, Trial)>,
 }
 
@@ -239,7 +246,8 @@ pub fn compare(
         SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
         SliceCoupling::Explicit | SliceCoupling::Implicit => None,
     };
-    let doubted = kappa.map_or(0, |_| DOUBTS.len()) + usize::from(!complete.receivers.is_empty());
+    let airs = AIRS.into_iter().filter(|(air, _)| !complete.receivers.is_empty() && *air != complete.radiation.air);
+    let doubted = kappa.map_or(0, |_| DOUBTS.len()) + airs.clone().count();
     let time = (2.0 + 2.0 * count + doubted as f64) * (scene.rolling.warm_up + duration);
     let mut trials = Trials::new(time, stop, progress).heard();
     let base = trials.roll(&with(&|_| false))?;
@@ -261,12 +269,8 @@ pub fn compare(
         scene.contact.local_compliance = Some(factor * kappa);
         doubts.push((format!("{name} the local compliance"), trials.roll(&scene)?));
     }
-    if !complete.receivers.is_empty() {
+    for (air, name) in airs {
         let mut scene = complete.clone();
-        let (air, name) = match complete.radiation.air {
-            AirMotion::Axle => (AirMotion::WithTread, "air with the tread"),
-            AirMotion::WithTread => (AirMotion::Axle, "air with the axle"),
-        };
         scene.radiation.air = air;
         doubts.push((name.to_owned(), trials.roll(&scene)?));
     }

@@ -61,9 +61,14 @@ fn cold_and_warm_on_one_thread_and_on_two_are_the_same_bytes() {
 
 /// A washboard of 0.1 m, which makes a tone of V/0.1 m = 222.2 Hz.
 fn washboard(folder: &Path) -> String {
+    washboard_of(folder, 0.1)
+}
+
+/// A washboard of a wavelength \[m\].
+fn washboard_of(folder: &Path, wavelength: f64) -> String {
     let rows = (0..40_000).map(|n| {
         let x = f64::from(n) * 0.005;
-        format!("{x:.4},{:.9}\n", 2e-4 * (TAU * x / 0.1).sin())
+        format!("{x:.4},{:.9}\n", 2e-4 * (TAU * x / wavelength).sin())
     });
     fs::write(folder.join("washboard.csv"), format!("x,z\n{}", rows.collect::<String>())).unwrap();
     "kind = \"profile\"\nfile = \"washboard.csv\"\ndistance_unit = \"m\"\nheight_unit = \"m\"\n\
@@ -120,6 +125,32 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
 }
 
 #[test]
+fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
+    // A washboard of 40 mm, a tone of 556 Hz, that the tread takes on and that stands on the road.
+    let receivers = "[[receiver]]\nname = \"near\"\nstandard = \"cpx\"\n[[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\n\
+                     [[receiver]]\nname = \"four\"\nstandard = \"coast-by\"\nvehicle = {}\n";
+    let folder = tempfile::tempdir().unwrap();
+    let road = washboard_of(folder.path(), 0.04);
+    let heard = |name: &str, air: &str| {
+        let way = format!("[radiation]\nfmax = 700.0\nquality = \"draft\"\naudio = false\n{air}");
+        let text = scene_text(256, &road, &rolling(3.0), MODAL, &format!("{receivers}{way}"));
+        fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
+        program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
+        let sound = read_summary(&folder.path().join(name))["sound"].clone();
+        let number = |pointer: &str| sound.pointer(pointer).unwrap().as_f64().unwrap();
+        ["/receivers/0/level", "/receivers/1/level", "/receivers/1/pass_by/maximum", "/receivers/2/pass_by/maximum"]
+            .map(number)
+    };
+    // The air stands on the road unless the scene says otherwise.
+    let road = heard("road", "");
+    let [axle, with_tread] = [heard("axle", "air = \"axle\""), heard("with-tread", "air = \"with-tread\"")];
+    println!("axle {axle:.2?}, road {road:.2?}, with-tread {with_tread:.2?} dB");
+    for ((axle, road), with_tread) in axle.into_iter().zip(road).zip(with_tread) {
+        assert!(axle - road > 3.0 && (road - with_tread).abs() < 1.5, "{axle}, {road}, {with_tread} dB");
+    }
+}
+
+#[test]
 fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     let folder = tempfile::tempdir().unwrap();
     let receiver = "[[receiver]]\nstandard = \"coast-by\"";
@@ -172,7 +203,7 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     assert!(table.lines().next().unwrap().ends_with("valid,error_db"), "{table}");
     let told = program(folder.path(), &["effects", "draft.toml", "--out", "worth", "--duration", "0.9"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    for row in ["+ radiation", "- radiation", "silent", "air with the tread"] {
+    for row in ["+ radiation", "- radiation", "silent", "air with the axle", "air with the tread"] {
         assert!(told.contains(row), "{row} is missing\n{told}");
     }
     let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();

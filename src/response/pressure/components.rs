@@ -1,6 +1,7 @@
 //! Pressures at receivers for unit amplitude of the forces' component of each wavenumber.
 //!
-//! For each n the sum over m and over the frequencies that G is interpolated between is one product of real matrices:
+//! For each n the sum over m, over the weights of G that the air's motion asks for and over the frequencies that G is
+//! interpolated between is one product of real matrices:
 //! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
 //! the few frequencies that are interpolated between and made when the bins come to them.
 //!
@@ -28,7 +29,7 @@ pub(super) struct Components {
     components: usize,
     /// By slot, the number of the frequency that is there.
     held: Vec<Option<usize>>,
-    /// By n from -most, component, slot, m, and of them the real parts by receiver, then the imaginary ones.
+    /// By n from -most, component, slot, m, weight, and of them the real parts by receiver, then the imaginary ones.
     parts: Vec<f32>,
     /// Room for G's integrals at a frequency, receiver by receiver.
     known: Vec<Complex32>,
@@ -50,20 +51,20 @@ pub(super) struct Found<'a> {
 impl Components {
     /// For so many receivers with G that is known where this one is.
     pub(super) fn new(model: &PressureModel, green: &SurfaceGreen, receivers: usize) -> Self {
-        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
+        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral, model.weights());
         let most = integrals.most_under(&model.layout);
         let strip = model.strip();
         let held = vec![None; green.frequencies.len().min(4)];
-        let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * strip.len() * receivers];
+        let parts = vec![0.0; (2 * most + 1) * held.len() * 2 * integrals.of_wave() * receivers];
         let known = vec![Complex32::ZERO; integrals.count() * receivers];
         let components = model.layout.components();
         Self { integrals, strip, most, receivers, components, held, parts, known, found: Vec::new() }
     }
 
-    /// Bytes of a receiver, with G on so many cells, so many lateral waves, and so many components of so many bins at a
-    /// time.
-    pub(super) fn bytes(around: usize, lateral: usize, components: usize, bins: usize) -> usize {
-        8 * around * (4 * lateral + lateral + components * bins)
+    /// Bytes of a receiver, with G on so many cells, so many integrals of a wavenumber, and so many components of so many
+    /// bins at a time.
+    pub(super) fn bytes(around: usize, integrals: usize, components: usize, bins: usize) -> usize {
+        8 * around * (4 * integrals + integrals + components * bins)
     }
 
     /// Largest |n|.
@@ -82,10 +83,10 @@ impl Components {
         for frequency in bins.iter().take(1).flat_map(|(near, _)| near.clone()) {
             self.hold(greens, frequency);
         }
-        let Self { strip, most, receivers, components, held, parts, found, .. } = self;
-        let (lateral, slots, width, components) = (strip.len(), held.len(), 2 * *receivers, *components);
+        let Self { integrals, strip, most, receivers, components, held, parts, found, .. } = self;
+        let (of_wave, slots, width, components) = (integrals.of_wave(), held.len(), 2 * *receivers, *components);
         // Of a component.
-        let each = lateral / components;
+        let each = of_wave / components;
         let terms = 2 * each * slots;
         // Every value is written; memory that is taken anew would be cleared again and again.
         found.resize((2 * *most + 1) * components * bins.len() * width, 0.0);
@@ -93,7 +94,7 @@ impl Components {
         found.par_chunks_mut(components * bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
             let n = row as i64 - *most as i64;
             let mean = model.mean_over_element(n);
-            let mut factors = vec![Complex64::ZERO; lateral];
+            let mut factors = vec![Complex64::ZERO; of_wave];
             let mut columns = vec![0.0_f32; components * 2 * bins.len() * terms];
             for (index, (near, weights)) in bins.iter().enumerate() {
                 model.factors(begin + index, n, mean, strip, &mut factors);
@@ -102,10 +103,10 @@ impl Components {
                     let (real, imaginary) = columns[index * 2 * terms..][..2 * terms].split_at_mut(terms);
                     for (frequency, weight) in near.clone().zip(weights) {
                         let first = frequency % slots * 2 * each;
-                        for (m, factor) in factors.iter().enumerate() {
+                        for (index, factor) in factors.iter().enumerate() {
                             let [re, im] = [(weight * factor.re) as f32, (weight * factor.im) as f32];
-                            real[first + 2 * m..][..2].copy_from_slice(&[re, -im]);
-                            imaginary[first + 2 * m..][..2].copy_from_slice(&[im, re]);
+                            real[first + 2 * index..][..2].copy_from_slice(&[re, -im]);
+                            imaginary[first + 2 * index..][..2].copy_from_slice(&[im, re]);
                         }
                     }
                 }
@@ -123,7 +124,7 @@ impl Components {
 
     /// Makes the integrals at a frequency of G unless they are there.
     fn hold(&mut self, greens: &[SurfaceGreen], frequency: usize) {
-        let Self { integrals, strip, most, receivers, components, held, parts, known, .. } = self;
+        let Self { integrals, most, receivers, components, held, parts, known, .. } = self;
         let (slot, slots) = (frequency % held.len(), held.len());
         if held[slot] == Some(frequency) {
             return;
@@ -135,14 +136,14 @@ impl Components {
             || integrals.room(),
             |room, (integrals_of_one, green)| integrals.of(green, frequency, room, integrals_of_one),
         );
-        let (lateral, width) = (strip.len(), 2 * *receivers);
+        let (of_wave, width) = (integrals.of_wave(), 2 * *receivers);
         let skipped = integrals.most_around() - *most;
-        let each = lateral / *components;
-        parts.par_chunks_mut(slots * lateral * width).enumerate().for_each(|(row, parts)| {
-            for m in 0..lateral {
-                let place = (m / each * slots + slot) * each + m % each;
+        let each = of_wave / *components;
+        parts.par_chunks_mut(slots * of_wave * width).enumerate().for_each(|(row, parts)| {
+            for index in 0..of_wave {
+                let place = (index / each * slots + slot) * each + index % each;
                 let (real, imaginary) = parts[place * width..][..width].split_at_mut(*receivers);
-                let known = known.iter().skip((skipped + row) * lateral + m).step_by(count);
+                let known = known.iter().skip((skipped + row) * of_wave + index).step_by(count);
                 for ((real, imaginary), known) in real.iter_mut().zip(imaginary).zip(known) {
                     Complex32 { re: *real, im: *imaginary } = *known;
                 }

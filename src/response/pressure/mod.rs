@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! p(r, w) = i w rho Int G(y; r, w) v(y, w) dS
-//! v(x, y, w) = -i w u
+//! v(x, y, w) = -(i w - V cos(theta) d/dx) u,      theta = 2 pi x/L
 //! u = (1/L) sum_n exp(i kx_n x) sum_m (e_m/B) a_m cos(ky_m y) C_nm(w - n Omega) F_n(w - n Omega)
 //! F_n = sinc(kx_n dx/2) sum_c exp(-i kx_n x_c) F_c(w)
 //! ```
@@ -15,8 +15,18 @@
 //! made for many blocks of forces at once. Forces of cells are resolved into F_nm = sum_j s_m(y_j) F_nj, which stand
 //! for a_m F_n; among them are waves that are odd about mid-width, sin(ky_m y) there, with which G's odd part is met: a
 //! receiver beside the tyre hears them, and hears another tyre from its other side. The frequency shift is that of
-//! `vibration`; the air does not turn with the tyre, so what moves it is i w u and not the material's i (w - n Omega)
-//! u. A static flattening is silent.
+//! `vibration`.
+//!
+//! The air stands on the road: past the axle it runs back at the speed V, along the tread at V cos(theta). Where the
+//! tread stands on the road, too, a texture that it has taken on moves no air, however fast it goes by; at the top the
+//! air runs against the tread. With I_n = Int G exp(i kx_n x) dS the wave n is heard as
+//!
+//! ```text
+//! w I_n - (n Omega/2)(I_(n-1) + I_(n+1)) = (w - n Omega) I_n + n Omega Int G (1 - cos(theta)) exp(i kx_n x) dS
+//! ```
+//!
+//! times its displacement. Air at rest beside the axle, w I_n, and air that turns with the tread, (w - n Omega) I_n, are
+//! measures of the doubt. A static flattening is silent in all three.
 //!
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
 //! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
@@ -28,6 +38,8 @@
 //! begins with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times
 //! with their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
 
+#[cfg(test)]
+mod air_tests;
 mod components;
 pub mod model;
 #[cfg(test)]

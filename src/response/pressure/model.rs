@@ -26,7 +26,7 @@ pub struct PressureModel {
     pub contact_width: f64,
     /// Density of the air \[kg/m^3\].
     pub density: f64,
-    /// What the air moves with.
+    /// Motion of the air along the tread.
     pub air: AirMotion,
     /// Highest frequency \[Hz\].
     pub highest: f64,
@@ -55,14 +55,43 @@ impl PressureModel {
         self.waves.lateral.iter().map(part).collect()
     }
 
+    /// Integrals of G for each wavenumber, of so many lateral waves: with one of [`super::surface::WEIGHTS`], or both.
+    pub fn integrals(air: AirMotion, lateral: usize) -> usize {
+        match air {
+            AirMotion::Axle | AirMotion::WithTread => lateral,
+            AirMotion::Road => 2 * lateral,
+        }
+    }
+
+    /// How many of [`super::surface::WEIGHTS`] the air's motion asks for.
+    pub(super) fn weights(&self) -> usize {
+        Self::integrals(self.air, 1)
+    }
+
+    /// Rates at which the air sees a wave of n periods move, at an angular frequency beside the axle: factors of the
+    /// wave's integrals with G, weight by weight \[rad/s\].
+    ///
+    /// Under a stream U along the tread a displacement u moves the air with du/dt - U du/dx. From the axle, with the
+    /// angle theta from the contact, U is 0, V or V cos(theta), V du/dx of the wave is i n Omega u, and
+    /// w - n Omega cos(theta) = (w - n Omega) + n Omega (1 - cos(theta)).
+    fn rates(&self, angular: f64, n: i64) -> [f64; 2] {
+        let layout = &self.layout;
+        let turned = std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution();
+        match self.air {
+            AirMotion::Axle => [angular, 0.0],
+            AirMotion::WithTread => [angular - turned, 0.0],
+            AirMotion::Road => [angular - turned, turned],
+        }
+    }
+
     /// What of a wave of n periods a force has that is even over an element.
     pub(super) fn mean_over_element(&self, n: i64) -> f64 {
         let tyre = self.waves.waves;
         sinc(0.5 * tyre.kx(n) * tyre.circumference / self.layout.elements as f64)
     }
 
-    /// What makes pressure at a bin of the integrals of G, m by m, for unit amplitude of the forces' component n at
-    /// each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
+    /// What makes pressure at a bin of the integrals of G, m by m, weight by weight, for unit amplitude of the forces'
+    /// component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
     pub(super) fn factors(&self, bin: usize, n: i64, mean: f64, strip: &[f64], out: &mut [Complex64]) {
         let resolution = self.layout.resolution();
         let material = self.layout.material_bin(bin, n) as f64 * resolution;
@@ -82,15 +111,16 @@ impl PressureModel {
         let angular = std::f64::consts::TAU * frequency;
         // p = i w rho Int G v dS, v = -i w u: outwards.
         let radiated = angular * self.density * self.taper(frequency) * self.scale;
-        self.compliances(n, material, out);
-        let rate = match self.air {
-            AirMotion::Axle => angular,
-            AirMotion::WithTread => {
-                angular - std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution()
+        let factors = self.rates(angular, n).map(|rate| radiated * rate * mean / layout.circumference);
+        let weights = self.weights();
+        self.compliances(n, material, &mut out[..strip.len()]);
+        // From the last on, since each makes room for all of its weights.
+        for (m, strip) in strip.iter().enumerate().rev() {
+            let compliance = out[m];
+            for (out, factor) in out[m * weights..][..weights].iter_mut().zip(factors) {
+                *out = compliance * (factor * strip);
             }
-        };
-        let factor = radiated * rate * mean / layout.circumference;
-        out.iter_mut().zip(strip).for_each(|(value, strip)| *value *= factor * strip);
+        }
     }
 
     /// By receiver of some, what the rest of its delay is at a bin.

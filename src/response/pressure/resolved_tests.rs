@@ -7,7 +7,7 @@ use num_complex::{Complex32, Complex64};
 
 use super::model::PressureModel;
 use super::surface::SurfaceGreen;
-use super::tests::{AROUND, across, green as even_green};
+use super::tests::{AROUND, across, green as even_green, moving_wave};
 use super::transfer::PressureTransfers;
 use crate::numeric::double;
 use crate::radiation::draft;
@@ -39,7 +39,7 @@ fn layout() -> SegmentLayout {
     }
 }
 
-fn model(tyre: &Tyre) -> PressureModel {
+fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
     let first = CellGrid::new(tyre, ELEMENTS, ACROSS).waves().first_lateral_number();
     let waves = SurfaceWaves::of(tyre, AROUND / 2, (first..first + COMPONENTS).collect(), 3000.0, 1e-6);
     PressureModel {
@@ -48,7 +48,7 @@ fn model(tyre: &Tyre) -> PressureModel {
         scale: 1.0,
         contact_width: tyre.contact_width,
         density: 1.2,
-        air: AirMotion::Axle,
+        air,
         highest: 150.0,
         delays: vec![0.0],
     }
@@ -90,9 +90,14 @@ fn surface_green(half_width: f64, side: f64) -> SurfaceGreen {
 
 #[test]
 fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() {
-    for sides in [Sides::Supported, Sides::Guided] {
+    for (sides, air) in [
+        (Sides::Supported, AirMotion::Axle),
+        (Sides::Guided, AirMotion::Axle),
+        (Sides::Supported, AirMotion::Road),
+        (Sides::Guided, AirMotion::Road),
+    ] {
         let tyre = Tyre { sides, ..plate_tyre() };
-        let model = model(&tyre);
+        let model = model(&tyre, air);
         let (layout, waves) = (layout(), &model.waves);
         let grid = CellGrid::new(&tyre, ELEMENTS, ACROSS);
         let half_width = 0.5 * tyre.width;
@@ -103,6 +108,7 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
             let x_c = layout.first_position + CIRCUMFERENCE / ELEMENTS as f64 * column as f64;
             let mut values = vec![Complex64::ZERO; COMPONENTS];
             let mut expected = Complex64::ZERO;
+            let turning = TAU * layout.revolutions as f64 * layout.resolution();
             for n in -15_i64..=15 {
                 let material = TAU * layout.material_bin(bin, n) as f64 * layout.resolution();
                 let seen = TransferKind::Rule.symbol(layout.rule, material, layout.time_step).im / TAU;
@@ -121,10 +127,10 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
                     let of_wave = norm * grid.shape(m, j) * compliance * force / CIRCUMFERENCE;
                     for cell in 0..AROUND {
                         let middle = (cell as f64 + 0.5) * length;
-                        let wave = Complex64::from_polar(sinc(0.5 * kx * length), kx * middle);
+                        let wave = moving_wave(air, [angular, turning], n, cell);
                         for &[y, weight] in &fine {
                             for y in [y, -y] {
-                                let outward = -Complex64::i() * angular * of_wave * wave * shape(y);
+                                let outward = -Complex64::i() * of_wave * wave * shape(y);
                                 let area = weight * length;
                                 expected += Complex64::i() * angular * 1.2 * green(middle, y) * outward * area;
                             }
@@ -134,7 +140,7 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
             }
             let found = pressures(&model, &tyre, surface_green(half_width, 1.0), column, j)[bin];
             let error = (found - expected).norm() / expected.norm();
-            assert!(error < 1e-5, "{sides:?}, column {column}, cell {j}: {found} {expected}");
+            assert!(error < 1e-5, "{sides:?}, {air:?}, column {column}, cell {j}: {found} {expected}");
         }
     }
 }
@@ -143,7 +149,7 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
 fn a_tyre_heard_from_its_other_side_is_its_mirror() {
     for sides in [Sides::Supported, Sides::Guided] {
         let tyre = Tyre { sides, ..plate_tyre() };
-        let model = model(&tyre);
+        let model = model(&tyre, AirMotion::Road);
         let from = |side: f64, j: usize| pressures(&model, &tyre, surface_green(0.5 * tyre.width, side), 1, j);
         for j in 0..ACROSS {
             let (left, right, mirrored) = (from(1.0, j), from(-1.0, j), from(-1.0, ACROSS - 1 - j));

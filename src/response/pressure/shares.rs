@@ -4,12 +4,12 @@
 //! over pieces of the circumference:
 //!
 //! ```text
-//! p = sum_n p_n,      p_n = sum_m f_nm Int G exp(i kx_n x) cos(ky_m y) dS
-//! p = sum_c p_c,      p_c = sum_m g_m(c) sum_n f_nm Int_c exp(i kx_n x) dx
+//! p = sum_n p_n,      p_n = sum_m,j f_nmj Int w_j G exp(i kx_n x) cos(ky_m y) dS
+//! p = sum_c p_c,      p_c = sum_m g_m(c) sum_n,j f_nmj Int_c w_j exp(i kx_n x) dx
 //! ```
 //!
-//! with f_nm what the tyre makes of the force ([`PressureModel`]) and g_m(c) the integral of G cos(ky_m y) across the
-//! tread at the cell c. The share of a part is Re(p_part conj(p))/|p|^2. Shares add up to one. A part that is not in
+//! with f_nmj what the tyre makes of the force ([`PressureModel`]), w_j the weights that the air's motion asks for and
+//! g_m(c) the integral of G cos(ky_m y) across the tread at the cell c. The share of a part is Re(p_part conj(p))/|p|^2. Shares add up to one. A part that is not in
 //! phase with the whole has a small share or a negative one, and others more than one: they cancel each other.
 //!
 //! Cost of a frequency: one transform round the tyre for each lateral number.
@@ -18,7 +18,7 @@ use num_complex::{Complex32, Complex64};
 use rustfft::FftPlanner;
 
 use super::model::PressureModel;
-use super::surface::{SurfaceGreen, WaveIntegrals};
+use super::surface::{SurfaceGreen, WEIGHTS, WaveIntegrals};
 use crate::numeric::double;
 
 /// Share that may be missing, or too much, where the rest is called enough.
@@ -39,13 +39,14 @@ impl PressureShares {
     /// At one of G's frequencies; `model` gives the tyre, not the frequency.
     pub fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
         let frequency = green.frequencies[index];
-        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral);
+        let weights = model.weights();
+        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral, weights);
         let most = integrals.most_under(&model.layout) as i64;
         let strip = model.strip();
         let (lateral, around) = (strip.len(), green.around);
         let mut known = vec![Complex32::ZERO; integrals.count()];
         integrals.of(green, index, &mut integrals.room(), &mut known);
-        let mut factors = vec![Complex64::ZERO; lateral];
+        let mut factors = vec![Complex64::ZERO; integrals.of_wave()];
         // By m, the tread's wave of each n as a cell takes it.
         let mut turning = vec![Complex64::ZERO; lateral * around];
         let waves: Vec<Complex64> = (-most..=most)
@@ -53,11 +54,13 @@ impl PressureShares {
                 let seen = [frequency, model.layout.material_frequency(frequency, n)];
                 model.factors_at(seen, n, model.mean_over_element(n), &strip, &mut factors);
                 let row = (n + integrals.most_around() as i64) as usize;
-                let place = n.rem_euclid(around as i64) as usize;
-                for (m, factor) in factors.iter().enumerate() {
-                    turning[m * around + place] = factor * integrals.mean(n);
+                for (index, factor) in factors.iter().enumerate() {
+                    let turning = &mut turning[index / weights * around..][..around];
+                    for (near, share) in (n - 1..).zip(WEIGHTS[index % weights]) {
+                        turning[near.rem_euclid(around as i64) as usize] += factor * (share * integrals.mean(near));
+                    }
                 }
-                let known = &known[row * lateral..][..lateral];
+                let known = &known[row * integrals.of_wave()..][..integrals.of_wave()];
                 factors.iter().zip(known).map(|(factor, known)| factor * double(*known)).sum()
             })
             .collect();

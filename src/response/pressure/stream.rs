@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 
+use super::model::PressureModel;
 use super::transfer::{BlockSpectra, PressureSpectra, PressureTransfers};
 use crate::numeric::{double, single};
 use crate::response::vibration::SegmentLayout;
@@ -73,19 +74,19 @@ impl PressureStream {
         }
     }
 
-    /// Bytes beside G of so many receivers, on so many cells with so many lateral waves, for so many steps.
+    /// Bytes beside G of so many receivers, on so many cells with so many integrals of a wavenumber, for so many steps.
     pub fn bytes(
         layout: &SegmentLayout,
         bins: usize,
         steps: u64,
         receivers: usize,
-        [around, lateral]: [usize; 2],
+        [around, integrals]: [usize; 2],
     ) -> f64 {
         let waiting = Self::together(layout, bins, steps);
         // The spectra of a block are there twice while they are put in order.
         let forces = 8 * layout.length() * layout.width() + 8 * layout.places() * bins * (waiting + 1);
         let (_, most) = Self::batches(receivers);
-        forces as f64 + PressureTransfers::work_bytes(layout, bins, waiting, most, [around, lateral])
+        forces as f64 + PressureTransfers::work_bytes(layout, bins, waiting, most, [around, integrals])
     }
 
     /// Receivers by batch: how many batches, and how many receivers are in the largest.
@@ -136,9 +137,9 @@ impl PressureStream {
     pub fn multiply_adds(&self) -> u64 {
         let PressureTransfers { model, greens } = &self.transfers;
         let around = greens.first().map_or(0, |green| green.around);
-        let (receivers, lateral) = (greens.len(), model.waves.lateral.len());
+        let (receivers, integrals) = (greens.len(), PressureModel::integrals(model.air, model.waves.lateral.len()));
         let [shared, each] =
-            PressureTransfers::multiply_adds(&model.layout, model.bins(), self.waiting.len(), around, lateral);
+            PressureTransfers::multiply_adds(&model.layout, model.bins(), self.waiting.len(), around, integrals);
         (shared * Self::batches(receivers).0 as f64 + each * receivers as f64) as u64
     }
 

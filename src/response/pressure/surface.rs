@@ -59,8 +59,12 @@ impl SurfaceGreen {
     }
 }
 
-/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, of those that are odd
-/// about mid-width with sin(ky_m y) \[m\].
+/// Weights that G is met with: 1, and 1 - cos(theta) with the angle theta = 2 pi x/L from the contact. Each makes of the
+/// wave n the waves n - 1, n and n + 1, times these factors.
+pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
+
+/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of those
+/// that are odd about mid-width with sin(ky_m y) \[m\].
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,
@@ -68,23 +72,26 @@ pub(super) struct WaveIntegrals {
     shapes: Vec<(bool, Vec<f64>)>,
     /// Points of either part of G.
     points: usize,
-    /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\].
+    /// How many of [`WEIGHTS`].
+    weights: usize,
+    /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\]; one n
+    /// more than the largest at either end.
     means: Vec<Complex64>,
     transform: Arc<dyn Fft<f64>>,
 }
 
 impl WaveIntegrals {
-    /// With waves that have these lateral numbers, of G that is known where this one is.
-    pub(super) fn new(green: &SurfaceGreen, waves: Waves, lateral: &[usize]) -> Self {
+    /// With waves that have these lateral numbers and the first of [`WEIGHTS`], of G that is known where this one is.
+    pub(super) fn new(green: &SurfaceGreen, waves: Waves, lateral: &[usize], weights: usize) -> Self {
         let SurfaceGreen { around, across, half_width, .. } = green;
-        let most_around = around / 2 - 1;
+        let half = *around as i64 / 2;
         let length = waves.circumference / *around as f64;
         let mean = |n: i64| {
             let half = 0.5 * waves.kx(n) * length;
             Complex64::from_polar(length * sinc(half), half)
         };
         Self {
-            most_around,
+            most_around: around / 2 - 1,
             // Both halves of the width.
             shapes: lateral
                 .iter()
@@ -95,7 +102,8 @@ impl WaveIntegrals {
                 })
                 .collect(),
             points: across.len(),
-            means: (-(most_around as i64)..=most_around as i64).map(mean).collect(),
+            weights,
+            means: (-half..=half).map(mean).collect(),
             transform: FftPlanner::new().plan_fft_inverse(*around),
         }
     }
@@ -110,19 +118,25 @@ impl WaveIntegrals {
         self.most_around.min(layout.elements / 2 - 1)
     }
 
-    /// The integral of a wave over the first cell \[m\].
+    /// The integral of a wave over the first cell, |n| no more than one above the largest \[m\].
     pub(super) fn mean(&self, n: i64) -> Complex64 {
-        self.means[(n + self.most_around as i64) as usize]
+        self.means[(n + self.most_around as i64 + 1) as usize]
+    }
+
+    /// Integrals of a wavenumber.
+    pub(super) fn of_wave(&self) -> usize {
+        self.shapes.len() * self.weights
     }
 
     /// Numbers that those of a receiver are.
     pub(super) fn count(&self) -> usize {
-        self.means.len() * self.shapes.len()
+        (2 * self.most_around + 1) * self.of_wave()
     }
 
-    /// Room for the work on a receiver: cells and what their transform needs.
-    pub(super) fn room(&self) -> [Vec<Complex64>; 2] {
-        [self.transform.len(), self.transform.get_inplace_scratch_len()].map(|length| vec![Complex64::ZERO; length])
+    /// Room for the work on a receiver: cells, scratch of their transform, and waves.
+    pub(super) fn room(&self) -> [Vec<Complex64>; 3] {
+        let scratch = self.transform.get_inplace_scratch_len();
+        [self.transform.len(), scratch, self.means.len()].map(|length| vec![Complex64::ZERO; length])
     }
 
     /// Those of a receiver at the G's frequency of an index.
@@ -130,18 +144,23 @@ impl WaveIntegrals {
         &self,
         green: &SurfaceGreen,
         frequency: usize,
-        [cells, scratch]: &mut [Vec<Complex64>; 2],
+        [cells, scratch, waves]: &mut [Vec<Complex64>; 3],
         integrals: &mut [Complex32],
     ) {
-        let around = green.around;
-        let lateral = self.shapes.len();
-        for index in 0..lateral {
+        let half = green.around / 2;
+        for index in 0..self.shapes.len() {
             self.across(green, frequency, index, cells);
             self.transform.process_with_scratch(cells, scratch);
-            // From n = -most_around: the transform has negative numbers behind the others.
-            let turned = cells[around - self.most_around..].iter().chain(&cells[..=self.most_around]);
-            for ((out, mean), cell) in integrals.iter_mut().skip(index).step_by(lateral).zip(&self.means).zip(turned) {
-                *out = single(mean * cell);
+            // From n = -around/2 on: the transform has negative numbers behind the others.
+            let turned = cells[half..].iter().chain(&cells[..=half]);
+            for ((wave, mean), cell) in waves.iter_mut().zip(&self.means).zip(turned) {
+                *wave = mean * cell;
+            }
+            for (out, near) in integrals.chunks_exact_mut(self.of_wave()).zip(waves.windows(3)) {
+                let out = &mut out[index * self.weights..][..self.weights];
+                for (out, factors) in out.iter_mut().zip(WEIGHTS) {
+                    *out = single(near.iter().zip(factors).map(|(wave, factor)| wave * factor).sum());
+                }
             }
         }
     }
@@ -209,13 +228,41 @@ mod tests {
             half_width: 0.1,
             values: vec![values],
         };
-        let integrals = WaveIntegrals::new(&green, waves, &[0, 2]);
+        let integrals = WaveIntegrals::new(&green, waves, &[0, 2], 1);
         let mut out = vec![Complex32::ZERO; integrals.count()];
         integrals.of(&green, 0, &mut integrals.room(), &mut out);
         for (row, n) in (-(integrals.most_around() as i64)..).zip(out.chunks_exact(2)).map(|(n, row)| (row, n)) {
             let expected = if n == 5 { mean * mean * 0.5 * 2.0 * 0.2 } else { 0.0 };
             assert!((row[1] - expected as f32).norm() < 1e-6, "n = {n}: {}", row[1]);
             assert!(row[0].norm() < 1e-6, "n = {n}, m = 0: {}", row[0]);
+        }
+    }
+
+    #[test]
+    fn integrals_with_the_angle_from_the_contact_are_those_over_the_cells_at_both_ends_too() {
+        let (waves, around) = (Waves { circumference: 2.0, width: 0.2, sides: Sides::Guided }, 16);
+        let values: Vec<Complex32> =
+            (0..around).map(|cell| Complex32::new(1.0 + cell as f32 % 3.0, (cell as f32).sin())).collect();
+        let (frequencies, across) = (vec![100.0], vec![0.05]);
+        let green = SurfaceGreen { frequencies, around, across, half_width: 0.1, values: vec![values.clone()] };
+        let integrals = WaveIntegrals::new(&green, waves, &[0], 2);
+        let mut out = vec![Complex32::ZERO; integrals.count()];
+        integrals.of(&green, 0, &mut integrals.room(), &mut out);
+        assert_eq!(out.len(), 2 * 15);
+        let weights: [fn(f64) -> f64; 2] = [|_| 1.0, |angle| 1.0 - angle.cos()];
+        for (n, found) in (-7..=7).zip(out.chunks_exact(2)) {
+            for (weight, found) in weights.iter().zip(found) {
+                let mut expected = Complex64::ZERO;
+                for (cell, value) in values.iter().enumerate() {
+                    for [node, share] in legendre::gauss(8) {
+                        let angle = std::f64::consts::TAU * (cell as f64 + 0.5 + 0.5 * node) / around as f64;
+                        let area = 0.5 * share * 2.0 / around as f64 * 0.2;
+                        expected +=
+                            area * weight(angle) * double(*value) * Complex64::from_polar(1.0, f64::from(n) * angle);
+                    }
+                }
+                assert!((double(*found) - expected).norm() < 1e-6, "n = {n}: {found} {expected}");
+            }
         }
     }
 

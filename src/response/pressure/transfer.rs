@@ -1,8 +1,8 @@
 //! From the spectra of forces to those of the pressures at receivers.
 //!
 //! What all receivers share, the tyre's compliances and what forces are to each wavenumber, is found once for each bin.
-//! The rest are products of real matrices in single precision, whose rows are the receivers: over the lateral waves and
-//! the frequencies that G is interpolated between, then over the wavenumbers to the blocks of forces. They are made for
+//! The rest are products of real matrices in single precision, whose rows are the receivers: over the integrals
+//! of a wavenumber and the frequencies that G is interpolated between, then over the wavenumbers to the blocks of forces. They are made for
 //! the bins between two of G's frequencies at a time, and for many blocks at a time: the first product serves them all,
 //! so nothing of the size of places times bins is kept of a receiver.
 
@@ -57,18 +57,18 @@ struct Room {
 }
 
 impl PressureTransfers {
-    /// Real multiply-adds for so many blocks, with G on so many cells and so many lateral waves: what some receivers
-    /// share, and what each takes.
+    /// Real multiply-adds for so many blocks, with G on so many cells and so many integrals of a wavenumber: what some
+    /// receivers share, and what each takes.
     pub fn multiply_adds(
         layout: &SegmentLayout,
         bins: usize,
         blocks: usize,
         around: usize,
-        lateral: usize,
+        integrals: usize,
     ) -> [f64; 2] {
         let around = around.min(layout.elements);
         let shared = around * layout.places() * blocks;
-        let each = around * (16 * lateral + 4 * blocks * layout.components());
+        let each = around * (16 * integrals + 4 * blocks * layout.components());
         [shared, each].map(|amount| (amount * bins) as f64)
     }
 
@@ -78,9 +78,9 @@ impl PressureTransfers {
         bins: usize,
         blocks: usize,
         receivers: usize,
-        [around, lateral]: [usize; 2],
+        [around, integrals]: [usize; 2],
     ) -> f64 {
-        let components = Components::bytes(around, lateral, layout.components(), TOGETHER);
+        let components = Components::bytes(around, integrals, layout.components(), TOGETHER);
         (receivers * (8 * bins * blocks + components)) as f64
     }
 

@@ -117,8 +117,8 @@ keys! {
         patch_length: Option<f64> = None => Optional(LENGTH),
         /// Height of the slit that a rough road leaves between itself and the patch \[m\]; 0: sealed.
         acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
-        /// What the air at the tread moves with.
-        air: AirMotion = AirMotion::Axle => OneOf::new(),
+        /// Motion of the air at the tread: at rest over the road, at rest beside the axle, or round with the tread.
+        air: AirMotion = AirMotion::Road => OneOf::new(),
         /// Of the air \[degrees Celsius\].
         temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
         /// Whether files to listen to are written.
@@ -137,12 +137,15 @@ pub enum RadiationQuality {
     Draft,
 }
 
-/// What the air at the tread moves with.
+/// Motion of the air at the tread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AirMotion {
-    /// With the axle: a shape that stands still beside it is silent, however fast the tread runs through it.
+    /// At rest over the road: texture that the tread has taken on stands still in it where tyre and road touch.
     #[default]
+    Road,
+    /// With the axle: a shape that stands still beside it is silent, however fast the tread runs through it. A measure of
+    /// the doubt: it is true a quarter of the way round from the contact.
     Axle,
     /// With the tread: a measure of the doubt about the layer of air that the tread drags along.
     WithTread,

@@ -317,7 +317,7 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
         length().prop_map(|radius| ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius })),
     ];
     let receiver = ("\\PC{0,9}", place).prop_map(|(name, place)| Receiver { name, place });
-    let air = prop_oneof![Just(AirMotion::Axle), Just(AirMotion::WithTread)];
+    let air = prop_oneof![Just(AirMotion::Road), Just(AirMotion::Axle), Just(AirMotion::WithTread)];
     let radiation = (50.0..2e4_f64, 3.0..40.0_f64, 1e-3..6.0_f64, 1_usize..99, 0.0..0.05_f64, air, any::<bool>())
         .prop_map(|(fmax, nodes_per_wavelength, frequency_tolerance, lateral_waves, acoustic_gap, air, audio)| {
             Radiation {

@@ -7,6 +7,8 @@ use crate::plan::front::FrontRow;
 use crate::radiation::{
     Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem, draft,
 };
+use crate::response::ThirdOctaveBand;
+use crate::response::pressure::PressureModel;
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
 use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Tyre, Vehicle, Zone};
@@ -19,6 +21,11 @@ use crate::tyre::influence::Waves;
 
 /// Length of the blocks \[s\] that forces are transformed in, at least: what the tyre's lowest modes need to ring out.
 const BLOCK: f64 = 0.5;
+/// Length of the segments that sound's spectra are averaged from \[s\]: a Hertz in the lowest bands, which are 5 Hz
+/// wide, and rise by 10 dB from one to the next.
+pub(crate) const SOUND_SEGMENT: f64 = 1.0;
+/// Time over which a record fades in and out before its spectrum is taken \[s\].
+pub(crate) const SOUND_FADE: f64 = 0.25;
 /// Part of half the sampling rate up to which sound is radiated.
 const BELOW_NYQUIST: f64 = 0.9;
 /// Longest stretch that is kept to be listened to \[s\].
@@ -170,6 +177,12 @@ impl Sound {
             return Some(SetUpCost { frequencies: 0, cost, bytes_kept: 8 * values * frequencies });
         }
         SetUpCost::expected(&problem, &range, &plan.kept_frequencies).ok()
+    }
+
+    /// Mid-frequency of the highest third octave that is radiated as a whole \[Hz\]; 0 where none is.
+    pub(crate) fn complete_to(&self) -> f64 {
+        let whole = ThirdOctaveBand::within(1.0..PressureModel::flat_to(self.radiation.fmax));
+        whole.last().map_or(0.0, |band| band.mid_frequency())
     }
 
     /// How far off levels may be.

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::march::March;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Plan, SEGMENT, Sound};
+use crate::plan::{Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
@@ -111,7 +111,7 @@ impl SoundRecorder {
             }
         }
         let spectra = (0..points)
-            .map(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)))
+            .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let cells = prepared.march.cells();
         let lateral = cells.map(|_| LateralForces::new(&plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre)));
@@ -122,7 +122,7 @@ impl SoundRecorder {
             spectra,
             signals,
             warm_up: plan.warm_up_steps,
-            valid_to: prepared.valid_to.min(sound.radiation.fmax),
+            valid_to: prepared.valid_to.min(sound.complete_to()),
             sound,
         }))
     }

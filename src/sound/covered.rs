@@ -12,7 +12,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::levels::{energetic_sum, level};
 use crate::response::{BandLevel, ThirdOctaveBand};
 
 /// An overall level is a lower bound where more than this is missing \[dB\].
@@ -64,8 +63,9 @@ impl CoveredBands {
 }
 
 fn missing(bands: &[BandLevel]) -> Option<f64> {
-    let all = level(bands.iter().map(|band| band.mean_square).sum());
-    if all == f64::NEG_INFINITY {
+    let power = |level: f64| 10.0_f64.powf(0.1 * level);
+    let all: f64 = bands.iter().map(|band| power(band.level)).sum();
+    if all <= 0.0 {
         return Some(0.0);
     }
     let (_, last) = bands.split_at_checked(bands.len().checked_sub(LAST)?)?;
@@ -76,14 +76,14 @@ fn missing(bands: &[BandLevel]) -> Option<f64> {
     }
     let middle = last.iter().map(|band| band.level).sum::<f64>() / LAST as f64;
     let above = 1..=HIGHEST.0 - last[LAST - 1].band.0;
-    let above = above.map(|band| middle + slope * (f64::from(band) + 0.5 * (LAST - 1) as f64));
-    Some(energetic_sum(above.chain([all])) - all)
+    let above = above.map(|band| power(middle + slope * (f64::from(band) + 0.5 * (LAST - 1) as f64)));
+    Some(10.0 * (1.0 + above.sum::<f64>() / all).log10())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sound::levels::mean_square;
+    use crate::sound::levels::{energetic_sum, mean_square};
 
     /// Bands from 25 Hz on of these levels.
     fn bands(last: i32, level: impl Fn(i32) -> f64) -> Vec<BandLevel> {

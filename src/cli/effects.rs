@@ -222,11 +222,14 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     let row = |name: String, found: &Trial, changed: bool| -> Vec<String> {
         let heard = found.heard();
         let mut cells = vec![name];
-        for (receiver, levels) in &of_all {
-            let change = heard.iter().find(|(name, _)| name == receiver).map(|(_, found)| change_of(found, levels));
+        for (rated, levels) in &of_all {
+            let found = heard.iter().find(|(other, _)| other.name == rated.name);
+            let change = found.map(|(other, found)| (other.level.zip(rated.level), worst_of(found, levels)));
+            let level = rated.level.map_or("no passage".to_owned(), |level| format!("{level:.1} dB(A)"));
             cells.extend(match change {
-                _ if !changed => [format!("{:.1} dB(A)", levels.overall_a), String::new()],
-                Some((overall, worst)) => [format!("{overall:+.1} dB(A)"), worst],
+                _ if !changed => [level, String::new()],
+                Some((Some((now, before)), worst)) => [format!("{:+.1} dB(A)", now - before), worst],
+                Some((None, worst)) => ["no passage".to_owned(), worst],
                 None => ["silent".to_owned(), String::new()],
             });
         }
@@ -240,22 +243,22 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     }
     rows.extend(doubts.iter().map(|(name, found)| row(name.clone(), found, true)));
     let mut header = vec!["effects".to_owned()];
-    header.extend(of_all.iter().flat_map(|(name, _)| [name.clone(), "worst band".to_owned()]));
+    header.extend(of_all.iter().flat_map(|(rated, _)| [rated.label(), "worst band".to_owned()]));
     header.extend(["set-up", "in the steps"].map(str::to_owned));
     Some(aligned(header, rows))
 }
 
-/// Change of the A-weighted level \[dB\], and the largest of a band in words.
-fn change_of(found: &SoundLevels, reference: &SoundLevels) -> (f64, String) {
+/// The largest change of a band in words.
+fn worst_of(found: &SoundLevels, reference: &SoundLevels) -> String {
     let changes = level_changes(&found.third_octaves, &reference.third_octaves)
         .filter(|(band, _)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND);
-    (found.overall_a - reference.overall_a, largest(changes))
+    largest(changes)
 }
 
 fn to_csv(comparison: &Comparison) -> String {
     let bands = comparison.base.levels.iter().map(|band| format!("level_db_re_1n_{}hz", band.band.nominal_frequency()));
     let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"].into_iter();
-    let receivers: Vec<String> = comparison.all.heard().into_iter().map(|(name, _)| name).collect();
+    let receivers: Vec<String> = comparison.all.heard().into_iter().map(|(rated, _)| rated.name).collect();
     let sounds = receivers.iter().map(|name| format!("level_db_a_{name}"));
     let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).chain(sounds);
     let rows = rolled(comparison).into_iter().map(|(name, found, _)| {
@@ -268,8 +271,8 @@ fn to_csv(comparison: &Comparison) -> String {
         let heard = found.heard();
         // Empty where nobody listens.
         cells.extend(receivers.iter().map(|receiver| {
-            let levels = heard.iter().find(|(name, _)| name == receiver);
-            optional(levels.map(|(_, levels)| levels.overall_a))
+            let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
+            optional(rated.and_then(|rated| rated.level))
         }));
         cells
     });

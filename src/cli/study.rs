@@ -258,7 +258,8 @@ fn sound_csv(sound: &SoundStudy) -> String {
     let header = ["way", "receiver", "worst_db", "worst_band_hz", "level_db_a", "frequencies", "solved", "set_up_s"];
     let rows = sound.points.iter().flat_map(|SoundPoint { label, differences, body, seconds }| {
         differences.iter().map(move |SoundDifference { receiver, worst, worst_band, level_a }| {
-            row([label, receiver, worst, worst_band, level_a, &body.frequencies, &body.solved, seconds])
+            let level_a = optional(*level_a);
+            row([label, receiver, worst, worst_band, &level_a, &body.frequencies, &body.solved, seconds])
         })
     });
     table::csv(header, rows)

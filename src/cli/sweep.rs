@@ -8,7 +8,9 @@ use tyrewave::results::ResultsError;
 use tyrewave::results::summary::SUMMARY_FILE;
 use tyrewave::run::RunError;
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::sweep::{Axes, Design, Done, Factor, Label, Outcome, Range, SPEED_KEY, Variant, sweep, variants};
+use tyrewave::study::sweep::{
+    Axes, Design, Done, Factor, Label, Outcome, Range, SPEED_KEY, Variant, share_full_scale, sweep, variants,
+};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -198,6 +200,8 @@ impl SweepArguments {
             .zip(&outcomes)
             .map(|(variant, outcome)| (variant.label.clone(), outcome.done().cloned()))
             .collect();
+        let folders: Vec<PathBuf> = variants.iter().map(|variant| folder.join(&variant.label.name)).collect();
+        share_full_scale(&folders)?;
         let report = write_tables(&folder, (&base.title(), pictures), &runs)?;
         let ended = ended(&variants, &outcomes, context.colour);
         if matches!(ended, Err(CliError::SweepStopped)) {

@@ -14,7 +14,7 @@ use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::Decisions;
 use crate::plan::smooth_contact::Expected;
 use crate::plan::unit::Unit;
-use crate::plan::{CHUNK_ROWS, Plan, Sound};
+use crate::plan::{CHUNK_ROWS, Plan, SOUND_SEGMENT, Sound};
 use crate::radiation::SetUpCost;
 use crate::response::SpectrumAccumulator;
 use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers};
@@ -305,7 +305,7 @@ impl Amounts {
         self.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
         let blocks = PressureStream::bytes(&layout, bins, steps, points, [cells, integrals]);
         self.hold("blocks of the sound", SOUND_RESERVE * blocks);
-        let spectra = SpectrumAccumulator::bytes(plan.time_step, crate::plan::SEGMENT);
+        let spectra = SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT);
         self.hold("spectra of the sound", points as f64 * spectra);
         let samples = PressureStream::samples(&layout, steps) as usize;
         let [kept, read] = sound.heard_samples(samples, plan.speed);

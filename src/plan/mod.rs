@@ -46,6 +46,7 @@ use resolution::{Need, Resolution};
 pub use settle::{Choice, settled};
 pub use smooth_contact::Expected;
 pub use sound::{Heard, Sound};
+pub(crate) use sound::{SOUND_FADE, SOUND_SEGMENT};
 pub use vibration::{CellSegments, VibrationSegments};
 
 /// Segments of the averaged spectrum \[s\].

@@ -7,6 +7,8 @@ use crate::plan::front::FrontRow;
 use crate::radiation::{
     Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem, draft,
 };
+use crate::response::ThirdOctaveBand;
+use crate::response::pressure::{PressureModel, PressureStream};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
 use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Tyre, Vehicle, Zone};
@@ -19,17 +21,22 @@ use crate::tyre::influence::Waves;
 
 /// Length of the blocks \[s\] that forces are transformed in, at least: what the tyre's lowest modes need to ring out.
 const BLOCK: f64 = 0.5;
+/// Length of the segments that sound's spectra are averaged from \[s\]: a Hertz in the lowest bands, which are 5 Hz
+/// wide, and rise by 10 dB from one to the next.
+pub(crate) const SOUND_SEGMENT: f64 = 1.0;
+/// Time over which a record fades in and out before its spectrum is taken \[s\].
+pub(crate) const SOUND_FADE: f64 = 0.25;
 /// Part of half the sampling rate up to which sound is radiated.
 const BELOW_NYQUIST: f64 = 0.9;
 /// Longest stretch that is kept to be listened to \[s\].
 const LISTENED: f64 = 30.0;
 
-/// How far ahead of and behind a microphone beside the road its passage is followed \[m\]: what a pass-by reads, and
-/// some more for the detector to settle.
-const PASSED: f64 = 16.0;
+/// Road before a passage in which the detector settles \[m\]: 0.27 s at 80 km/h. The same at all speeds, so that they
+/// share the transfers.
+const LEAD: f64 = 6.0;
 /// Samples of a point that a passage reads beyond those while it is near: what resampling reaches for.
 const EXCERPT_ENDS: f64 = 70.0;
-/// Distance of the points of a passage \[m\].
+/// Distance of the points of a passage \[m\]; farther away than the standard's microphone as much more as that is.
 const SPACING: f64 = 0.25;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
 /// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
@@ -59,9 +66,19 @@ pub struct Heard {
 }
 
 impl Heard {
+    /// Length of the passage \[m\], if the tyre passes it.
+    pub fn passage(&self) -> Option<f64> {
+        match self.place {
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, passage, .. }) => {
+                Some(passage.unwrap_or_else(|| StandardReceiver::passage(distance, height)))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether the tyre passes it.
     pub fn is_passed(&self) -> bool {
-        matches!(self.place, ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }))
+        self.passage().is_some()
     }
 
     /// Whether all of its pressures can be listened to: it moves along, as one microphone or two.
@@ -172,6 +189,12 @@ impl Sound {
         SetUpCost::expected(&problem, &range, &plan.kept_frequencies).ok()
     }
 
+    /// Mid-frequency of the highest third octave that is radiated as a whole \[Hz\]; 0 where none is.
+    pub(crate) fn complete_to(&self) -> f64 {
+        let whole = ThirdOctaveBand::within(1.0..PressureModel::flat_to(self.radiation.fmax));
+        whole.last().map_or(0.0, |band| band.mid_frequency())
+    }
+
     /// How far off levels may be.
     pub fn error(&self) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.radiation;
@@ -194,6 +217,31 @@ impl Sound {
 }
 
 impl Sound {
+    /// Length of a line of points that is passed \[m\].
+    fn line_length(&self, heard: &Heard) -> f64 {
+        let line = heard.lines().first().cloned().and_then(|line| self.positions.get(line));
+        line.and_then(|line| Some(line.first()?[0] - line.last()?[0])).unwrap_or(0.0)
+    }
+
+    /// Shortest `rolling.duration` that gives so many samples of pressure, up to the next hundredth \[s\]: pressures
+    /// come in blocks.
+    pub fn duration_for(&self, samples: u64) -> f64 {
+        let (length, hop) = (self.layout.length() as u64, self.layout.hop() as u64);
+        let steps = length + samples.saturating_sub(1) / hop * hop;
+        debug_assert!(PressureStream::samples(&self.layout, steps) >= samples);
+        (100.0 * steps as f64 * self.layout.time_step + 1e-6).ceil() / 100.0
+    }
+
+    /// Shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is passed
+    /// included \[s\]; the way of the sound from the ends of a line counts as the whole line at 343 m/s.
+    pub fn least_duration(&self, speed: f64) -> f64 {
+        let lines = self.heard.iter().filter(|heard| heard.is_passed()).map(|heard| self.line_length(heard));
+        let longest = lines.fold(0.0, f64::max);
+        let seconds = longest / speed + longest / 343.0;
+        let ends = if longest > 0.0 { 2.0 * EXCERPT_ENDS } else { 0.0 };
+        self.duration_for((seconds / self.layout.time_step + ends) as u64 + 1)
+    }
+
     /// What is heard of so many samples of all points at a speed \[m/s\]: how many of them are kept, and how many
     /// samples of passages are read.
     pub(crate) fn heard_samples(&self, samples: usize, speed: f64) -> [f64; 2] {
@@ -205,9 +253,11 @@ impl Sound {
             }
             let lines = heard.lines();
             let points = lines.first().map_or(0, ExactSizeIterator::len) as f64;
-            let seconds = (points - 1.0) * SPACING / speed;
+            let length = self.line_length(heard);
+            let seconds = length / speed;
             let passages = (kept * self.layout.time_step / seconds).floor();
-            let excerpt = STENCIL as f64 * SPACING / speed / self.layout.time_step + EXCERPT_ENDS;
+            let spacing = length / (points - 1.0);
+            let excerpt = STENCIL as f64 * spacing / speed / self.layout.time_step + EXCERPT_ENDS;
             [points * excerpt, seconds * FILE_RATE].map(|samples| lines.len() as f64 * passages * samples)
         };
         self.heard.iter().map(one).fold([0.0; 2], |[kept, read], [k, r]| [kept + k, read + r])
@@ -294,20 +344,26 @@ impl Plan {
 fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
     match *place {
         ReceiverPlace::Position { position } => vec![position],
-        ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle }) => {
-            let line = |passed: f64, offset: f64| {
-                // As many points as reach so far.
-                let steps = (passed / SPACING - 1e-9).ceil();
-                let half_length = steps * SPACING;
+        ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle, passage }) => {
+            let passage = passage.unwrap_or_else(|| StandardReceiver::passage(distance, height));
+            let near = StandardReceiver::DISTANCE.hypot(StandardReceiver::HEIGHT);
+            let spacing = SPACING * (distance.hypot(height) / near).max(1.0);
+            let line = |followed: f64, offset: f64| {
+                // As many points as reach so far; the lead is there before the passage alone.
+                let steps = ((followed + LEAD) / spacing - 1e-9).ceil();
+                let half_length = steps * spacing;
                 let receivers = 2 * steps as usize + 1;
-                CoastByLine { half_length, receivers, distance, height, offset, ..Default::default() }.positions()
+                let line = CoastByLine { half_length, receivers, distance, height, offset, ..Default::default() };
+                let mut positions = line.positions();
+                positions.truncate(receivers - (LEAD / spacing) as usize);
+                positions
             };
             match vehicle {
-                None => line(PASSED, 0.0),
+                None => line(0.5 * passage, 0.0),
                 // Tyres of one side see the microphone on the same line, the front ones later by the wheelbase.
                 Some(Vehicle { wheelbase, track }) => {
                     let sides = [0.5 * track, -0.5 * track];
-                    sides.into_iter().flat_map(|offset| line(PASSED + 0.5 * wheelbase, offset)).collect()
+                    sides.into_iter().flat_map(|offset| line(0.5 * (passage + wheelbase), offset)).collect()
                 }
             }
         }
@@ -341,7 +397,7 @@ mod tests {
 
     fn coast_by(vehicle: Option<Vehicle>) -> StandardReceiver {
         let (distance, height) = (StandardReceiver::DISTANCE, StandardReceiver::HEIGHT);
-        StandardReceiver::CoastBy { distance, height, vehicle }
+        StandardReceiver::CoastBy { distance, height, vehicle, passage: None }
     }
 
     #[test]

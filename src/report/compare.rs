@@ -248,9 +248,11 @@ pub(super) fn figures_of(stored: &Stored) -> Vec<(String, &'static str, f64)> {
         add(&format!("velocity of {}, rms", field.field), "m/s", Some(field.rms_velocity));
     }
     for heard in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        add(&format!("level at {}", heard.name), "dB(A)", Some(heard.level_a));
-        let maximum = heard.pass_by.as_ref().map(|pass_by| pass_by.maximum);
-        add(&format!("pass-by maximum at {}", heard.name), "dB(A)", maximum);
+        let rated = heard.rated();
+        add(&format!("level at {}", rated.label()), "dB(A)", rated.level);
+        if rated.passed {
+            add(&format!("mean along the line at {}", heard.name), "dB(A)", Some(heard.level_a));
+        }
     }
     add("wall time", "s", Some(stored.summary.cost.wall_seconds));
     figures

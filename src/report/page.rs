@@ -22,7 +22,11 @@ pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\
 pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     let title = all.iter().map(|stored| stored.summary.title.as_str()).collect::<Vec<_>>().join(" | ");
     let comparison = if all.len() > 1 { Some(comparison(&Comparison::of(all))?) } else { None };
-    let results = all.iter().enumerate().map(|(index, stored)| result(index, stored)).collect::<Result<Vec<_>, _>>()?;
+    let audio = all.iter().filter_map(|stored| stored.summary.sound.as_ref()).flat_map(|sound| &sound.receivers);
+    let scales = audio.filter_map(|receiver| receiver.audio.as_ref()).map(|audio| audio.full_scale);
+    // What is louder in one run than in another is so in the page.
+    let full_scale = scales.fold(0.0, f64::max);
+    let results = all.iter().enumerate().map(|(index, stored)| result(index, stored, full_scale)).collect::<Result<Vec<_>, _>>()?;
     let content = html! {
         @if let Some(comparison) = comparison { (comparison) }
         @for result in &results { (result) }
@@ -36,7 +40,7 @@ fn section(index: usize, heading: &str, content: &Markup) -> Markup {
     html! { @if !content.0.is_empty() { section id=(id) { h2 { (heading) } (content) } } }
 }
 
-fn result(index: usize, stored: &Stored) -> Result<Markup, ReportError> {
+fn result(index: usize, stored: &Stored, full_scale: f64) -> Result<Markup, ReportError> {
     let vibration = html! {
         (sections::spectra(stored, VELOCITY_LEVEL, "Velocities, third octaves")?)
         (sections::pictures(
@@ -52,7 +56,7 @@ fn result(index: usize, stored: &Stored) -> Result<Markup, ReportError> {
         ("Contact", sections::contact(stored)?),
         ("Force spectrum", sections::spectra(stored, FORCE_LEVEL, "Contact force, third octaves")?),
         ("Vibration", vibration),
-        ("Sound", sections::sound(stored)?),
+        ("Sound", sections::sound(stored, full_scale)?),
         ("Cost", sections::cost(stored)),
         ("To run it again", sections::repeat(stored)?),
     ];

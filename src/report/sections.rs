@@ -17,6 +17,7 @@ use crate::results::table::{Table, aligned, row, words};
 use crate::road::describe;
 use crate::run::prepare::road_limits;
 use crate::scene::{Axle, Road, Scene, Zone};
+use crate::sound::wav::rescaled;
 
 /// Sound files longer than this are left in their folder \[bytes\].
 const MOST_SOUND: usize = 16 << 20;
@@ -220,17 +221,22 @@ pub(super) fn pictures(stored: &Stored, begin: &str, caption: &str) -> Result<Ma
     Ok(html! { @for figure in shown { (figure) } })
 }
 
-/// Levels at the receivers, and what they hear.
-pub(super) fn sound(stored: &Stored) -> Result<Markup, ReportError> {
+/// Levels at the receivers, and what they hear by one full scale \[Pa\].
+pub(super) fn sound(stored: &Stored, full_scale: f64) -> Result<Markup, ReportError> {
     let Some(sound) = &stored.summary.sound else { return Ok(html! {}) };
     let mut players = Vec::new();
     for heard in &sound.receivers {
         let Some(audio) = &heard.audio else { continue };
-        let bytes = stored.bytes(&audio.file)?;
+        let mut bytes = stored.bytes(&audio.file)?;
+        if audio.full_scale < full_scale
+            && let Some(Ok(shared)) = rescaled(&bytes, full_scale)
+        {
+            bytes = shared;
+        }
         let playable = bytes.len() <= MOST_SOUND;
         players.push(html! {
             p {
-                (heard.name) ", " (format!("{:.1}", audio.seconds)) " s, full scale " (audio.full_scale) " Pa: "
+                (heard.name) ", " (format!("{:.1}", audio.seconds)) " s, full scale " (full_scale) " Pa: "
                 @if playable {
                     audio controls src=(format!("data:audio/wav;base64,{}", STANDARD.encode(&bytes))) {}
                 } @else { (audio.file) " is too long to be played here." }

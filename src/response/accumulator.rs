@@ -11,6 +11,17 @@
 //!
 //! so three sums per bin suffice. d is of the size of the signal's own variation: nothing is lost by cancellation. All
 //! sums run in the order of time: the same record gives the same bits.
+//!
+//! [`SpectrumAccumulator::faded`] is for spectra that span many decades, such as those of sound: a record that is
+//! reflected at its ends has a kink there, which leaks some -55 dB of 8 s of a loud band into bands far below it. There
+//! the record fades in and out instead, and fades and segments have the slope
+//!
+//! ```text
+//! r(x) = sin(pi/2 sin^2(pi/2 x)),  0 < x < 1,  r(x)^2 + r(1 - x)^2 = 1
+//! ```
+//!
+//! whose side lobes fall by 18 dB per octave. Neighbouring segments still share the power without loss; a sample of a
+//! fade counts r^2.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -34,6 +45,8 @@ pub struct SpectrumAccumulator {
     hops: u64,
     /// Samples h from one segment's centre to the next; not whole.
     hop: f64,
+    /// Samples over which the record fades in and out; 0 where it is reflected.
+    fade: u64,
     transform: Arc<dyn RealToComplex<f64>>,
     moments: RunningMoments,
     not_finite: Option<(u64, f64)>,
@@ -96,6 +109,7 @@ impl SpectrumAccumulator {
             time_step,
             hops,
             hop,
+            fade: 0,
             moments: RunningMoments::default(),
             not_finite: None,
             open: 0,
@@ -103,6 +117,16 @@ impl SpectrumAccumulator {
             sums: [sum.clone(), sum.clone(), sum],
             transform,
         })
+    }
+
+    /// As [`Self::new`], for a record that fades in and out over `fade` seconds, or a quarter of its length if that is
+    /// less.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn faded(samples: usize, time_step: f64, segment: f64, fade: f64) -> Result<Self, SpectrumError> {
+        let accumulator = Self::new(samples, time_step, Some(segment))?;
+        Ok(Self { fade: ((fade / time_step) as u64).clamp(1, accumulator.samples / 4), ..accumulator })
     }
 
     /// Bytes of one whose segments are so long \[s\], and of its spectrum.
@@ -129,6 +153,9 @@ impl SpectrumAccumulator {
         let last = 2 * self.samples as i64 - 1 - index;
         for segment in self.open..=(self.open + 1).min(self.hops) {
             self.add(segment, index, shifted);
+            if self.fade > 0 {
+                continue;
+            }
             // The record goes on as its mirror image at either end.
             if segment == 0 {
                 self.add(segment, -1 - index, shifted);
@@ -159,7 +186,8 @@ impl SpectrumAccumulator {
         let length = self.segments[0].len() as f64;
         // Parseval: sum_n x_n^2 = (1/length) sum over all bins; every bin but the first and the last (even length) is
         // there twice.
-        let scale = 1.0 / (length * self.samples as f64);
+        // The squares of both fades add up to half their lengths.
+        let scale = 1.0 / (length * (self.samples - self.fade) as f64);
         let last = self.sums[0].len() - 1;
         let [squares, crosses, windows] = &self.sums;
         let bins = squares.iter().zip(crosses).zip(windows).enumerate();
@@ -187,8 +215,18 @@ impl SpectrumAccumulator {
         (segment as f64 * self.hop - self.hop).floor() as i64
     }
 
+    /// The weight of a sample in a segment.
+    fn weight(&self, index: i64, segment: u64) -> f64 {
+        let distance = self.distance(index, segment);
+        if self.fade == 0 {
+            return weight(distance);
+        }
+        let from_end = index.min(self.samples as i64 - 1 - index) as f64 + 0.5;
+        slope(1.0 - distance.abs()) * slope(from_end / self.fade as f64)
+    }
+
     fn add(&mut self, segment: u64, index: i64, value: f64) {
-        let weight = weight(self.distance(index, segment));
+        let weight = self.weight(index, segment);
         let place = usize::try_from(index - self.begin(segment)).ok();
         if let Some(cell) = place.and_then(|place| self.segments[(segment - self.open) as usize].get_mut(place))
             && weight > 0.0
@@ -201,7 +239,7 @@ impl SpectrumAccumulator {
     fn close(&mut self) {
         let begin = self.begin(self.open);
         let places = 0..self.segments[0].len() as i64;
-        let mut window: Vec<f64> = places.map(|place| weight(self.distance(begin + place, self.open))).collect();
+        let mut window: Vec<f64> = places.map(|place| self.weight(begin + place, self.open)).collect();
         // Room that is needed for a moment is not kept: there may be hundreds of these.
         let mut bins = [(); 2].map(|()| self.transform.make_output_vec());
         let mut scratch = self.transform.make_scratch_vec();
@@ -209,7 +247,9 @@ impl SpectrumAccumulator {
             // The lengths match by construction, the only thing the transform can complain about.
             let _ = self.transform.process_with_scratch(input, output, &mut scratch);
         }
-        let share = if self.open == 0 || self.open == self.hops { 0.5 } else { 1.0 };
+        // A reflected end is in its segment twice.
+        let twice = self.fade == 0 && (self.open == 0 || self.open == self.hops);
+        let share = if twice { 0.5 } else { 1.0 };
         let [squares, crosses, windows] = &mut self.sums;
         let [of_segment, of_window] = &bins;
         for (k, (x, w)) in of_segment.iter().zip(of_window).enumerate() {
@@ -246,6 +286,11 @@ impl SpectrumAccumulator {
         fill_all(self.segments.iter_mut().map(Vec::as_mut_slice), &segments)?;
         fill_all(self.sums.iter_mut().map(Vec::as_mut_slice), &sums)
     }
+}
+
+/// What rises from 0 to 1 as its argument does.
+fn slope(part: f64) -> f64 {
+    (FRAC_PI_2 * (FRAC_PI_2 * part.clamp(0.0, 1.0)).sin().powi(2)).sin()
 }
 
 /// The window at a distance from a segment's centre, in hops.
@@ -322,6 +367,83 @@ mod tests {
             let whole = PowerSpectrum::of(&signal, 1e-3, Some(0.05)).unwrap();
             let bits = |spectrum: &PowerSpectrum| spectrum.power.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             prop_assert_eq!(bits(&second.finish().unwrap()), bits(&whole));
+        }
+    }
+
+    /// Spectrum of a signal at 12 kHz as that of sound is taken.
+    fn faded(signal: &[f64]) -> PowerSpectrum {
+        let mut accumulator = SpectrumAccumulator::faded(signal.len(), 1.0 / 12e3, 1.0, 0.25).unwrap();
+        signal.iter().for_each(|&value| accumulator.push(value));
+        accumulator.finish().unwrap()
+    }
+
+    /// Two seconds and a bit of a tone of the level 0 dB \[Hz\].
+    fn tone(frequency: f64) -> Vec<f64> {
+        let angle = |n: usize| std::f64::consts::TAU * frequency * n as f64 / 12e3 + 0.3;
+        (0..25_013).map(|n| 2.0_f64.sqrt() * angle(n).sin()).collect()
+    }
+
+    #[test]
+    fn a_tone_that_fades_leaks_nothing_into_bands_below_and_keeps_its_level() {
+        for frequency in [100.0, 253.0, 1003.0, 2600.0] {
+            let levels = faded(&tone(frequency)).third_octaves(20.0, 1.0);
+            for level in levels {
+                let inside = (level.band.lower_edge()..level.band.upper_edge()).contains(&frequency);
+                if inside {
+                    assert!(level.level.abs() < 0.01, "{frequency} Hz: {} dB", level.level);
+                } else if level.band.upper_edge() < 0.8 * frequency {
+                    // Reflected, 253 Hz leak -47 dB into 25 Hz.
+                    assert!(level.level < -85.0, "{frequency} Hz leaks {} dB to {:?}", level.level, level.band);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_spectrum_of_24_db_an_octave_has_its_levels_in_every_band() {
+        // As many lines as the record has, of a power that grows with the eighth power of the frequency up to 500 Hz.
+        let samples = 24_000;
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let size = |k: u32| (f64::from(k) / 40.0).powi(4);
+        let phases: Vec<f64> = (0..=1000).map(|_| random.random_range(0.0..std::f64::consts::TAU)).collect();
+        let value = |n: u32| -> f64 {
+            let angle = |k: u32| std::f64::consts::TAU * f64::from(k * n % samples) / f64::from(samples);
+            (40..=1000).map(|k| size(k) * (angle(k) + phases[k as usize]).cos()).sum()
+        };
+        // Whole periods of all lines.
+        let period: Vec<f64> = (0..samples).map(value).collect();
+        let signal: Vec<f64> = (0..8).flat_map(|_| period.iter().copied()).collect();
+        for level in faded(&signal).third_octaves(22.0, 1.0) {
+            let band = level.band.lower_edge()..level.band.upper_edge();
+            let lines = (40..=1000).filter(|&k| band.contains(&(0.5 * f64::from(k))));
+            let exact = 10.0 * lines.map(|k| 0.5 * size(k).powi(2)).sum::<f64>().log10();
+            if exact.is_finite() && band.end < 500.0 {
+                // Lines are 0.5 Hz apart: one that lies by an edge counts for half a decibel at 25 Hz.
+                assert!((level.level - exact).abs() < 0.3, "{:?}: {} for {exact} dB", level.band, level.level);
+            }
+        }
+    }
+
+    #[test]
+    fn a_faded_record_loses_no_power_and_goes_on_with_the_same_bits() {
+        for (samples, segment) in [(3000, 0.25), (8, 1.0), (641, 0.05)] {
+            let new = || SpectrumAccumulator::faded(samples, 1e-3, segment, 0.1).unwrap();
+            let signal: Vec<f64> = vec![2.0; samples].into_iter().zip(noise(samples, 0.0, 9)).map(|(a, b)| a + b).collect();
+            let (mut whole, mut second) = (new(), new());
+            signal.iter().for_each(|&value| whole.push(value));
+            let (mean, fade) = (signal.iter().sum::<f64>() / samples as f64, whole.fade as f64);
+            let weight = |n: usize| slope((n.min(samples - 1 - n) as f64 + 0.5) / fade).powi(2);
+            let power: f64 = signal.iter().enumerate().map(|(n, value)| weight(n) * (value - mean).powi(2)).sum();
+            let stop = samples / 3;
+            signal[..stop].iter().for_each(|&value| second.push(value));
+            let state = read_back(&second.save());
+            second = new();
+            second.restore(state).unwrap();
+            signal[stop..].iter().for_each(|&value| second.push(value));
+            let [whole, second] = [whole, second].map(|accumulator| accumulator.finish().unwrap());
+            assert_eq!(whole, second);
+            let exact = power / (samples as f64 - fade);
+            assert!((whole.mean_square() / exact - 1.0).abs() < 1e-9, "{} for {exact}", whole.mean_square());
         }
     }
 

@@ -133,8 +133,7 @@ impl PowerSpectrum {
             .map(|band| {
                 let mean_square = self.power_within(band.lower_edge()..band.upper_edge());
                 let level = 10.0 * (mean_square / (reference * reference)).log10();
-                // Exact mid-frequencies lie up to half a percent above the nominal ones that people ask for.
-                let valid = band.mid_frequency() <= 1.01 * self.valid_to;
+                let valid = band.is_vouched_for(self.valid_to);
                 BandLevel { band, mean_square, level, valid }
             })
             .collect()

@@ -46,6 +46,12 @@ impl ThirdOctaveBand {
             .collect()
     }
 
+    /// Whether it belongs to a signal that is vouched for up to a frequency \[Hz\].
+    pub fn is_vouched_for(self, valid_to: f64) -> bool {
+        // Exact mid-frequencies lie up to half a percent above the nominal ones that people ask for.
+        self.mid_frequency() <= 1.01 * valid_to
+    }
+
     /// Exact mid-frequency 1000 * 10^(n/10) \[Hz\].
     pub fn mid_frequency(self) -> f64 {
         1000.0 * 10.0_f64.powf(f64::from(self.0) / 10.0)

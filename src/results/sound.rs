@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::table::{csv, row};
+use super::table::{csv, optional, row};
 use crate::radiation::Body;
 use crate::response::PowerSpectrum;
 use crate::scene::RadiationQuality;
-use crate::sound::{Air, SoundLevels};
+use crate::sound::{Air, CoveredBands, SoundLevels};
 
 /// Third octaves at the receivers.
 pub const SOUND_FILE: &str = "sound.csv";
@@ -25,7 +25,7 @@ pub struct ReceiverSpectrum {
 }
 
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
-/// where the run vouches for it and 0 beyond, and how far off the level may be there \[dB\].
+/// where the run vouches for it and 0 beyond, and how far off the level may be, empty beyond \[dB\].
 pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, error: &SoundError) -> String {
     let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid", "error_db"];
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
@@ -35,7 +35,8 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, error: &Sound
             let band = plain.band;
             let valid = f64::from(u8::from(plain.valid));
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
-            row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error.band])
+            let error = optional(plain.valid.then_some(error.band));
+            row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error])
         })
     });
     csv(header, rows)
@@ -143,6 +144,9 @@ pub struct ReceiverSummary {
     pub level_a: f64,
     /// How far off that may be \[dB(A)\]: [`SoundError::level_a`].
     pub level_a_error: f64,
+    /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bands: Option<CoveredBands>,
     /// Sound power level \[dB(A) re 1 pW\], of a hemisphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_level_a: Option<f64>,
@@ -157,19 +161,55 @@ pub struct ReceiverSummary {
     pub audio: Option<AudioSummary>,
 }
 
+/// The A-weighted level of a receiver by which runs are compared: where the tyre passes the maximum of the pass-by, time
+/// weighting F, else the mean.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct RatedLevel {
+    /// The receiver's name.
+    pub name: String,
+    /// The tyre passes it: its level is a maximum.
+    pub passed: bool,
+    /// The level \[dB(A)\]; absent where the run is too short for a passage.
+    pub level: Option<f64>,
+}
+
+impl RatedLevel {
+    /// Name of the quantity: `coast-by, maximum F`, or `cpx`.
+    pub fn label(&self) -> String {
+        if self.passed { format!("{}, maximum F", self.name) } else { self.name.clone() }
+    }
+}
+
 impl ReceiverSummary {
+    /// The level by which runs are compared.
+    pub fn rated(&self) -> RatedLevel {
+        let passed = self.pass_by.is_some() || self.no_pass_by.is_some();
+        let level = match &self.pass_by {
+            Some(pass_by) => Some(pass_by.maximum),
+            None => (!passed).then_some(self.level_a),
+        };
+        RatedLevel { name: self.name.clone(), passed, level }
+    }
+
     /// Its levels in a line.
     pub fn text(&self) -> String {
         let error = self.level_a_error;
+        let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };
         let mut text = match self.pass_by {
             Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{maximum:.1} +- {error:.1} dB(A) at most as the {} passes, F (mean of {passages}), {:.1} dB(A) along \
-                 the line",
+                "{least}{maximum:.1} +- {error:.1} dB(A), maximum F as the {} passes (mean of {passages}), {:.1} \
+                 dB(A) along the line",
                 if self.tyres.is_some() { "vehicle" } else { "tyre" },
                 self.level_a
             ),
-            None => format!("{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),
+            None => format!("{least}{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),
         };
+        if let Some(bands) = &self.bands {
+            text.push_str(&format!(", {}", bands.text()));
+            if let Some(doubt) = bands.doubt() {
+                text.push_str(&format!(" ({doubt})"));
+            }
+        }
         if let Some(tyres) = self.tyres {
             text.push_str(&format!(", {tyres} tyres"));
         }
@@ -179,10 +219,13 @@ impl ReceiverSummary {
         if let Some(power) = self.power_level_a {
             text.push_str(&format!(", sound power {power:.1} dB(A)"));
         }
-        if let Some(AudioSummary { file, tyres, .. }) = &self.audio {
+        if let Some(AudioSummary { file, tyres, louder, .. }) = &self.audio {
             text.push_str(&format!(", {file}"));
             if *tyres == Some(1) {
                 text.push_str(" (of one tyre: the run is too short for the others)");
+            }
+            if *louder {
+                text.push_str(" (louder than its full scale: written as floats)");
             }
         }
         text
@@ -200,6 +243,11 @@ pub struct PassBySummary {
     pub deviation: f64,
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
 /// A file to listen to.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct AudioSummary {
@@ -207,6 +255,9 @@ pub struct AudioSummary {
     pub file: String,
     /// Pressure of its full scale \[Pa\].
     pub full_scale: f64,
+    /// Its peak is above that: samples are floats.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub louder: bool,
     /// Its length \[s\].
     pub seconds: f64,
     /// Tyres of a vehicle that are in it: all, each from a stretch of the run of its own, or the front left one where

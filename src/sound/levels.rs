@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::covered::CoveredBands;
 use super::weighting::FrequencyWeighting;
 use crate::response::{BandLevel, PowerSpectrum};
 
@@ -74,6 +75,12 @@ impl SoundLevels {
     pub fn vouched(self) -> Self {
         let overall = |bands: &[BandLevel]| level_of(bands.iter().filter(|band| band.valid));
         Self { overall: overall(&self.third_octaves), overall_a: overall(&self.a_weighted), ..self }
+    }
+
+    /// The bands that the signal's maker vouches for; `None` of none.
+    pub fn covered(&self) -> Option<CoveredBands> {
+        let valid: Vec<BandLevel> = self.a_weighted.iter().copied().filter(|band| band.valid).collect();
+        CoveredBands::of(&valid)
     }
 }
 

@@ -8,8 +8,8 @@
 //! - [`power`]: the surfaces around a source that its sound power is taken from;
 //! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
 //! - [`detector`]: what a sound level meter shows against time;
-//! - [`levels`]: third octaves and overall levels; [`speed_coefficient`]: levels over a range of speeds;
-//! - [`resample`]: a signal at the rate of a sound file;
+//! - [`levels`]: third octaves and overall levels; [`covered`]: the bands of these and what is missing; [`speed_coefficient`]: levels over a range of speeds;
+//! - [`band_pass`]: a signal in a band of frequencies; [`resample`]: at the rate of a sound file;
 //! - [`pass_by`]: what a microphone beside the road hears of a tyre that rolls by;
 //! - [`wav`]: sound files that know their calibration.
 //!
@@ -18,6 +18,8 @@
 //! are `[x, y, z]` in metres.
 
 pub mod air;
+pub mod band_pass;
+pub mod covered;
 pub mod detector;
 pub mod levels;
 pub mod pass_by;
@@ -30,6 +32,7 @@ pub mod weighting;
 pub mod weighting_filter;
 
 pub use air::Air;
+pub use covered::CoveredBands;
 pub use detector::{Detector, TimeWeighting};
 pub use levels::SoundLevels;
 pub use pass_by::{PassBy, PassByError};

@@ -13,7 +13,7 @@
 use std::io::{self, Cursor};
 use std::path::Path;
 
-use hound::{WavSpec, WavWriter};
+use hound::{WavReader, WavSpec, WavWriter};
 use thiserror::Error;
 
 use crate::storage::PendingFile;
@@ -168,6 +168,33 @@ impl Recording {
     }
 }
 
+/// A file of [`Recording::to_bytes`] with another full scale, large enough for its peak \[Pa\]; `None` for another file.
+///
+/// # Errors
+/// [`WavError`], but not [`WavError::Write`].
+pub fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, WavError>> {
+    let before = full_scale_of(file)?;
+    let comment = chunk(chunk(file.get(12..)?, b"LIST")?.strip_prefix(b"INFO")?, b"ICMT")?;
+    let description = std::str::from_utf8(comment).ok()?.split_once("; ")?.1.trim_end_matches('\0').to_owned();
+    let mut reader = WavReader::new(file).ok()?;
+    let WavSpec { channels, sample_rate: rate, sample_format, .. } = reader.spec();
+    let (format, parts) = match sample_format {
+        hound::SampleFormat::Int => {
+            let parts = reader.samples::<i32>().map(|sample| Some(f64::from(sample.ok()?) / SCALE_24));
+            (SampleFormat::Integer24, parts.collect::<Option<Vec<f64>>>()?)
+        }
+        hound::SampleFormat::Float => {
+            let parts = reader.samples::<f32>().map(|sample| Some(f64::from(sample.ok()?)));
+            (SampleFormat::Float32, parts.collect::<Option<Vec<f64>>>()?)
+        }
+    };
+    let channel = |number: usize| {
+        parts.iter().skip(number).step_by(usize::from(channels)).map(|part| before * part).collect::<Vec<f64>>()
+    };
+    let channels = (0..usize::from(channels)).map(channel).collect();
+    Some(Recording { rate, channels, full_scale, format, description }.to_bytes())
+}
+
 /// Pressure that is 1 in a file \[Pa\], from its content; `None` without a calibration in the form of [`super::wav`].
 pub fn full_scale_of(file: &[u8]) -> Option<f64> {
     let list = chunk(file.get(12..)?, b"LIST")?;
@@ -286,6 +313,27 @@ mod tests {
         for end in 0..bytes.len() - 24 {
             assert_eq!(full_scale_of(&bytes[..end]), None, "cut after {end} bytes");
         }
+    }
+
+    #[test]
+    fn a_file_with_another_full_scale_has_the_same_pressures_and_words() {
+        for format in [SampleFormat::Integer24, SampleFormat::Float32] {
+            let recording = recording(format, 2, 333);
+            let again = rescaled(&recording.to_bytes().unwrap(), 5.0).unwrap().unwrap();
+            assert!(full_scale_of(&again).is_some_and(|scale| (scale - 5.0).abs() < 1e-12));
+            assert!(String::from_utf8_lossy(&again).contains("full scale = 5 Pa; a tone at 7.5 m\0"));
+            let mut reader = hound::WavReader::new(Cursor::new(&again)).unwrap();
+            let parts: Vec<f64> = match format {
+                SampleFormat::Integer24 => reader.samples::<i32>().map(|s| f64::from(s.unwrap()) / SCALE_24).collect(),
+                SampleFormat::Float32 => reader.samples::<f32>().map(|s| f64::from(s.unwrap())).collect(),
+            };
+            assert_eq!(parts.len(), 666);
+            for (place, part) in parts.into_iter().enumerate() {
+                let exact = recording.channels[place % 2][place / 2];
+                assert!((5.0 * part - exact).abs() < 1e-6, "{place}: {part} for {exact} Pa");
+            }
+        }
+        assert!(rescaled(b"RIFF", 5.0).is_none());
     }
 
     #[test]

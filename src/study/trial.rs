@@ -16,7 +16,7 @@ use crate::counters::Watch;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
-use crate::results::sound::ReceiverSpectrum;
+use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::run::error::RunError;
 use crate::run::in_memory::{Results, Run};
 use crate::run::progress::Progress;
@@ -77,12 +77,11 @@ impl Trial {
         self.results.rolling_resistance.map_or(0.0, |resistance| resistance.force)
     }
 
-    /// Levels at the receivers, by name; the overall ones are those of the bands that the run vouches for.
-    pub fn heard(&self) -> Vec<(String, SoundLevels)> {
-        let receivers = self.results.sound.iter().flat_map(|sound| &sound.receivers);
-        let levels =
-            |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched();
-        receivers.map(|heard| (heard.name.clone(), levels(heard))).collect()
+    /// A-weighted levels at the receivers, by which runs are compared, and third octaves.
+    pub fn heard(&self) -> Vec<(RatedLevel, SoundLevels)> {
+        let receivers = self.results.sound.iter().flat_map(|sound| sound.rated.iter().zip(&sound.receivers));
+        let levels = |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
+        receivers.map(|(rated, heard)| (rated.clone(), levels(heard))).collect()
     }
 
     /// Planned memory on the present threads, without the process itself \[bytes\].

@@ -82,11 +82,11 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
     let beside = |name: &str, keys: &str| format!("[[receiver]]\nname = \"{name}\"\nstandard = \"coast-by\"\n{keys}\n");
     let vehicle = "vehicle = { wheelbase = 2.5, track = 1.5 }";
     let receivers = [
-        beside("one", "distance = 300.0"),
-        beside("four", &format!("distance = 300.0\n{vehicle}")),
-        beside("left", "distance = 6.75"),
-        beside("right", "distance = 8.25"),
-        beside("near", vehicle),
+        beside("one", "distance = 300.0\npassage = 20"),
+        beside("four", &format!("distance = 300.0\npassage = 20\n{vehicle}")),
+        beside("left", "distance = 6.75\npassage = 32"),
+        beside("right", "distance = 8.25\npassage = 32"),
+        beside("near", &format!("passage = 32\n{vehicle}")),
     ];
     let folder = tempfile::tempdir().unwrap();
     let road = washboard(folder.path());
@@ -95,7 +95,7 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         let told = program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
         let told = String::from_utf8_lossy(&told.stdout).into_owned();
-        assert!(told.contains("at most as the vehicle passes") && told.contains("4 tyres"), "{told}");
+        assert!(told.contains("maximum F as the vehicle passes") && told.contains("4 tyres"), "{told}");
         let sound = read_summary(&folder.path().join(name))["sound"].clone();
         let number = |receiver: usize, pointer: &str| sound["receivers"][receiver].pointer(pointer).unwrap().as_f64();
         let [level, maximum] = ["/level", "/pass_by/maximum"]
@@ -162,9 +162,12 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     let samples = hound::WavReader::new(wav.as_slice()).unwrap().into_samples::<i32>();
     let pressure: Vec<f64> = samples.map(|sample| scale * f64::from(sample.unwrap()) / 8_388_608.0).collect();
     let (speed, sound_speed, tone) = (80.0 / 3.6, 343.2, 80.0 / 3.6 / 0.1);
+    // The file is as long as the passage, which ends at three times the least distance.
+    let half = 3.0 * 7.5_f64.hypot(1.2);
+    assert!((pressure.len() as f64 / 48_000.0 - 2.0 * half / speed).abs() < 0.001, "{} samples", pressure.len());
     for x in [9.0_f64, -9.0] {
-        // The microphone is at x in the tyre's frame (16 - x)/V after the first sample.
-        let centre = ((16.0 - x) / speed * 48_000.0) as usize;
+        // The microphone is at x in the tyre's frame (half - x)/V after the first sample.
+        let centre = ((half - x) / speed * 48_000.0) as usize;
         let found = peak_frequency(&pressure[centre - 4000..centre + 4000], tone);
         let mach = speed / sound_speed;
         let aside_squared = 7.5_f64.powi(2) + 1.2_f64.powi(2);
@@ -175,7 +178,10 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     // The level that the summary tells is that of the table.
     let table = fs::read_to_string(folder.path().join("tone/pass_by_coast-by.csv")).unwrap();
     let levels = table.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap());
-    let highest = levels.fold(f64::NEG_INFINITY, f64::max);
+    let levels: Vec<f64> = levels.collect();
+    let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // The detector has settled where the curve begins: from silence it would rise by 10 dB in the first 13 ms.
+    assert!((levels[4] - levels[0]).abs() < 1.0 && levels[0] < highest - 6.0, "{levels:?}");
     let told = &read_summary(&folder.path().join("tone"))["sound"]["receivers"][0]["pass_by"];
     assert!((told["maximum"].as_f64().unwrap() - highest).abs() < 1.0, "{told} {highest}");
 }
@@ -208,6 +214,125 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     }
     let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();
     assert!(worth.lines().next().unwrap().ends_with("level_db_a_cpx"), "{worth}");
+}
+
+/// Levels of a run's third octaves at a receiver \[dB\], whether they are valid, and their errors, by nominal frequency.
+fn bands(folder: &Path) -> Vec<(f64, f64, bool, String)> {
+    let table = fs::read_to_string(folder.join("sound.csv")).unwrap();
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        (cells[1].parse().unwrap(), cells[3].parse().unwrap(), cells[5] == "1", cells[6].to_owned())
+    };
+    table.lines().skip(1).map(row).collect()
+}
+
+/// Level of a third octave of a signal at 48 kHz \[dB\]: one transform of all of it, faded in and out.
+fn level_between(signal: &[f64], band: std::ops::Range<f64>) -> f64 {
+    let fade = |n: usize| {
+        let part = (n.min(signal.len() - 1 - n) as f64 / 12_000.0).min(1.0);
+        (0.5 * std::f64::consts::PI * part).sin().powi(2)
+    };
+    let mut series: Vec<f64> = signal.iter().enumerate().map(|(n, value)| fade(n) * value).collect();
+    let weight: f64 = (0..signal.len()).map(|n| fade(n).powi(2)).sum();
+    let transform = realfft::RealFftPlanner::new().plan_fft_forward(signal.len());
+    let mut lines = transform.make_output_vec();
+    transform.process(&mut series, &mut lines).unwrap();
+    let frequency = |line: usize| line as f64 * 48_000.0 / signal.len() as f64;
+    let inside = (0..lines.len()).filter(|&line| band.contains(&frequency(line)));
+    let power = inside.map(|line| 2.0 * lines[line].norm_sqr()).sum::<f64>() / signal.len() as f64 / weight;
+    10.0 * (power / 4e-10).log10()
+}
+
+fn pressures(path: &Path) -> Vec<f64> {
+    let wav = fs::read(path).unwrap();
+    let scale = full_scale_of(&wav).unwrap();
+    let samples = hound::WavReader::new(wav.as_slice()).unwrap().into_samples::<i32>();
+    samples.map(|sample| scale * f64::from(sample.unwrap()) / 8_388_608.0).collect()
+}
+
+#[test]
+fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequency() {
+    let receiver = "[[receiver]]\nname = \"near\"\nposition = [0.2, 0.4, 0.1]\n[radiation]\nquality = \"draft\"";
+    let text = scene_text(256, "kind = \"made\"\nseed = 4", &rolling(6.0), MODAL, &format!("{receiver}\nfmax = 800.0"));
+    let folder = tempfile::tempdir().unwrap();
+    let [wide, narrow] = ["800.0", "200.0"].map(|fmax| {
+        fs::write(folder.path().join("scene.toml"), edit(&text, &[("radiation.fmax", fmax)])).unwrap();
+        program(folder.path(), &["run", "scene.toml", "--out", fmax]);
+        let run = folder.path().join(fmax);
+        let (bands, heard) = (bands(&run), pressures(&run.join("sound_near.wav")));
+        for (nominal, level, valid, error) in &bands {
+            assert_eq!(error.is_empty(), !valid, "{nominal} Hz: an error of {error:?} dB");
+            let band = tyrewave::response::ThirdOctaveBand::containing(*nominal).unwrap();
+            let found = level_between(&heard, band.lower_edge()..band.upper_edge());
+            if *valid {
+                assert!((found - level).abs() < 0.3, "fmax {fmax}, {nominal} Hz: {level} dB, file {found} dB");
+            } else if band.lower_edge() > 1.2 * fmax.parse::<f64>().unwrap() {
+                // Nothing that is not in the level is in the file.
+                let loudest = bands.iter().map(|band| band.1).fold(f64::NEG_INFINITY, f64::max);
+                assert!(found < loudest - 60.0, "fmax {fmax}, {nominal} Hz: {found} of {loudest} dB");
+            }
+        }
+        let receiver = read_summary(&run)["sound"]["receivers"][0].clone();
+        (bands, receiver)
+    });
+    let valid = |bands: &[(f64, f64, bool, String)]| bands.iter().filter(|band| band.2).count();
+    assert!(valid(&narrow.0) == 9 && valid(&wide.0) >= 12, "25 to 160 Hz, and more");
+    for (one, other) in wide.0.iter().zip(&narrow.0).filter(|(_, other)| other.2) {
+        assert!((one.1 - other.1).abs() < 0.3, "{} Hz: {} and {} dB", one.0, one.1, other.1);
+    }
+    // The level of a part of the bands says so.
+    let told = &narrow.1["bands"];
+    assert_eq!((told["lowest"].as_f64(), told["highest"].as_f64()), (Some(25.0), Some(160.0)));
+    assert_eq!(told["lower_bound"], true, "{told}");
+    assert!(narrow.1["level_a"].as_f64() < wide.1["level_a"].as_f64());
+}
+
+#[test]
+fn files_to_listen_to_of_one_sweep_have_one_full_scale() {
+    let receivers = "[[receiver]]\nname = \"near\"\nposition = [0.2, 0.4, 0.1]\n[[receiver]]\nname = \"far\"\n\
+                     position = [0.0, 7.5, 1.2]\n[radiation]\nquality = \"draft\"\nfmax = 300.0";
+    let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), MODAL, receivers);
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), text).unwrap();
+    program(folder.path(), &["sweep", "scene.toml", "--speed", "30,130", "--out", "both"]);
+    let scales = |run: &Path| {
+        let summary = read_summary(run);
+        ["near", "far"].into_iter().enumerate().map(move |(receiver, name)| {
+            let told = summary["sound"]["receivers"][receiver]["audio"]["full_scale"].as_f64().unwrap();
+            let wav = fs::read(run.join(format!("sound_{name}.wav"))).unwrap();
+            assert_eq!(full_scale_of(&wav), Some(told), "{name}");
+            told
+        }).collect::<Vec<f64>>()
+    };
+    let variants = fs::read_dir(folder.path().join("both")).unwrap().map(|entry| entry.unwrap().path());
+    let found: Vec<f64> = variants.filter(|path| path.is_dir()).flat_map(|path| scales(&path)).collect();
+    assert!(found.len() == 4 && found.iter().all(|scale| (scale / found[0] - 1.0).abs() < 1e-12), "{found:?}");
+    // A scene may say it, too loud a sound or not.
+    for (given, louder) in [("50", false), ("1e-4", true)] {
+        let set = format!("radiation.full_scale={given}");
+        program(folder.path(), &["run", "scene.toml", "--set", &set, "--out", given]);
+        let audio = read_summary(&folder.path().join(given))["sound"]["receivers"][0]["audio"].clone();
+        assert_eq!(audio["full_scale"].as_f64(), given.parse().ok());
+        assert_eq!(audio.get("louder").is_some(), louder, "{audio}");
+    }
+}
+
+#[test]
+fn a_run_too_short_for_a_passage_says_how_long_it_must_be() {
+    let receiver = "[[receiver]]\nstandard = \"coast-by\"\npassage = 20\n[radiation]\nquality = \"draft\"\nfmax = 300.0";
+    let text = |duration: f64| scene_text(64, "kind = \"made\"\nseed = 4", &rolling(duration), MODAL, receiver);
+    let needed = |text: &str| {
+        let told = text.split("rolling.duration of ").nth(1).unwrap();
+        told.split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    let short = run(&text(0.1));
+    let most = needed(&short.report.summary.warnings.join("\n"));
+    let longer = run(&text(1.0));
+    let receiver = longer.summary()["sound"]["receivers"][0].clone();
+    let least = needed(receiver["no_pass_by"].as_str().unwrap());
+    assert!(least <= most && most < least + 0.6, "{least} and {most} s");
+    let enough = run(&text(least)).summary()["sound"]["receivers"][0].clone();
+    assert!(enough.get("no_pass_by").is_none() && enough["pass_by"]["passages"] == 1, "{enough}");
 }
 
 /// The frequency near `expected` at which a stretch of 48 kHz has most power.

@@ -35,6 +35,11 @@ pub struct PressureModel {
 }
 
 impl PressureModel {
+    /// Frequency \[Hz\] up to which all is radiated where nothing is above a highest one \[Hz\].
+    pub fn flat_to(highest: f64) -> f64 {
+        (1.0 - TAPER) * highest
+    }
+
     /// Bins 0..=highest of a segment that are radiated.
     pub fn bins(&self) -> usize {
         let last = (self.highest / self.layout.resolution()).floor() as usize;

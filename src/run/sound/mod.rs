@@ -17,11 +17,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::march::March;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Plan, SEGMENT, Sound};
+use crate::plan::{Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
-use crate::results::sound::{BodySummary, ReceiverSpectrum, SoundError};
+use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SoundError};
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
@@ -46,6 +46,8 @@ pub struct SoundRecorder {
     signals: Vec<KeptSignal>,
     warm_up: u64,
     valid_to: f64,
+    /// \[m/s\].
+    speed: f64,
 }
 
 /// Sound of a run that keeps its results in memory.
@@ -53,6 +55,8 @@ pub struct SoundRecorder {
 pub struct HeardSound {
     /// Spectra by receiver.
     pub receivers: Vec<ReceiverSpectrum>,
+    /// A-weighted levels by receiver.
+    pub rated: Vec<RatedLevel>,
     /// The body that radiates.
     pub body: BodySummary,
     /// How far off levels may be.
@@ -91,18 +95,21 @@ impl SoundRecorder {
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
-            let block = layout.length() as f64 * layout.time_step;
-            prepared.warnings.push(format!("the run is too short for sound: it needs {block:.2} s after the warm-up"));
+            let seconds = sound.least_duration(loaded.scene.rolling.speed());
+            let needed = format!("it takes a rolling.duration of {seconds:.2} s");
+            prepared.warnings.push(format!("the run is too short for sound: {needed}"));
             return Ok(None);
         }
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
         let (way, transfers) = seeking.find(prepared, progress, meter)?;
         let kept = sound.kept_samples().min(samples as usize);
         let points = sound.points();
+        let speed = loaded.scene.rolling.speed();
         let mut signals = vec![KeptSignal::default(); points];
         for heard in &sound.heard {
             if heard.is_passed() {
-                let passing = Passing::of(&sound, &way, heard, loaded.scene.rolling.speed());
+                // The samples are the same whatever is listened to.
+                let passing = Passing::of(&sound, &way, heard, speed, &(0.0..sound.radiation.fmax));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
                 prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
@@ -111,7 +118,7 @@ impl SoundRecorder {
             }
         }
         let spectra = (0..points)
-            .map(|_| SpectrumAccumulator::new(samples as usize, plan.time_step, Some(SEGMENT)))
+            .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let cells = prepared.march.cells();
         let lateral = cells.map(|_| LateralForces::new(&plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre)));
@@ -122,7 +129,8 @@ impl SoundRecorder {
             spectra,
             signals,
             warm_up: plan.warm_up_steps,
-            valid_to: prepared.valid_to.min(sound.radiation.fmax),
+            speed,
+            valid_to: prepared.valid_to.min(sound.complete_to()),
             sound,
         }))
     }
@@ -175,7 +183,8 @@ impl SoundRecorder {
     /// Too short for a spectrum.
     pub fn heard(&self) -> Result<HeardSound, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?);
-        Ok(HeardSound { receivers, body: self.way.body.clone(), error: self.sound.error() })
+        let rated = self.rated(&receivers);
+        Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
     }
 
     /// Takes the state down.

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::way::Way;
 use crate::plan::Sound;
-use crate::response::pressure::PressureStream;
 use crate::sound::PassBy;
 use crate::sound::pass_by::Passage;
 use crate::sound::resample::FILE_RATE;
@@ -72,15 +71,11 @@ impl Passages {
         if self.within(kept) > 0 {
             return None;
         }
-        let (layout, length) = (&sound.layout, self.length());
+        let length = self.length();
         if length > sound.kept_samples() as i64 {
             return Some("no passage: at this speed one takes longer than pressures are kept for".to_owned());
         }
-        // Pressures come in blocks.
-        let hops = (length - 1) / layout.hop() as i64;
-        let steps = layout.length() as i64 + hops * layout.hop() as i64;
-        debug_assert!(PressureStream::samples(layout, steps as u64) as i64 >= length);
-        let seconds = steps as f64 * layout.time_step;
+        let seconds = sound.duration_for(length as u64);
         Some(format!("no passage: the run is too short for one, which takes a rolling.duration of {seconds:.2} s"))
     }
 }

@@ -19,19 +19,24 @@ use super::passages::Passages;
 use super::way::Way;
 use crate::numeric::in_parallel;
 use crate::plan::{Heard, Sound};
-use crate::sound::detector::meter_levels;
+use crate::results::sound::PassBySummary;
+use crate::sound::band_pass::band_pass;
 use crate::sound::levels::energetic_sum;
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;
 use crate::sound::resample::FILE_RATE;
-use crate::sound::{FrequencyWeighting, PassBy, TimeWeighting};
+use crate::sound::{Detector, FrequencyWeighting, PassBy, TimeWeighting, WeightingFilter};
 
 /// A receiver beside the road.
 pub(super) struct Passing {
     /// By line of points.
     lines: Vec<Line>,
     tyres: Vec<Tyre>,
-    /// Samples of a line at which all tyres are on theirs.
+    /// Samples of a line that are of the passage.
     samples: Range<usize>,
+    /// Samples before it in which the detector settles.
+    lead: usize,
+    /// What is listened to \[Hz\].
+    band: Range<f64>,
 }
 
 struct Line {
@@ -48,8 +53,8 @@ struct Tyre {
 
 /// What a microphone beside the road hears.
 pub(super) struct HeardPassing {
-    /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity where not all tyres are on
-    /// theirs.
+    /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity where they are none of the
+    /// passage.
     pub(super) levels: Vec<Vec<f64>>,
     /// The first passage \[Pa\]: all tyres if each has a stretch of the run to itself, else the first one, for the same
     /// noise from several places would be heard as an echo.
@@ -59,8 +64,9 @@ pub(super) struct HeardPassing {
 }
 
 impl Passing {
-    /// Of a receiver; `None` where the tyre does not pass it.
-    pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64) -> Option<Self> {
+    /// Of a receiver, listening to a band \[Hz\]; `None` where the tyre does not pass it.
+    pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64, band: &Range<f64>) -> Option<Self> {
+        let passage = heard.passage()?;
         let line =
             |points: Range<usize>| Some(Line { passages: Passages::of(sound, way, points.clone(), speed)?, points });
         let lines: Option<Vec<Line>> = heard.lines().into_iter().map(line).collect();
@@ -79,7 +85,11 @@ impl Passing {
                 .into(),
         };
         let most = tyres.iter().map(|tyre| tyre.early.unsigned_abs()).max().unwrap_or(0) as usize;
-        Some(Self { lines, tyres, samples: most..count.saturating_sub(most) })
+        let front = sound.positions.get(lines.first()?.points.start)?[0];
+        let sample = |place: f64| (front - place) / speed * FILE_RATE;
+        let start = (sample(0.5 * passage).ceil() as usize).max(most);
+        let end = (sample(-0.5 * passage).floor() as usize + 1).min(count.saturating_sub(most));
+        Some(Self { lines, tyres, samples: start..end.max(start), lead: start - most, band: band.clone() })
     }
 
     /// Time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
@@ -87,7 +97,7 @@ impl Passing {
         &self.lines[0].passages.passing
     }
 
-    /// Samples of a line at which all tyres are on theirs.
+    /// Samples of a line that are of the passage.
     pub(super) fn samples(&self) -> Range<usize> {
         self.samples.clone()
     }
@@ -98,9 +108,15 @@ impl Passing {
         longest.passages.missing(sound, kept)
     }
 
-    /// The highest level while the vehicle's middle is between the lines of the standard \[dB\].
-    pub(super) fn highest(&self, levels: &[f64]) -> Option<f64> {
-        Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1)
+    /// Mean and standard deviation of the passages' highest levels while the vehicle's middle is between the lines of
+    /// the standard \[dB\].
+    pub(super) fn maxima(&self, levels: &[Vec<f64>]) -> PassBySummary {
+        let highest = |levels: &Vec<f64>| Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1);
+        let maxima: Vec<f64> = levels.iter().filter_map(highest).collect();
+        let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
+        let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
+        let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
+        PassBySummary { passages: levels.len(), maximum, deviation }
     }
 
     /// Has all points keep what the passages within the first so many samples take of them.
@@ -123,13 +139,11 @@ impl Passing {
         let mut alone: Vec<Vec<Vec<f64>>> = Vec::new();
         for (number, line) in self.lines.iter().enumerate() {
             let shown = |stretch: usize| {
-                let pressures = line.pressures(stretch, signals)?;
-                // The line begins 6 m before what is read: at 80 km/h the detector is half a decibel from settled
-                // there.
-                let shown = meter_levels(&pressures, FILE_RATE, FrequencyWeighting::A, TimeWeighting::Fast);
+                let pressures = band_pass(&line.pressures(stretch, signals)?, FILE_RATE, &self.band);
+                let shown = self.levels(&pressures)?;
                 // In the first passage a tyre has the stretch of its own number.
                 let tyre = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number);
-                Some((shown.ok()?, tyre.map(|tyre| (tyre, pressures))))
+                Some((shown, tyre.map(|tyre| (tyre, pressures))))
             };
             let shown = in_parallel::made(stretches, shown).into_iter().collect::<Option<Vec<_>>>()?;
             let (levels, sounds): (Vec<_>, Vec<_>) = shown.into_iter().unzip();
@@ -147,11 +161,23 @@ impl Passing {
         Some(HeardPassing { levels, sound, sounding })
     }
 
+    /// What a sound level meter shows of a line's pressures \[dB\]. It has heard the mean of the lead before, so that a
+    /// steady noise has its level at once, and what is read comes after the lead.
+    fn levels(&self, pressures: &[f64]) -> Option<Vec<f64>> {
+        let weighted = WeightingFilter::new(FrequencyWeighting::A, FILE_RATE).ok()?.apply(pressures);
+        let lead = &weighted[..self.lead.min(weighted.len())];
+        let before = lead.iter().map(|pressure| pressure * pressure).sum::<f64>() / lead.len().max(1) as f64;
+        Some(Detector::new(TimeWeighting::Fast, FILE_RATE).after(before).levels(&weighted))
+    }
+
     /// Levels of a passage, from those of lines and stretches.
     fn together(&self, alone: &[Vec<Vec<f64>>], passage: usize) -> Vec<f64> {
         if let ([only], [levels]) = (&self.tyres[..], alone) {
             debug_assert_eq!(only.early, 0);
-            return levels[passage].clone();
+            let mut levels = levels[passage].clone();
+            levels[..self.samples.start].fill(f64::NEG_INFINITY);
+            levels[self.samples.end..].fill(f64::NEG_INFINITY);
+            return levels;
         }
         let of_tyre = |(number, tyre): (usize, &Tyre), sample: usize| {
             let line = &alone[tyre.line];

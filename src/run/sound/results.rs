@@ -1,12 +1,14 @@
 //! What a run's sound is written as: tables, pictures, files to listen to, the summary.
 
+use std::ops::Range;
+
 use crate::numeric::in_parallel;
 use crate::plan::Heard;
-use crate::response::{PowerSpectrum, SpectrumAccumulator};
+use crate::response::{PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{
-    AudioSummary, PassBySummary, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE, SoundSummary,
+    AudioSummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE, SoundSummary,
     sound_levels_csv, sound_narrow_csv,
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
@@ -16,6 +18,7 @@ use crate::run::sound::SoundRecorder;
 use crate::run::sound::passing::{HeardPassing, Passing};
 use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
+use crate::sound::band_pass::band_pass;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::power::{Iso3744, power_level};
 use crate::sound::resample::{FILE_RATE, resample};
@@ -36,10 +39,17 @@ impl SoundRecorder {
         let error = self.sound.error();
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, &error))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
-        let mut receivers = Vec::new();
+        let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
-            let summary = self.receiver(loaded, heard, &spectrum.spectrum, &points, folder)?;
+            let (summary, recording) = self.receiver(loaded, heard, &spectrum.spectrum, &points, folder)?;
+            recordings.extend(recording.map(|recording| (receivers.len(), recording)));
             receivers.push(summary);
+        }
+        let peak = recordings.iter().map(|(_, recording)| recording.peak()).fold(0.0, f64::max);
+        let full_scale = self.sound.radiation.full_scale.unwrap_or_else(|| full_scale_for(peak));
+        for (receiver, recording) in recordings {
+            let file = format!("sound_{}.wav", self.sound.heard[receiver].file);
+            receivers[receiver].audio = Some(recording.write(folder, file, full_scale)?);
         }
         if loaded.scene.outputs.plots {
             draw_levels(loaded, &spectra, &error, folder)?;
@@ -59,10 +69,13 @@ impl SoundRecorder {
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
 
-    /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each.
+    /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each. Points in
+    /// which the detector settles before a passage do not count.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
         let one = |heard: &Heard| {
-            let mut spectrum = mean(&points[heard.points.clone()])?;
+            let rear = self.sound.positions.get(heard.points.end - 1)?[0];
+            let counts = |point: &usize| !heard.is_passed() || self.sound.positions[*point][0] <= 1e-9 - rear;
+            let mut spectrum = mean(heard.points.clone().filter(counts).map(|point| &points[point]))?;
             let tyres = heard.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
             Some(ReceiverSpectrum { name: heard.name.clone(), spectrum })
@@ -77,8 +90,9 @@ impl SoundRecorder {
         spectrum: &PowerSpectrum,
         points: &[PowerSpectrum],
         folder: &ResultsFolder,
-    ) -> Result<ReceiverSummary, RunError> {
+    ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
+        let mut recording = None;
         let mut summary = ReceiverSummary {
             name: heard.name.clone(),
             points: heard.points.len(),
@@ -86,6 +100,7 @@ impl SoundRecorder {
             level: levels.overall,
             level_a: levels.overall_a,
             level_a_error: self.sound.error().level_a,
+            bands: levels.covered(),
             power_level_a: None,
             pass_by: None,
             no_pass_by: None,
@@ -105,31 +120,58 @@ impl SoundRecorder {
                 }
             }
             ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }) => {
-                let kept = self.sound.kept_samples().min(self.signals[heard.points.start].taken());
-                let Some(passing) = Passing::of(&self.sound, &self.way, heard, loaded.scene.rolling.speed()) else {
-                    return Ok(summary);
-                };
-                summary.no_pass_by = passing.missing(&self.sound, kept);
-                if let Some(found) = passing.hear(kept, &self.signals) {
-                    summary.pass_by = Some(write_pass_by(loaded, heard, &passing, &found.levels, folder)?);
-                    if audio {
-                        summary.audio = Some(write_passing_audio(folder, heard, found)?);
+                let Some((passing, found)) = self.passing(heard) else { return Ok((summary, None)) };
+                match found {
+                    Err(missing) => summary.no_pass_by = Some(missing),
+                    Ok(found) => {
+                        summary.pass_by = Some(write_pass_by(loaded, heard, &passing, &found.levels, folder)?);
+                        recording = audio.then(|| Audible::passing(heard, found));
                     }
                 }
             }
             ReceiverPlace::Position { .. } | ReceiverPlace::Standard(StandardReceiver::Cpx) => {
                 if audio {
-                    let channels: Vec<Vec<f64>> = heard.points.clone().map(|point| self.at_file_rate(point)).collect();
-                    summary.audio = Some(write_audio(folder, &heard.file, channels, "a tyre, heard moving along")?);
+                    let channels = heard.points.clone().map(|point| self.at_file_rate(point)).collect();
+                    let description = "a tyre, heard moving along";
+                    recording = Some(Audible { channels, description, tyres: None });
                 }
             }
         }
-        Ok(summary)
+        Ok((summary, recording))
+    }
+
+    /// The levels by which runs are compared.
+    pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
+        let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
+            let level = match self.passing(heard) {
+                Some((passing, found)) => found.ok().map(|found| passing.maxima(&found.levels).maximum),
+                None => Some(vouched(&spectrum.spectrum).overall_a),
+            };
+            RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level }
+        };
+        self.sound.heard.iter().zip(spectra).map(one).collect()
+    }
+
+    /// A receiver that is passed, and what it hears, or why that is nothing; `None` of one that is not passed.
+    fn passing(&self, heard: &Heard) -> Option<(Passing, Result<HeardPassing, String>)> {
+        let passing = Passing::of(&self.sound, &self.way, heard, self.speed, &self.band())?;
+        let kept = self.sound.kept_samples().min(self.signals[heard.points.start].taken());
+        let missing = || passing.missing(&self.sound, kept).unwrap_or_else(|| "no passage".to_owned());
+        let found = passing.hear(kept, &self.signals).ok_or_else(missing);
+        Some((passing, found))
+    }
+
+    /// The frequencies of the bands that are vouched for \[Hz\]: what levels and files are made of.
+    pub(super) fn band(&self) -> Range<f64> {
+        let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
+        let valid = bands.iter().filter(|band| band.is_vouched_for(self.valid_to));
+        let edges = |(first, last): (&ThirdOctaveBand, &ThirdOctaveBand)| first.lower_edge()..last.upper_edge();
+        bands.first().zip(valid.last()).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
     }
 
     fn at_file_rate(&self, point: usize) -> Vec<f64> {
-        let signal: Vec<f64> = self.signals[point].excerpt(0).collect();
-        resample(&signal, 1.0 / self.sound.layout.time_step, FILE_RATE)
+        let (signal, rate): (Vec<f64>, f64) = (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.layout.time_step);
+        resample(&band_pass(&signal, rate, &self.band()), rate, FILE_RATE)
     }
 }
 
@@ -141,10 +183,6 @@ fn write_pass_by(
     levels: &[Vec<f64>],
     folder: &ResultsFolder,
 ) -> Result<PassBySummary, RunError> {
-    let maxima: Vec<f64> = levels.iter().filter_map(|levels| passing.highest(levels)).collect();
-    let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
-    let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
-    let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
     let (every, middle) = ((FILE_RATE / LEVELS_A_SECOND) as usize, passing.middle());
     let told: Vec<[f64; 3]> = passing
         .samples()
@@ -162,22 +200,50 @@ fn write_pass_by(
     if loaded.scene.outputs.plots {
         draw_pass_by(loaded, heard, &told, folder)?;
     }
-    Ok(PassBySummary { passages: levels.len(), maximum, deviation })
+    Ok(passing.maxima(levels))
 }
 
-/// The file to listen to of a passage; of a vehicle it says how many tyres are in it.
-fn write_passing_audio(
-    folder: &ResultsFolder,
-    heard: &Heard,
-    HeardPassing { sound, sounding, .. }: HeardPassing,
-) -> Result<AudioSummary, RunError> {
-    let description = match (heard.vehicle(), sounding) {
-        (None, _) => "a tyre passing by",
-        (Some(_), 1) => "the front left tyre of a vehicle passing by: the run is too short for all four",
-        (Some(_), _) => "the four tyres of a vehicle passing by, from four stretches of the run",
-    };
-    let audio = write_audio(folder, &heard.file, vec![sound], description)?;
-    Ok(AudioSummary { tyres: heard.vehicle().map(|_| sounding), ..audio })
+/// What is listened to of a receiver, before its full scale is known.
+struct Audible {
+    channels: Vec<Vec<f64>>,
+    description: &'static str,
+    /// Tyres of a vehicle that are in it.
+    tyres: Option<usize>,
+}
+
+impl Audible {
+    /// A passage; of a vehicle it says how many tyres are in it.
+    fn passing(heard: &Heard, HeardPassing { sound, sounding, .. }: HeardPassing) -> Self {
+        let description = match (heard.vehicle(), sounding) {
+            (None, _) => "a tyre passing by",
+            (Some(_), 1) => "the front left tyre of a vehicle passing by: the run is too short for all four",
+            (Some(_), _) => "the four tyres of a vehicle passing by, from four stretches of the run",
+        };
+        Self { channels: vec![sound], description, tyres: heard.vehicle().map(|_| sounding) }
+    }
+
+    /// Largest pressure \[Pa\].
+    fn peak(&self) -> f64 {
+        self.channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()))
+    }
+
+    fn write(self, folder: &ResultsFolder, file: String, full_scale: f64) -> Result<AudioSummary, RunError> {
+        let louder = self.peak() * (1.0 + 1e-6) > full_scale;
+        let seconds = self.channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
+        let recording = Recording {
+            rate: FILE_RATE as u32,
+            full_scale,
+            format: if louder { SampleFormat::Float32 } else { SampleFormat::Integer24 },
+            description: self.description.to_owned(),
+            channels: self.channels,
+        };
+        let path = folder.path(&file);
+        recording.write(&path).map_err(|source| match source {
+            WavError::Write(source) => ResultsError::Write { path, source },
+            other => ResultsError::Audio { path, source: Box::new(other) },
+        })?;
+        Ok(AudioSummary { file, full_scale, louder, seconds, tyres: self.tyres })
+    }
 }
 
 /// Levels, the overall ones of what the run vouches for.
@@ -186,34 +252,12 @@ fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
 }
 
 /// The mean of spectra over the same frequencies; `None` of none.
-fn mean(spectra: &[PowerSpectrum]) -> Option<PowerSpectrum> {
-    let mut mean = spectra.first()?.clone();
-    for (bin, power) in mean.power.iter_mut().enumerate() {
-        *power = spectra.iter().map(|spectrum| spectrum.power[bin]).sum::<f64>() / spectra.len() as f64;
+fn mean<'a>(mut spectra: impl Iterator<Item = &'a PowerSpectrum>) -> Option<PowerSpectrum> {
+    let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
+    for spectrum in spectra {
+        mean.power.iter_mut().zip(&spectrum.power).for_each(|(sum, power)| *sum += power);
+        count += 1.0;
     }
+    mean.power.iter_mut().for_each(|power| *power /= count);
     Some(mean)
-}
-
-fn write_audio(
-    folder: &ResultsFolder,
-    name: &str,
-    channels: Vec<Vec<f64>>,
-    description: &str,
-) -> Result<AudioSummary, RunError> {
-    let peak = channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()));
-    let seconds = channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
-    let file = format!("sound_{name}.wav");
-    let recording = Recording {
-        rate: FILE_RATE as u32,
-        channels,
-        full_scale: full_scale_for(peak),
-        format: SampleFormat::Integer24,
-        description: description.to_owned(),
-    };
-    let path = folder.path(&file);
-    recording.write(&path).map_err(|source| match source {
-        WavError::Write(source) => ResultsError::Write { path, source },
-        other => ResultsError::Audio { path, source: Box::new(other) },
-    })?;
-    Ok(AudioSummary { file, full_scale: recording.full_scale, seconds, tyres: None })
 }

@@ -48,6 +48,10 @@ pub enum StandardReceiver {
         /// of the vehicle's path then.
         #[serde(skip_serializing_if = "Option::is_none")]
         vehicle: Option<Vehicle>,
+        /// Length of the road over which the passage is followed, half of it before the microphone \[m\]; by default
+        /// as long as the level needs to rise and to fall by 10 dB.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        passage: Option<f64>,
     },
     /// Two microphones close to the tyre, moving along (ISO 11819-2).
     Cpx,
@@ -70,7 +74,15 @@ impl StandardReceiver {
     pub const DISTANCE: f64 = 7.5;
     /// Height of the coast-by microphone \[m\].
     pub const HEIGHT: f64 = 1.2;
+    /// Length of the passage by a microphone at a distance and height \[m\]: that of a point source, whose level falls
+    /// with the distance squared, rises and falls by 10 dB over +-3 times its least distance.
+    pub fn passage(distance: f64, height: f64) -> f64 {
+        6.0 * distance.hypot(height)
+    }
 }
+
+/// What is followed of a passage: at least the 20 m that the standards read.
+const PASSAGE: Bounds = Bounds::between(20.0, 1e4, "m");
 
 /// From axle to axle of anything that rolls.
 const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");
@@ -123,6 +135,10 @@ keys! {
         temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
         /// Whether files to listen to are written.
         audio: bool = true => Flag,
+        /// Pressure that is 1 in files to listen to \[Pa\]; left out, one that holds the loudest file of a run, a sweep
+        /// or a report is chosen for all of them.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        full_scale: Option<f64> = None => Optional(Bounds::inside(0.0, 1e5, "Pa")),
     }
 }
 
@@ -200,21 +216,24 @@ keys! {
         radius: Option<f64> = None => Optional(LENGTH),
         /// Of `coast-by`: the vehicle whose four tyres are heard; one tyre alone where it is left out.
         vehicle: Option<Vehicle> = None => Optional(VEHICLE),
+        /// Of `coast-by`: length of road over which the passage is followed and heard, half of it before the
+        /// microphone; left out, the level rises and falls by 10 dB \[m\].
+        passage: Option<f64> = None => Optional(PASSAGE),
     }
 }
 
 fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     let standard = table.peek("standard", &OneOf::<Standard>::new());
     let (owner, others): (_, &[_]) = match standard {
-        _ if table.has("position") => ("position", &["distance", "height", "radius", "vehicle"]),
+        _ if table.has("position") => ("position", &["distance", "height", "radius", "vehicle", "passage"]),
         Some(Some(Standard::CoastBy)) => ("standard = \"coast-by\"", &["radius"]),
-        Some(Some(Standard::Cpx)) => ("standard = \"cpx\"", &["distance", "height", "radius", "vehicle"]),
-        Some(Some(Standard::Circle)) => ("standard = \"circle\"", &["distance", "vehicle"]),
-        Some(Some(Standard::Hemisphere)) => ("standard = \"hemisphere\"", &["distance", "height", "vehicle"]),
+        Some(Some(Standard::Cpx)) => ("standard = \"cpx\"", &["distance", "height", "radius", "vehicle", "passage"]),
+        Some(Some(Standard::Circle)) => ("standard = \"circle\"", &["distance", "vehicle", "passage"]),
+        Some(Some(Standard::Hemisphere)) => ("standard = \"hemisphere\"", &["distance", "height", "vehicle", "passage"]),
         _ => ("", &[]),
     };
     table.refuse(others, owner, "leave this out");
-    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle } = ReceiverKeys::read(table)?;
+    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } = ReceiverKeys::read(table)?;
     let required = |key, length: Option<f64>| match length {
         None => table.complain(key, Problem::missing(&LENGTH.wanted())),
         given => given,
@@ -234,7 +253,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         (None, Some(standard)) => ReceiverPlace::Standard(match standard {
             Standard::CoastBy => {
                 let height = height.unwrap_or(StandardReceiver::HEIGHT);
-                StandardReceiver::CoastBy { distance, height, vehicle }
+                StandardReceiver::CoastBy { distance, height, vehicle, passage }
             }
             Standard::Cpx => StandardReceiver::Cpx,
             Standard::Circle => {

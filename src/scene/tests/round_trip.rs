@@ -308,8 +308,9 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
     let place = prop_oneof![
         (length(), 1.0..100.0_f64, length()).prop_map(|(x, y, z)| ReceiverPlace::Position { position: [x, y, z] }),
         (length(), length(), prop::option::of(0.0..20.0_f64)).prop_map(|(distance, height, wheelbase)| {
+            let passage = wheelbase.map(|wheelbase| 20.0 + wheelbase);
             let vehicle = wheelbase.map(|wheelbase| Vehicle { wheelbase, ..Vehicle::default() });
-            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle })
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle, passage })
         }),
         Just(ReceiverPlace::Standard(StandardReceiver::Cpx)),
         (length(), length())
@@ -328,6 +329,7 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
                 acoustic_gap,
                 air,
                 audio,
+                full_scale: audio.then_some(fmax),
                 ..Radiation::default()
             }
         });

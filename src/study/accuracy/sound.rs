@@ -14,7 +14,7 @@ use crate::results::sound::{BodySummary, ReceiverSpectrum};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::run::progress::Unwatched;
-use crate::run::sound::SoundRecorder;
+use crate::run::sound::{HeardSound, SoundRecorder};
 use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
 use crate::sound::SoundLevels;
 use crate::study::trial::{LOWEST_BAND, Trials, level_changes, upper_edge};
@@ -38,8 +38,8 @@ pub struct SoundDifference {
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
     pub worst_band: f64,
-    /// Difference of the A-weighted level \[dB(A)\].
-    pub level_a: f64,
+    /// Difference of the A-weighted level, where the tyre passes of the maximum \[dB(A)\]; absent without a passage.
+    pub level_a: Option<f64>,
 }
 
 /// A way of the sound, and how far it is from the reference.
@@ -63,7 +63,7 @@ impl SoundPoint {
 
     /// Largest difference of an A-weighted level at any receiver \[dB(A)\].
     pub fn level_a(&self) -> f64 {
-        self.differences.iter().map(|of| of.level_a.abs()).fold(0.0, f64::max)
+        self.differences.iter().filter_map(|of| of.level_a).map(f64::abs).fold(0.0, f64::max)
     }
 }
 
@@ -172,8 +172,8 @@ impl<'a, 'b> Rolled<'a, 'b> {
         &mut self,
         label: String,
         radiation: &Radiation,
-        reference: Option<&[ReceiverSpectrum]>,
-    ) -> Result<Option<(SoundPoint, Vec<ReceiverSpectrum>)>, RunError> {
+        reference: Option<&HeardSound>,
+    ) -> Result<Option<(SoundPoint, HeardSound)>, RunError> {
         let scene = Scene { radiation: radiation.clone(), ..self.scene.clone() };
         let loaded = LoadedScene::from_scene(&scene, "sound")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
@@ -185,23 +185,24 @@ impl<'a, 'b> Rolled<'a, 'b> {
             recorder.take(step, forces, &mut meter);
         }
         let heard = recorder.heard()?;
-        let differences = reference.map_or(Vec::new(), |reference| differences(&heard.receivers, reference));
+        let differences = reference.map_or(Vec::new(), |reference| differences(&heard, reference));
         let seconds = meter.whole(Stage::Radiation).seconds();
-        Ok(Some((SoundPoint { label, differences, body: heard.body, seconds }, heard.receivers)))
+        Ok(Some((SoundPoint { label, differences, body: heard.body.clone(), seconds }, heard)))
     }
 }
 
-fn differences(found: &[ReceiverSpectrum], reference: &[ReceiverSpectrum]) -> Vec<SoundDifference> {
-    let levels = |of: &ReceiverSpectrum| SoundLevels::of(&of.spectrum, LOWEST_BAND / 1.2..f64::INFINITY).vouched();
-    let one = |(found, reference): (&ReceiverSpectrum, &ReceiverSpectrum)| {
+fn differences(found: &HeardSound, reference: &HeardSound) -> Vec<SoundDifference> {
+    let levels = |of: &ReceiverSpectrum| SoundLevels::of(&of.spectrum, LOWEST_BAND / 1.2..f64::INFINITY);
+    let rated = found.rated.iter().zip(&reference.rated);
+    let level_a = rated.map(|(found, reference)| Some(found.level? - reference.level?));
+    let one = |((found, reference), level_a): ((&ReceiverSpectrum, &ReceiverSpectrum), Option<f64>)| {
         let (here, there) = (levels(found), levels(reference));
         let changes = level_changes(&here.third_octaves, &there.third_octaves);
         let worst = changes
             .filter(|(band, change)| band.valid && change.is_finite())
             .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let (worst, worst_band) = worst.map_or((0.0, 0.0), |(band, by)| (by.abs(), band.band.nominal_frequency()));
-        let level_a = here.overall_a - there.overall_a;
         SoundDifference { receiver: reference.name.clone(), worst, worst_band, level_a }
     };
-    found.iter().zip(reference).map(one).collect()
+    found.receivers.iter().zip(&reference.receivers).zip(level_a).map(one).collect()
 }

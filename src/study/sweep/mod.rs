@@ -9,6 +9,7 @@
 
 pub mod design;
 pub mod factor;
+pub mod full_scale;
 pub mod repeated;
 pub mod run;
 pub mod table;
@@ -17,6 +18,7 @@ pub mod variants;
 
 pub use design::Design;
 pub use factor::{Factor, Range};
+pub use full_scale::share_full_scale;
 pub use repeated::RepeatedTable;
 pub use run::{Done, Outcome, sweep};
 pub use table::{SweepBlock, blocks};

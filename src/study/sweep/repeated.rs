@@ -249,7 +249,7 @@ fn quantities(done: &Done) -> Vec<(Quantity, f64)> {
         add((FORCE, 0), OVERALL, FORCE_UNIT, 10.0 * power.log10());
     }
     for (index, (name, level)) in done.sound.iter().enumerate() {
-        add((SOUND, index as i32), name, SOUND_UNIT, *level);
+        add((SOUND, index as i32), &done.label_of(name), SOUND_UNIT, *level);
     }
     if let Some(resistance) = done.rolling_resistance {
         add((RESISTANCE, 0), "rolling resistance", "coefficient", resistance.coefficient);

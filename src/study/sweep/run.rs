@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::counters::{self, Stage};
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
+use crate::results::sound::{RatedLevel, ReceiverSummary};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
@@ -50,6 +51,9 @@ pub struct Done {
     pub load: Option<LoadResult>,
     /// A-weighted level at each receiver \[dB(A)\]: the maximum of the pass-by where the tyre passes, else the mean.
     pub sound: Vec<(String, f64)>,
+    /// The receivers that the tyre passes.
+    #[serde(default)]
+    pub passed: Vec<String>,
 }
 
 impl Outcome {
@@ -66,12 +70,16 @@ impl Done {
     /// From the levels and the summary of a results folder.
     fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
         let outcome = &summary["outcome"];
+        let receivers = serde_json::from_value(summary["sound"]["receivers"].clone());
+        let receivers: Vec<ReceiverSummary> = receivers.unwrap_or_default();
+        let rated: Vec<RatedLevel> = receivers.iter().map(ReceiverSummary::rated).collect();
         Self {
             found,
             levels,
             rolling_resistance: serde_json::from_value(outcome["rolling_resistance"].clone()).ok(),
             load: serde_json::from_value(outcome["load"].clone()).ok(),
-            sound: sound(&summary["sound"]["receivers"]),
+            sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level?))).collect(),
+            passed: rated.into_iter().filter(|rated| rated.passed).map(|rated| rated.name).collect(),
         }
     }
 
@@ -80,19 +88,16 @@ impl Done {
         self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| *level)
     }
 
+    /// Name of what is known of a receiver.
+    pub fn label_of(&self, receiver: &str) -> String {
+        let passed = self.passed.iter().any(|name| name == receiver);
+        RatedLevel { name: receiver.to_owned(), passed, level: None }.label()
+    }
+
     /// The load, where it was missed by more than its tolerance.
     pub fn missed_load(&self) -> Option<&LoadResult> {
         self.load.as_ref().filter(|load| !load.met)
     }
-}
-
-/// Names and levels of a summary's receivers.
-fn sound(receivers: &serde_json::Value) -> Vec<(String, f64)> {
-    let level = |receiver: &serde_json::Value| {
-        let passing = receiver["pass_by"]["maximum"].as_f64();
-        Some((receiver["name"].as_str()?.to_owned(), passing.or(receiver["level_a"].as_f64())?))
-    };
-    receivers.as_array().into_iter().flatten().filter_map(level).collect()
 }
 
 /// Whoever watches a sweep, and the time that all variants have rolled \[s\].

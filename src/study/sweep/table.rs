@@ -127,7 +127,8 @@ impl SweepBlock {
                     Some(interval) => format!("{:.1} +- {interval:.1}", growth.slope.decibels_per_decade),
                     None => format!("{:.1}", growth.slope.decibels_per_decade),
                 });
-                [name.clone()].into_iter().chain(self.found.iter().map(level)).chain([growth]).collect()
+                let label = self.found.iter().map(|done| done.label_of(name)).max().unwrap_or_else(|| name.clone());
+                [label].into_iter().chain(self.found.iter().map(level)).chain([growth]).collect()
             };
             let header = header("dB(A) at").chain(["dB/decade".to_owned()]);
             report.text("\n");
@@ -229,6 +230,7 @@ mod tests {
         found[2].load = Some(LoadResult { wanted: 3000.0, relative_error: 0.04, tolerance: 0.01, met: false });
         for (done, speed) in found.iter_mut().zip(&speeds) {
             done.sound = vec![("beside".to_owned(), 70.0 + 35.0 * (speed / 80.0_f64).log10())];
+            done.passed = vec!["beside".to_owned()];
         }
         SweepBlock::new("stone, 3000 N", speeds, found)
     }
@@ -254,7 +256,7 @@ mod tests {
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
         assert!(svg.contains("per decade of speed"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);
-        assert!(text.contains("dB(A) at") && text.contains("35.0 +- 0.0"), "{text}");
+        assert!(text.contains("dB(A) at") && text.contains("beside, maximum F") && text.contains("35.0 +- 0.0"), "{text}");
         let sound = sound_csv(&[block()]).unwrap();
         assert!(sound.lines().nth(2).unwrap().starts_with("\"stone, 3000 N\",beside,80,70,35"), "{sound}");
         assert_eq!(sound_csv(&[]), None);

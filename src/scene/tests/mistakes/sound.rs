@@ -34,8 +34,10 @@ fn standards() {
     receiver_refused("standard = \"cpx\"\nradius = 1", 28, ".radius", "cpx", "leave this out");
     receiver_refused("standard = \"hemisphere\"\nradius = 0", 28, ".radius", "0", "above 0");
     let scene = accepted("[outputs]", "[[receiver]]\nstandard = \"coast-by\"\nheight = 1.5\n[outputs]");
-    let place = ReceiverPlace::Standard(StandardReceiver::CoastBy { distance: 7.5, height: 1.5, vehicle: None });
-    assert_eq!(scene.receivers[0].place, place);
+    let place = StandardReceiver::CoastBy { distance: 7.5, height: 1.5, vehicle: None, passage: None };
+    assert_eq!(scene.receivers[0].place, ReceiverPlace::Standard(place));
+    receiver_refused("standard = \"coast-by\"\npassage = 19", 28, ".passage", "19", "at least 20");
+    receiver_refused("standard = \"cpx\"\npassage = 40", 28, ".passage", "cpx", "leave this out");
 }
 
 #[test]
@@ -59,7 +61,7 @@ fn vehicles() {
         ("{ wheelbase = 5.5, track = 2.0 }", Vehicle { wheelbase: 5.5, track: 2.0 }),
     ] {
         let scene = accepted("[outputs]", &format!("[[receiver]]\n{BESIDE} = {value}\n[outputs]"));
-        let place = StandardReceiver::CoastBy { distance: 7.5, height: 1.2, vehicle: Some(expected) };
+        let place = StandardReceiver::CoastBy { distance: 7.5, height: 1.2, vehicle: Some(expected), passage: None };
         assert_eq!(scene.receivers[0].place, ReceiverPlace::Standard(place));
     }
 }

@@ -1,0 +1,62 @@
+//! One full scale for all files to listen to of a sweep: which of two variants is louder can be heard.
+//!
+//! Each run chooses a full scale that its loudest file fits into. Once all are there, the largest of these is given to
+//! every file and to what its summary says of it. A file states its own full scale, so a sweep that is stopped amid this
+//! leaves none that is wrong, and puts the rest in order the next time. Where a scene gives `radiation.full_scale` all
+//! have it already.
+
+use std::path::{Path, PathBuf};
+
+use crate::results::ResultsError;
+use crate::results::sound::AudioSummary;
+use crate::results::summary::{SUMMARY_FILE, Summary};
+use crate::sound::wav::{full_scale_of, rescaled};
+use crate::storage::PendingFile;
+use crate::storage::input::{self, TABLE_BYTES};
+
+/// Gives all files to listen to in some results the largest full scale among them.
+///
+/// # Errors
+/// Of a file that cannot be written. Folders that are no results, and files that are no sound of ours, stay.
+pub fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
+    let known: Vec<(&PathBuf, Summary)> =
+        folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
+    let all = known.iter().flat_map(|(_, summary)| audio(summary));
+    // Louder files are floats, which have the full scale that was asked for.
+    let largest = all.map(|audio| audio.full_scale).fold(0.0, f64::max);
+    for (folder, mut summary) in known {
+        let mut changed = false;
+        for audio in summary.sound.iter_mut().flat_map(|sound| &mut sound.receivers).filter_map(|of| of.audio.as_mut()) {
+            // A name alone: nothing outside the folder is touched.
+            let Some(name) = Path::new(&audio.file).file_name().filter(|name| *name == audio.file.as_str()) else { continue };
+            let path = folder.join(name);
+            let Ok(bytes) = input::read(&path, TABLE_BYTES) else { continue };
+            if full_scale_of(&bytes).is_some_and(|scale| scale < largest)
+                && let Some(Ok(bytes)) = rescaled(&bytes, largest)
+            {
+                write(&path, &bytes)?;
+            }
+            changed |= audio.full_scale < largest;
+            audio.full_scale = largest;
+        }
+        if changed {
+            let path = folder.join(SUMMARY_FILE);
+            write(&path, summary.to_json(&path)?.as_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+fn read(folder: &Path) -> Option<Summary> {
+    serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
+}
+
+/// Files to listen to.
+fn audio(summary: &Summary) -> impl Iterator<Item = &AudioSummary> {
+    summary.sound.iter().flat_map(|sound| &sound.receivers).filter_map(|receiver| receiver.audio.as_ref())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
+    let file = PendingFile::create(path).map_err(ResultsError::creating(path))?;
+    file.complete(bytes).map_err(ResultsError::writing(path))
+}

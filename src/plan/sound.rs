@@ -271,16 +271,17 @@ impl Plan {
         let Scene { numerics, tyre, receivers, .. } = &self.scene;
         let (layout, lateral) = self.followed(radiation.lateral_waves);
         let mut positions = Vec::new();
+        let mut names: Vec<String> = receivers.iter().map(|receiver| receiver.name.clone()).collect();
         let mut files: Vec<String> = Vec::new();
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
             let first = positions.len();
             positions.extend(points(&receiver.place, 0.5 * tyre.width + radiation.shoulder));
-            let name = if receiver.name.is_empty() { name(&receiver.place, index) } else { receiver.name.clone() };
-            let mut file: String =
-                name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' }).collect();
-            if files.contains(&file) {
-                file = format!("{file}-{}", index + 1);
+            if receiver.name.is_empty() {
+                names[index] = unlike(&name(&receiver.place, index), index, &names);
             }
+            let name = names[index].clone();
+            let plain = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' });
+            let file = unlike(&plain.collect::<String>(), index, &files);
             files.push(file.clone());
             Heard { name, file, place: receiver.place, points: first..positions.len() }
         });
@@ -319,6 +320,14 @@ fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
         }
         ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => Iso3744::Broadband.positions(radius, true),
     }
+}
+
+/// The name of a receiver of this number, or with a number behind it, so that no other one has the same: not even on
+/// disks that do not tell capital letters.
+fn unlike(name: &str, index: usize, others: &[String]) -> String {
+    let taken = |name: &str| others.iter().any(|other| other.eq_ignore_ascii_case(name));
+    let numbered = (index + 1..).map(|number| format!("{name}-{number}"));
+    std::iter::once(name.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
 
 /// What a receiver without a name is called.

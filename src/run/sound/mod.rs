@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::march::March;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Plan, SEGMENT, Sound};
+use crate::plan::{Heard, Plan, SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
@@ -59,6 +59,28 @@ pub struct HeardSound {
     pub error: SoundError,
 }
 
+/// What is said of a run without a single block of forces.
+fn too_short(layout: &SegmentLayout) -> String {
+    let block = layout.length() as f64 * layout.time_step;
+    format!("the run is too short for sound: it needs {block:.2} s after the warm-up")
+}
+
+/// What a run of a plan is too short to hear, known before it.
+pub(super) fn unheard(plan: &Plan) -> Vec<String> {
+    let Some(sound) = plan.sound() else { return Vec::new() };
+    let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
+    if samples == 0 {
+        return vec![too_short(&sound.layout)];
+    }
+    let Some(way) = Way::expected(plan, &sound) else { return Vec::new() };
+    let kept = sound.kept_samples().min(samples as usize);
+    let missing = |heard: &Heard| {
+        let passing = Passing::of(&sound, &way, heard, plan.speed)?;
+        Some(format!("{}: {}", heard.name, passing.missing(&sound, kept)?))
+    };
+    sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(missing).collect()
+}
+
 /// What evolves of a [`SoundRecorder`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct SoundState {
@@ -91,8 +113,7 @@ impl SoundRecorder {
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
-            let block = layout.length() as f64 * layout.time_step;
-            prepared.warnings.push(format!("the run is too short for sound: it needs {block:.2} s after the warm-up"));
+            prepared.warnings.push(too_short(&layout));
             return Ok(None);
         }
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };

@@ -380,6 +380,20 @@ mod tests {
     }
 
     #[test]
+    fn names_and_files_of_receivers_never_meet() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let receiver =
+            |name: &&str| Receiver { name: (*name).to_owned(), place: ReceiverPlace::Standard(coast_by(None)) };
+        scene.receivers = ["a b", "a-b-3", "a.b", "", "", "A/B", "coast-by-5"].iter().map(receiver).collect();
+        let sound = Plan::new(&scene).sound().unwrap();
+        let of = |field: fn(&Heard) -> &str| sound.heard.iter().map(field).collect::<Vec<_>>();
+        let names = of(|heard| &heard.name);
+        assert_eq!(names, ["a b", "a-b-3", "a.b", "coast-by", "coast-by-6", "A/B", "coast-by-5"]);
+        let files = of(|heard| &heard.file);
+        assert_eq!(files, ["a-b", "a-b-3", "a-b-4", "coast-by", "coast-by-6", "A-B-6", "coast-by-5"]);
+    }
+
+    #[test]
     fn a_vehicle_is_heard_for_half_a_minute_within_a_gigabyte_and_a_point_more_takes_some_1_3_megabytes() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         scene.numerics.elements = 1024;

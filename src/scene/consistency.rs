@@ -21,7 +21,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     Some(scene)
 }
 
-/// Part of the tyre's radius that its section is high, rim and all that a tyre of rubber is pushed in by left out.
+/// Part of a tyre's radius that is section, not rim, at most.
 const SECTION: f64 = 0.3;
 
 /// Complains about an indentation that is deeper than the tyre is high above its rim; `None` then.

@@ -47,8 +47,12 @@ impl CacheArguments {
         let folder = cache.folder().display();
         match self.action {
             CacheAction::Clear => {
-                let removed = cache.clear()?;
-                print(&format!("{removed} entries removed from {folder}\n"))
+                let (removed, failed) = cache.clear()?;
+                print(&format!("{removed} entries removed from {folder}\n"))?;
+                match failed.first() {
+                    None => Ok(()),
+                    Some(first) => Err(CliError::Failed(format!("{} cannot be removed: {first}", failed.len()))),
+                }
             }
             CacheAction::List => {
                 let entries = cache.list(&[RationalModel::KIND, CellModel::KIND, KeptReceiver::KIND])?;

@@ -1,7 +1,9 @@
 //! `tyrewave check`: whether scenes can be run.
 
 use clap::Args;
+use tyrewave::plan::Plan;
 use tyrewave::results::table::{Report, row, words};
+use tyrewave::run::foreseen;
 use tyrewave::run::prepare::checked;
 use tyrewave::scene::Setting;
 
@@ -11,10 +13,13 @@ use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Everything that can be known without running: keys and values, the tyre's file, what fits together, memory and time \
-against their limits, the road's file and its length. Nothing is written. The exit code is 2 if a scene has a mistake.
+against their limits, the road's file and its length. A warning says what the run would not give: it is too short for \
+sound, or too fast for its tyre. The file of a tyre may stand among the scenes: it is checked under the default \
+scene. Nothing is written. The exit code is 2 if a scene has a mistake.
 
 Examples:
   tyrewave check scenes/default.toml
+  tyrewave check scenes/*.toml scenes/tyres/*.toml
   tyrewave check scenes/*.toml --set numerics.preset=draft";
 
 /// Arguments of `tyrewave check`.
@@ -36,11 +41,20 @@ impl CheckArguments {
         let mut notes = Report::default();
         for path in &self.scenes {
             let file = SceneFile { scene: path.clone(), settings: self.settings.clone() };
-            let loaded = context.load(&file)?;
+            let (loaded, is_tyre) = context.load_scene_or_tyre(&file)?;
+            if is_tyre {
+                loaded.check_time_domain()?;
+                Plan::of(&loaded)?;
+                rows.push(row([&path.display(), &"a tyre, can be rolled", &"", &"", &""]));
+                continue;
+            }
             let plan = checked(&loaded)?;
             let effects = plan.decisions.rows.iter().filter(|decision| decision.on).map(|decision| decision.effect);
             let effects = effects.collect::<Vec<_>>().join(", ");
             rows.push(row([&path.display(), &"can be run", &plan.scene.numerics.elements, &plan.steps, &effects]));
+            for warning in foreseen(&plan) {
+                notes.text(format!("{}: warning: {warning}\n", path.display()));
+            }
             for note in plan.notes() {
                 notes.text(format!("{}: {note}\n", path.display()));
             }

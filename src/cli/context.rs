@@ -6,7 +6,8 @@ use indicatif::ProgressBar;
 use terminal_size::{Width, terminal_size_of};
 use tyrewave::counters::AllocationProbe;
 use tyrewave::results::table::Report;
-use tyrewave::scene::{LoadedScene, Reach, Scene};
+use tyrewave::run::RunError;
+use tyrewave::scene::{LoadedScene, Reach, Scene, SceneError};
 
 use super::error::CliError;
 use super::interrupt::Interrupt;
@@ -33,6 +34,16 @@ impl Context {
     pub fn load(&self, file: &SceneFile) -> Result<LoadedScene, CliError> {
         let reach = if self.options.allow_outside { Reach::Anywhere } else { Reach::Folder };
         Ok(Scene::load_with(&file.scene, &file.settings, reach)?)
+    }
+
+    /// A scene file, or the file of a tyre, on which the default scene rolls then; with it whether it is one.
+    pub fn load_scene_or_tyre(&self, file: &SceneFile) -> Result<(LoadedScene, bool), CliError> {
+        match self.load(file) {
+            Err(CliError::Run(RunError::Scene(SceneError::Tyre { path }))) => {
+                Ok((Scene::with_tyre(path, &file.settings)?, true))
+            }
+            other => other.map(|loaded| (loaded, false)),
+        }
     }
 
     /// Progress as the options want it.

@@ -27,7 +27,8 @@ MOBILITY.csv has a header and one line for each measured value, several patches 
   re, im        mobility in m/(N s), time factor exp(+i w t); or
   level_db      its level, dB re 1 m/(N s), and
   phase_deg     its phase
-Other columns are not looked at; lines that begin with # are left out.
+Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and so on: what `tyrewave mobility` and \
+`tyrewave tyre` write. Other columns are not looked at; lines that begin with # are left out.
 
 The scene's tyre is the start, and gives what is not fitted. Names of parameters: tread-modulus, tread-loss, \
 tread-thickness, tread-density, belt-modulus, belt-loss, tension-along, tension-across, foundation-normal, \
@@ -75,7 +76,7 @@ impl FitTyreArguments {
     /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { mobility: path, place, fix, free, level_error, phase_error } = self;
-        let mut side = place.open("fit-tyre", context)?;
+        let mut side = place.open_tyre("fit-tyre", context)?;
         let free = free_parameters(&side.loaded, &fix, &free)?;
         let start = &side.loaded.scene.tyre;
         let bytes = input::read(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;

@@ -20,13 +20,14 @@ Examples:
   tyrewave keys
   tyrewave keys road
   tyrewave keys tyre.layers
+  tyrewave keys rolling.speed_kmh
   tyrewave keys --schema > scene.schema.json";
 
 /// Arguments of `tyrewave keys`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct KeysArguments {
-    /// Only this table and those in it, such as rolling or tyre.layers.
+    /// Only this table and those in it, such as rolling or tyre.layers, or one key, such as rolling.speed_kmh.
     pub section: Option<String>,
     /// Print all of it as a JSON Schema (draft 2020-12).
     #[arg(long, conflicts_with = "section")]
@@ -37,7 +38,7 @@ impl KeysArguments {
     /// Prints the keys.
     ///
     /// # Errors
-    /// [`CliError::Usage`] for a table that scenes do not have.
+    /// [`CliError::Usage`] for a table or key that scenes do not have.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.schema {
             print(&format!("{:#}\n", Scene::json_schema()))
@@ -50,23 +51,36 @@ impl KeysArguments {
 /// The keys of a scene's tables, or of one of them and those in it.
 fn report(wanted: Option<&str>) -> Result<Report, CliError> {
     let schema = Scene::json_schema();
-    let mut all = sections(&schema);
-    if let Some(name) = wanted {
-        let mut names: Vec<_> =
-            all.iter().map(|section| section.path.clone()).filter(|path| !path.is_empty()).collect();
-        names.sort_unstable();
-        names.dedup();
-        all.retain(|section| section.path == name || section.path.starts_with(&format!("{name}.")));
-        if all.is_empty() {
-            let names = names.join(", ");
-            return Err(CliError::Usage(format!("scenes have no table \"{name}\"; they have: {names}")));
-        }
-    }
+    let all = sections(&schema);
     let mut report = Report::default();
-    for section in all {
+    let mut add = |section: Section<'_>, key: Option<&str>| {
+        let rows: Vec<_> =
+            rows(section.schema).into_iter().filter(|[name, ..]| key.is_none_or(|key| name == key)).collect();
+        if rows.is_empty() && key.is_some() {
+            return;
+        }
         report.text(format!("{}\n\n", heading(&section)));
-        report.table(words(["key", "what stands there", "default", "what it means"], rows(section.schema)));
+        report.table(words(["key", "what stands there", "default", "what it means"], rows));
         report.text("\n");
+    };
+    let within = |path: &str, name: &str| path == name || path.starts_with(&format!("{name}."));
+    let mut names: Vec<_> = all.iter().map(|section| section.path.clone()).filter(|path| !path.is_empty()).collect();
+    names.sort_unstable();
+    names.dedup();
+    match wanted {
+        Some(name) if !names.iter().any(|path| within(path, name)) => {
+            // No table: a key of one, or of the scene itself.
+            let (table, key) = name.rsplit_once('.').unwrap_or(("", name));
+            all.into_iter().filter(|section| section.path == table).for_each(|section| add(section, Some(key)));
+            if report.parts().is_empty() {
+                let names = names.join(", ");
+                return Err(CliError::Usage(format!("scenes have no table or key \"{name}\"; their tables: {names}")));
+            }
+        }
+        Some(name) => {
+            all.into_iter().filter(|section| within(&section.path, name)).for_each(|section| add(section, None))
+        }
+        None => all.into_iter().for_each(|section| add(section, None)),
     }
     Ok(report)
 }
@@ -109,6 +123,14 @@ mod tests {
         assert!(text.contains("thickness") && text.contains("needed") && text.contains("\"power-law\""), "{text}");
         assert!(!text.contains("circumference") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
         assert!(report(None).unwrap().to_string().contains("[road] kind = \"made\": "));
+        for wanted in [None, Some("receiver"), Some("road")] {
+            let text = report(wanted).unwrap().within(80);
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        }
+        let key = report(Some("rolling.speed_kmh")).unwrap().to_string();
+        assert!(key.starts_with("[rolling]: ") && key.contains("km/h") && !key.contains("warm_up"), "{key}");
+        assert!(report(Some("title")).unwrap().to_string().starts_with("scene: "));
+        assert_eq!(report(Some("road.file")).unwrap().parts().len(), 9, "of three kinds of road");
         let error = report(Some("tyre.layer")).unwrap_err();
         assert!(error.exit_code() == 2 && error.to_string().contains("tyre.layers"), "{error}");
     }

@@ -58,7 +58,7 @@ impl MobilityArguments {
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let frequencies = frequencies(self.from, self.to, self.points);
         let Self { place, patch, from, to, points } = self;
-        let mut side = place.open("mobility", context)?;
+        let mut side = place.open_tyre("mobility", context)?;
         let mut progress = context.progress();
         progress.stage(Stage::Influence);
         let sides: Vec<f64> = patch.iter().map(|side| side * 1e-3).collect();

@@ -5,6 +5,7 @@ use tyrewave::counters::process::resident_memory;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
 use tyrewave::report::{decision_table, plan_record};
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
+use tyrewave::run::foreseen;
 use tyrewave::run::prepare::checked;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::calibration::{calibrate, calibrated};
@@ -94,6 +95,9 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
     let of_threads = of_threads.map(|(what, each)| row([&what, &bytes(each * forecast.threads as f64)]));
     text.text("\n");
     text.table(aligned(["memory", "about"], held.chain(of_threads)));
+    for warning in foreseen(plan) {
+        text.text(format!("\nwarning: {warning}\n"));
+    }
     for note in &plan.decisions.notes {
         text.text(format!("\nnote: {note}\n"));
     }

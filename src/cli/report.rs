@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
+use tyrewave::report::{Comparison, PAGE_HEAD, ReportError, Stored, page};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -96,7 +96,11 @@ pub fn check_page(out: &Path) -> Result<(), CliError> {
 /// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is.
 pub fn write_page(folders: &[PathBuf], out: &Path, context: &Context) -> Result<(), CliError> {
     let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
-    let text = page(&stored(folders)?).map_err(|error| CliError::Failed(error.to_string()))?;
+    let text = page(&stored(folders)?).map_err(|error| match error {
+        // The folder is not what it says: as in export.
+        ReportError::Stored(error) => CliError::Usage(error.to_string()),
+        other => CliError::Failed(other.to_string()),
+    })?;
     file.complete(&text)?;
     context.say(&format!("report in {}\n", out.display()))
 }

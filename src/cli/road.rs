@@ -1,13 +1,15 @@
 //! `tyrewave road`: what a scene's road is like.
 
+use std::path::Path;
+
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::Plan;
 use tyrewave::report::road::{description, map, texture_spectrum};
-use tyrewave::road::describe;
+use tyrewave::road::{RoadError, describe};
 use tyrewave::run::prepare::{in_scene, road_limits};
-use tyrewave::scene::{DEFAULT, LoadedScene, Scene};
+use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Setting};
 use tyrewave::study::sweep::{Axes, variants};
 
 use super::context::Context;
@@ -17,7 +19,7 @@ use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\
 In place of a scene, a road file (.dat, .csv, .crg) may be named: the default scene sees it. Of a scene its road, \
-contact width and speed count.
+contact width and speed count. A CSV file does not state its units: --distance-unit and --height-unit do.
 
 Printed: extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments and whether it \
 is that of the reference surface of ISO 10844, third-octave texture levels (ISO 13473-4), those of macrotexture and \
@@ -27,6 +29,7 @@ and its texture spectrum, grey where the road is too short for a level.
 Examples:
   tyrewave road scenes/default.toml
   tyrewave road station.dat
+  tyrewave road measured.csv --distance-unit m --height-unit mm
   tyrewave road scenes/default.toml --out road";
 
 #[derive(Clone, Debug, Args)]
@@ -34,15 +37,36 @@ Examples:
 pub struct RoadArguments {
     #[command(flatten)]
     place: Place,
+    /// Unit of the distances in a CSV file; as --set road.distance_unit=mm.
+    #[arg(long, value_name = "UNIT", value_parser = UNITS)]
+    distance_unit: Option<String>,
+    /// Unit of the heights in a CSV file.
+    #[arg(long, value_name = "UNIT", value_parser = UNITS)]
+    height_unit: Option<String>,
 }
+
+const UNITS: [&str; 3] = ["m", "mm", "um"];
 
 impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json`, `road.svg` and `texture_spectrum.svg`.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let mut side = Side::new(road_scene(&self.place.scene, context)?, self.place.target("road"))?;
+        let Self { mut place, distance_unit, height_unit } = self;
+        for (key, unit) in [("road.distance_unit", distance_unit), ("road.height_unit", height_unit)] {
+            let setting = unit.map(|unit| Setting::parse(&format!("{key}={unit}")));
+            place.scene.settings.extend(setting.transpose().map_err(CliError::Usage)?);
+        }
+        let of_file = is_road(&place.scene.scene);
+        let mut side = Side::new(road_scene(&place.scene, context)?, place.target("road"))?;
         let scene = &side.loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
-        let road = side.meter.time(Stage::Road, read).map_err(|error| in_scene(&side.loaded, error))?;
+        let road = side.meter.time(Stage::Road, read).map_err(|error| match error {
+            RoadError::MissingUnit { path, .. } if of_file => CliError::Usage(format!(
+                "{}: a CSV file does not state its units: give --distance-unit and --height-unit, {}",
+                path.display(),
+                UNITS.join(", ")
+            )),
+            other => in_scene(&side.loaded, other).into(),
+        })?;
         let title = side.loaded.title();
         if !road.sample.heights.is_empty() {
             side.picture("road.svg", map(&format!("Heights: {title}"), &road))?;
@@ -55,14 +79,22 @@ impl RoadArguments {
     }
 }
 
+/// Whether a file is a road, not a scene.
+fn is_road(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml"))
+}
+
 /// A scene, or the default scene on the road that a file holds.
 fn road_scene(of: &SceneFile, context: &Context) -> Result<LoadedScene, CliError> {
     let path = &of.scene;
-    if path.extension().is_none_or(|ending| ending.eq_ignore_ascii_case("toml")) {
+    if !is_road(path) {
         return context.load(of);
     }
-    let axes = Axes { roads: vec![path.to_owned()], ..Axes::default() };
-    let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &of.settings)?, &axes)?;
+    // What is set of a road is set of the file's.
+    let (road, others): (Vec<_>, Vec<_>) =
+        of.settings.iter().cloned().partition(|setting| setting.key().starts_with("road."));
+    let axes = Axes { roads: vec![path.to_owned()], points: vec![road], ..Axes::default() };
+    let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &others)?, &axes)?;
     // One road at one speed, headed with its own name: only the speed and the tyre's width are the default scene's.
     let mut loaded = made.swap_remove(0).loaded;
     loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

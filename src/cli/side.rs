@@ -46,6 +46,12 @@ impl Place {
         Side::new(loaded, self.target(command))
     }
 
+    /// As [`Self::open`]; of the scene only the tyre counts, and it may be the file of one.
+    pub fn open_tyre(self, command: &str, context: &Context) -> Result<Side, CliError> {
+        let (loaded, _) = context.load_scene_or_tyre(&self.scene)?;
+        Side::new(loaded, self.target(command))
+    }
+
     /// The results folder of a command.
     pub fn target(self, command: &str) -> PathBuf {
         self.out.unwrap_or_else(|| {

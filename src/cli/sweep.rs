@@ -111,8 +111,9 @@ struct Values(Vec<f64>);
 
 /// `FROM..TO:STEP` or `A,B,C`.
 fn values(text: &str) -> Result<Values, String> {
+    let with_form = |problem| format!("{problem}: give FROM..TO:STEP, such as 50..130:10, or values as 50,80,110");
     let found = match text.split_once("..") {
-        None => text.split(',').map(positive).collect::<Result<Vec<_>, _>>()?,
+        None => text.split(',').map(positive).collect::<Result<Vec<_>, _>>().map_err(with_form)?,
         Some((from, rest)) => {
             positive(from)?;
             match Range::parse(text).filter(|_| rest.contains(':')) {
@@ -266,6 +267,7 @@ mod tests {
             ("0..130:10", "not a positive number"),
             ("50..fast:10", "\"fast\""),
             ("1..100000:1", "larger step"),
+            ("50-130", "FROM..TO:STEP, such as 50..130:10"),
             ("50,,80", "\"\""),
             ("50,80,50", "given twice"),
             ("", "\"\""),

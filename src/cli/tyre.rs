@@ -30,7 +30,8 @@ where an N follows.
 
 Mobility: velocity of a square patch of the tread for a unit force on it; the smaller the patch the higher its level.
 
-Of the scene its tyre, its elements and, with --rolling, its speed and numerics count.
+Of the scene its tyre, its elements and, with --rolling, its speed and numerics count. In its place the file of a tyre \
+may be named, on which the default scene rolls.
 
 Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
 compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
@@ -38,6 +39,7 @@ mobility.svg, mobility_phase.svg.
 
 Examples:
   tyrewave tyre scenes/default.toml
+  tyrewave tyre scenes/tyres/wide.toml
   tyrewave tyre scenes/default.toml --rolling --loads 300,350,400
   tyrewave tyre scenes/default.toml --loads 3400N,4000N --waves 20 --highest 800 --out tyre
   tyrewave tyre scenes/default.toml --json -q";
@@ -104,7 +106,7 @@ impl TyreArguments {
     /// Computes, writes, prints.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points } = self;
-        let mut side = place.open("tyre", context)?;
+        let mut side = place.open_tyre("tyre", context)?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
         let tyre = &scene.tyre;
         if rolls {

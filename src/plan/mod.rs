@@ -15,6 +15,7 @@ pub(crate) mod cells;
 pub mod decisions;
 mod feasible;
 mod forecast;
+mod foreseen;
 pub mod front;
 mod inflation;
 pub mod kept_transfers;

@@ -321,16 +321,17 @@ impl Plan {
         let Scene { numerics, tyre, receivers, .. } = &self.scene;
         let (layout, lateral) = self.followed(radiation.lateral_waves);
         let mut positions = Vec::new();
+        let mut names: Vec<String> = receivers.iter().map(|receiver| receiver.name.clone()).collect();
         let mut files: Vec<String> = Vec::new();
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
             let first = positions.len();
             positions.extend(points(&receiver.place, 0.5 * tyre.width + radiation.shoulder));
-            let name = if receiver.name.is_empty() { name(&receiver.place, index) } else { receiver.name.clone() };
-            let mut file: String =
-                name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' }).collect();
-            if files.contains(&file) {
-                file = format!("{file}-{}", index + 1);
+            if receiver.name.is_empty() {
+                names[index] = unlike(&name(&receiver.place, index), index, &names);
             }
+            let name = names[index].clone();
+            let plain = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' });
+            let file = unlike(&plain.collect::<String>(), index, &files);
             files.push(file.clone());
             Heard { name, file, place: receiver.place, points: first..positions.len() }
         });
@@ -375,6 +376,14 @@ fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
         }
         ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => Iso3744::Broadband.positions(radius, true),
     }
+}
+
+/// The name of a receiver of this number, or with a number behind it, so that no other one has the same: not even on
+/// disks that do not tell capital letters.
+fn unlike(name: &str, index: usize, others: &[String]) -> String {
+    let taken = |name: &str| others.iter().any(|other| other.eq_ignore_ascii_case(name));
+    let numbered = (index + 1..).map(|number| format!("{name}-{number}"));
+    std::iter::once(name.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
 
 /// What a receiver without a name is called.
@@ -424,6 +433,20 @@ mod tests {
         }
         let files: Vec<&str> = sound.heard.iter().map(|heard| heard.file.as_str()).collect();
         assert_eq!(files, ["coast-by", "coast-by-2", "coast-by-3"]);
+    }
+
+    #[test]
+    fn names_and_files_of_receivers_never_meet() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let receiver =
+            |name: &&str| Receiver { name: (*name).to_owned(), place: ReceiverPlace::Standard(coast_by(None)) };
+        scene.receivers = ["a b", "a-b-3", "a.b", "", "", "A/B", "coast-by-5"].iter().map(receiver).collect();
+        let sound = Plan::new(&scene).sound().unwrap();
+        let of = |field: fn(&Heard) -> &str| sound.heard.iter().map(field).collect::<Vec<_>>();
+        let names = of(|heard| &heard.name);
+        assert_eq!(names, ["a b", "a-b-3", "a.b", "coast-by", "coast-by-6", "A/B", "coast-by-5"]);
+        let files = of(|heard| &heard.file);
+        assert_eq!(files, ["a-b", "a-b-3", "a-b-4", "coast-by", "coast-by-6", "A-B-6", "coast-by-5"]);
     }
 
     #[test]

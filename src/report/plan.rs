@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::plan::{Amounts, Forecast, Plan};
+use crate::run::foreseen;
 use crate::scene::{LoadedScene, SceneError};
 
 /// What a plan says, as JSON: effects and choices with their reasons, sizes, work, memory and forecast.
@@ -25,6 +26,7 @@ pub fn plan_record(
         "effects": plan.decisions.rows,
         "choices": plan.choices,
         "notes": plan.decisions.notes,
+        "warnings": foreseen(plan),
         "sizes": {
             "speed": plan.speed,
             "elements": plan.scene.numerics.elements,

@@ -194,6 +194,8 @@ impl Drop for ResultsFolder {
         if self.finished || self.keep {
             return;
         }
+        // A process that may open no more files lists the folder by the one that the lock was.
+        drop(self.lock.take());
         // Nothing more can be done about a failure here; the name says that it is no result.
         let _ = flat_folder::remove(&self.working);
         for parent in &self.made_parents {

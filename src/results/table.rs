@@ -126,6 +126,25 @@ impl Table {
     }
 }
 
+/// A line in as many of at most so many columns as it needs; a longer word has one of its own.
+fn wrapped(line: &str, width: usize) -> String {
+    if line.trim_end().chars().count() <= width {
+        return line.to_owned();
+    }
+    let (mut text, mut used) = (String::new(), 0);
+    for word in line.split_inclusive(' ') {
+        let length = word.trim_end().chars().count();
+        if used > 0 && used + length > width {
+            text.truncate(text.trim_end_matches(' ').len());
+            text.push('\n');
+            used = 0;
+        }
+        text.push_str(word);
+        used += word.chars().count();
+    }
+    text
+}
+
 /// Lines without blanks at their ends, a newline last.
 fn trimmed(table: &comfy_table::Table) -> String {
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
@@ -190,10 +209,10 @@ impl Report {
         self.0.iter().filter(|part| !empty(part)).map(part).collect()
     }
 
-    /// With tables within so many columns of a terminal, see [`Table::within`].
+    /// Within so many columns of a terminal: lines are wrapped between words, for tables see [`Table::within`].
     pub fn within(&self, width: usize) -> String {
         let part = |part: &Part| match part {
-            Part::Text(text) => text.clone(),
+            Part::Text(text) => text.split_inclusive('\n').map(|line| wrapped(line, width)).collect(),
             Part::Table(table) => table.within(width),
         };
         self.0.iter().map(part).collect()
@@ -209,10 +228,16 @@ impl fmt::Display for Report {
     }
 }
 
-/// Header and rows as CSV; cells are quoted where they need it.
+/// Header and rows as CSV; cells are quoted where they need it, and a blank stands before words that spreadsheets would
+/// take for a formula.
 pub fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
-    let mut lines = std::iter::once(header.texts()).chain(rows.into_iter().map(Cells::texts));
+    let harmless = |cell: String| {
+        let formula = cell.starts_with(['=', '+', '-', '@']) && cell.len() > 1 && cell.parse::<f64>().is_err();
+        if formula { format!(" {cell}") } else { cell }
+    };
+    let lines = std::iter::once(header.texts()).chain(rows.into_iter().map(Cells::texts));
+    let mut lines = lines.map(|line| line.into_iter().map(harmless).collect::<Vec<_>>());
     // Memory takes every record, and text is UTF-8.
     let written = lines.try_for_each(|line| writer.write_record(line));
     written.ok().and_then(|()| String::from_utf8(writer.into_inner().ok()?).ok()).unwrap_or_default()
@@ -287,6 +312,9 @@ mod tests {
         report.text("title\n");
         report.table(table.clone());
         assert_eq!(report.to_string(), format!("title\n{table}"));
+        let mut report = Report::default();
+        report.text("  some words in a row\n\nand awordthatislong there");
+        assert_eq!(report.within(10), "  some\nwords in a\nrow\n\nand\nawordthatislong\nthere");
     }
 
     #[test]
@@ -300,6 +328,12 @@ mod tests {
             { "columns": ["what", "so much"], "rows": [["a", 1.5], ["b", "-"]] },
         ]);
         assert_eq!(report.to_json(), expected);
+    }
+
+    #[test]
+    fn cells_of_csv_are_no_formulas() {
+        let rows = [["=1+1", "@sum(a1)"], ["-1.5", "-2*3"], ["+1", "-"]];
+        assert_eq!(csv(["=a", "b"], rows), " =a,b\n =1+1, @sum(a1)\n-1.5, -2*3\n+1,-\n");
     }
 
     #[test]

@@ -50,10 +50,10 @@ pub struct RoadDescription {
     pub megatexture: Option<OverallLevel>,
     /// Root-mean-square height of the profiles \[m\].
     pub rms: f64,
+    /// Highest minus lowest height of the profiles \[m\].
+    pub span: f64,
     /// Mean profile depth of all profiles (ISO 13473-1); absent for the plane.
     pub mean_profile_depth: Option<ProfileDepth>,
-    /// Highest minus lowest height in the sample \[m\].
-    pub span: f64,
     /// Highest frequency that the road excites in this run at the given speed \[Hz\]; absent for the plane.
     pub highest_frequency: Option<f64>,
     /// The same for the road's own resolution, however fine the run \[Hz\].
@@ -81,8 +81,6 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
     limits.check(elements as f64 * lattice.along as f64 * lattice.columns as f64)?;
     let mut heights = vec![0.0; elements * lattice.cells()];
     surface.heights(0, elements, &mut heights)?;
-    let (low, high) =
-        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &z| (low.min(z), high.max(z)));
     let own = Profiles::of(source, lattice.width(), limits)?;
     let report = surface.report().clone();
     let levels = own.levels();
@@ -93,8 +91,8 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
         megatexture: OverallLevel::megatexture(&levels),
         levels,
         rms: own.rms(),
+        span: own.span(),
         mean_profile_depth: own.depth(),
-        span: high - low,
         highest_frequency: report.highest_frequency(speed),
         highest_frequency_of_road: (own.shortest > 0.0).then(|| speed / own.shortest),
         report,
@@ -163,6 +161,15 @@ impl Profiles {
     fn rms(&self) -> f64 {
         let square = self.profiles.iter().fold(0.0, |sum, profile| sum + rms(profile).powi(2));
         (square / self.profiles.len().max(1) as f64).sqrt()
+    }
+
+    fn span(&self) -> f64 {
+        let heights = || self.profiles.iter().flatten().copied();
+        if self.profiles.is_empty() {
+            0.0
+        } else {
+            heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min)
+        }
     }
 
     fn depth(&self) -> Option<ProfileDepth> {

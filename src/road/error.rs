@@ -219,6 +219,11 @@ pub enum RoadError {
 }
 
 impl RoadError {
+    /// Whether the file is plainly one for another kind of road.
+    pub fn is_of_another_kind(&self) -> bool {
+        matches!(self, Self::File { fault: FileFault::OtherKind { .. }, .. })
+    }
+
     /// A fault of the file at `path`.
     pub(crate) fn file(path: &Path, fault: impl Into<FileFault>) -> Self {
         Self::File { path: path.to_owned(), fault: fault.into() }

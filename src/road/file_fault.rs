@@ -15,6 +15,10 @@ pub enum FileFault {
     #[error("it needs {needed} bytes in memory, more than the {limit} that the run may use (numerics.memory_limit)")]
     TooLarge { needed: u64, limit: u64 },
 
+    /// In words, and as a scene names the kind.
+    #[error("it is {found}: a road of kind = \"{kind}\"")]
+    OtherKind { found: &'static str, kind: &'static str },
+
     // Profiles and grids.
     #[error("line {line}, column {column} ({role}): {found:?} is not a number")]
     NotANumber { line: u64, column: usize, role: &'static str, found: String },

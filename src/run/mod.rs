@@ -29,3 +29,12 @@ pub use error::RunError;
 pub use in_memory::{Results, Run};
 pub use progress::{Progress, Unwatched};
 pub use to_folder::{RunOptions, RunReport, resume, run};
+
+use crate::plan::Plan;
+
+/// What a run of a plan will not give, known without running it: the user should act on it.
+pub fn foreseen(plan: &Plan) -> Vec<String> {
+    let mut warnings = plan.warnings();
+    warnings.extend(sound::unheard(plan));
+    warnings
+}

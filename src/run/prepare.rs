@@ -62,6 +62,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let numerics = &scene.numerics;
     let Decisions { tyre, slices, .. } = &plan.decisions;
     let mut warnings: Vec<String> = plan.notes().collect();
+    warnings.extend(meter.time(Stage::Influence, || plan.warnings()));
     let mut zone = match plan.decisions.zone {
         Zone::Slices => {
             let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
@@ -306,6 +307,9 @@ fn moving_axle(
 /// A road's complaint, placed in the scene at the key that it is about.
 pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
     let (key, right) = match &error {
+        error if error.is_of_another_kind() => {
+            ("road.kind", "the kind that the file is of, with its keys; or another file")
+        }
         RoadError::Short { .. } => ("rolling.duration", "a road that is long enough, a shorter run, or another at_end"),
         RoadError::NotPositive { key, .. } => (*key, "a positive number"),
         RoadError::Range { .. } => ("road.range", "a part of what the file covers"),

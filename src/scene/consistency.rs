@@ -3,8 +3,8 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, ReceiverPlace, Road, Scene, StandardReceiver, Switch,
-    Tread, Vehicle, Vibration, Zone,
+    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
+    Switch, Tread, Vehicle, Vibration, Zone,
 };
 
 /// Reads a whole scene; `None` after a complaint.
@@ -15,15 +15,42 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let effects = [texture(&scene, table), centrifugal_tension(&scene, table), vibration_effects(&scene, table)];
     effects.into_iter().collect::<Option<()>>()?;
     vibration(&scene, table)?;
+    receiver_names(&scene, table)?;
     sound(&scene, table)?;
+    indentation(&scene, table)?;
+    Some(scene)
+}
+
+/// Part of a tyre's radius that is section, not rim, at most.
+const SECTION: f64 = 0.3;
+
+/// Complains about an indentation that is deeper than the tyre is high above its rim; `None` then.
+fn indentation(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Axle::Indentation { indentation, .. } = scene.rolling.axle else { return Some(()) };
+    let (key, radius) = ("rolling.axle.indentation", scene.tyre.radius());
     // Pushed in by more than its radius the rigid circle has no outline left to speak of.
-    let radius = scene.tyre.radius();
-    match scene.rolling.axle {
-        Axle::Indentation { indentation, .. } if indentation > radius => {
-            table.complain("rolling.axle.indentation", Problem::exceeds(indentation, radius, "the tyre's radius"))
-        }
-        _ => Some(scene),
+    if indentation > radius {
+        return table.complain(key, Problem::exceeds(indentation, radius, "the tyre's radius"));
     }
+    let most = SECTION * radius;
+    if indentation <= most * table.slack() {
+        return Some(());
+    }
+    // To a millimetre: the number is no exacter.
+    table.complain(key, Problem::implausible(indentation, [0.0, (1e3 * most).round() / 1e3], "m"))
+}
+
+/// Complains about receivers that were given one name: tables and files would not tell them apart; `None` then.
+fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let mut sound = Some(());
+    for (index, Receiver { name, .. }) in scene.receivers.iter().enumerate().filter(|(_, at)| !at.name.is_empty()) {
+        if let Some(earlier) = scene.receivers[..index].iter().position(|other| other.name == *name) {
+            let wrong = format!("\"{name}\" is the name of receiver[{earlier}], too");
+            let right = "write a name that no other receiver has, or leave it out";
+            sound = table.complain(&format!("receiver[{index}].name"), Problem::new(wrong, right));
+        }
+    }
+    sound
 }
 
 /// Forces on a strip as wide as the tread's and as long as the tyre's radius, from the lightest toy to a wheel of steel

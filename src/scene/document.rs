@@ -45,9 +45,7 @@ impl Document {
 
     /// Adds a value that stands in place of the scene's own, or beside it.
     pub(super) fn set(&mut self, source: &Arc<Source>, path: &str, value: &Spanned<DeValue<'_>>) {
-        let within =
-            |key: &String| key.starts_with(path) && matches!(key.as_bytes().get(path.len()), Some(b'.' | b'['));
-        self.places.retain(|key, _| !within(key));
+        self.forget(path);
         self.index_value(source, value.get_ref(), path);
         let place = || Place { source: Arc::clone(source), key: value.span(), value: value.span() };
         self.places.insert(path.to_owned(), place());
@@ -55,6 +53,13 @@ impl Document {
         for (end, _) in path.match_indices(['.', '[']) {
             self.places.entry(path[..end].to_owned()).or_insert_with(place);
         }
+    }
+
+    /// Forgets all keys within a table or array.
+    pub(super) fn forget(&mut self, path: &str) {
+        let within =
+            |key: &String| key.starts_with(path) && matches!(key.as_bytes().get(path.len()), Some(b'.' | b'['));
+        self.places.retain(|key, _| !within(key));
     }
 
     fn index(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {

@@ -43,6 +43,16 @@ pub enum SceneError {
         /// Its line, from 1.
         line: usize,
     },
+    /// The file is that of a tyre.
+    #[error(
+        "\"{}\" is the file of a tyre, not of a scene: a scene names it, tyre = \"{}\"",
+        path.display(),
+        path.display()
+    )]
+    Tyre {
+        /// The path as given.
+        path: PathBuf,
+    },
     /// The text does not describe a scene; all mistakes that could be found, in the order of the file.
     #[error("{}{}", one_per_line(diagnostics), and_more("\n", *more))]
     Invalid {

@@ -16,6 +16,9 @@ use super::problem::{quoted, short};
 use super::schema;
 use super::table::{Kind, Value, array};
 
+/// Signs that spreadsheets know the beginning of a formula by.
+const FORMULA: [char; 4] = ['=', '+', '-', '@'];
+
 /// Where a number has to lie, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -249,23 +252,69 @@ impl Kind for Flag {
     }
 }
 
-/// A text, possibly empty.
+/// A text in one line, possibly empty.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Text;
+
+/// Whether a sign breaks a line, drives a terminal, or cannot stand in XML.
+fn is_no_text(sign: char) -> bool {
+    sign.is_control() || matches!(sign, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}')
+}
 
 impl Kind for Text {
     type Output = String;
 
     fn wanted(&self) -> String {
-        "a text in quotes".to_owned()
+        "a text in quotes, in one line and without control characters".to_owned()
     }
 
     fn read(&self, value: &Value<'_>) -> Option<String> {
-        value.get().as_str().map(str::to_owned).or_else(|| value.wrong_type(self))
+        let Some(text) = value.get().as_str() else { return value.wrong_type(self) };
+        match text.chars().find(|&sign| is_no_text(sign)) {
+            Some(sign) => {
+                let wrong = format!("this text holds the control character U+{:04X}", u32::from(sign));
+                value.complain(Problem::new(wrong, format!("write {}", self.wanted())))
+            }
+            None => Some(text.to_owned()),
+        }
     }
 
     fn schema(&self) -> Json {
         json!({ "type": "string" })
+    }
+}
+
+/// A name, possibly empty, that stands in file names and in cells of tables.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Name;
+
+impl Name {
+    /// Most letters of a name: those of a file have room for as many bytes beside what goes before and after.
+    const LETTERS: usize = 80;
+}
+
+impl Kind for Name {
+    type Output = String;
+
+    fn wanted(&self) -> String {
+        format!("a text of at most {} letters in quotes, which does not begin with =, +, - or @", Self::LETTERS)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<String> {
+        let name = Text.read(value)?;
+        let wrong = if name.starts_with(FORMULA) {
+            "spreadsheets take what begins like this for a formula".to_owned()
+        } else {
+            match name.chars().count() {
+                letters if letters > Self::LETTERS => format!("this name has {letters} letters"),
+                _ => return Some(name),
+            }
+        };
+        value.complain(Problem::new(wrong, format!("write {}", self.wanted())))
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "type": "string", "maxLength": Self::LETTERS, "pattern": "^[^=+@-]|^$" })
     }
 }
 

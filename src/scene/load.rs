@@ -18,7 +18,7 @@ use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::setting::Setting;
 use super::table::Table;
-use super::{Diagnostic, Law, Problem, Scene, SceneError, consistency};
+use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
 use crate::storage::input::{self, SCENE_BYTES};
 
@@ -28,6 +28,8 @@ const MOST_SYNTAX_ERRORS: usize = 16;
 /// numbers that follow from it leave what a computer can count to.
 const IMPLAUSIBLE: f64 = 1e3;
 
+/// What a tyre's file has and a scene has not.
+const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const OUTSIDE: &str = "copy it there, or let this scene name any file: --allow-outside";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
@@ -83,6 +85,19 @@ impl Scene {
         let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
         let folder = absolute.parent().unwrap_or(&absolute).to_owned();
         LoadedScene::new(text, path.to_owned(), folder, settings, reach)
+    }
+
+    /// The default scene on the tyre of a file, with settings in place of its own.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn with_tyre(path: impl AsRef<Path>, settings: &[Setting]) -> Result<LoadedScene, SceneError> {
+        let path = path.as_ref();
+        let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
+        let settings = [&[Setting::tyre(&absolute.to_string_lossy())], settings].concat();
+        let mut loaded = Self::from_str_with(DEFAULT, "default", &settings)?;
+        loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(loaded)
     }
 
     /// Checks a scene in a text; `name` stands in messages where a file's name would. Paths in it are used as they are.
@@ -203,7 +218,9 @@ impl LoadedScene {
 
     /// What results and plots are headed with: the scene's title, or its name where it has none.
     pub fn title(&self) -> String {
-        if self.scene.title.is_empty() { self.name() } else { self.scene.title.clone() }
+        let title = if self.scene.title.is_empty() { self.name() } else { self.scene.title.clone() };
+        // A file may be called anything, and so may a title that was put together in a program.
+        title.replace(char::is_control, " ")
     }
 
     /// The settings with paths as written, as [`Scene::to_json`].
@@ -252,8 +269,12 @@ impl LoadedScene {
         let source = Arc::new(Source { name: path.display().to_string(), text });
         let mut root = parse(&source)?;
         let mut document = Document::new(&source, root.get_ref());
-        // A tyre's file is known before the settings of what is in it.
-        let (tyre, within): (Vec<_>, Vec<_>) = settings.iter().partition(|setting| setting.is_tyre());
+        if TYRE_KEYS.iter().all(|key| root.get_ref().contains_key(*key)) && !root.get_ref().contains_key("tyre") {
+            return Err(SceneError::Tyre { path });
+        }
+        // A tyre's file is known before the settings of what is in it, and what kind a table is before its keys.
+        let (tyre, mut within): (Vec<_>, Vec<_>) = settings.iter().partition(|setting| setting.is_tyre());
+        within.sort_by_key(|setting| !setting.is_kind());
         tyre.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
 
         let (tyre_source, tyre_error) = match root.get_ref().get("tyre").map(Spanned::get_ref) {

@@ -9,6 +9,8 @@ use super::diagnostic::{Diagnostic, Source};
 use super::document::Document;
 use super::{Problem, SceneError};
 
+const TYRE: &str = "tyre";
+const KIND: &str = ".kind";
 const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
 
 /// A key of a scene and the value that it shall have.
@@ -61,9 +63,31 @@ impl Setting {
         self.plain.as_deref()
     }
 
+    /// The tyre of a file.
+    pub(super) fn tyre(file: &str) -> Self {
+        let (key, text) = (TYRE.to_owned(), toml::Value::from(file).to_string());
+        let source = Arc::new(Source { name: format!("--set {key}"), text });
+        Self { steps: vec![Step::Key(key.clone())], key, source, plain: None }
+    }
+
     /// Whether it names the tyre as a whole, which may be a file.
     pub(super) fn is_tyre(&self) -> bool {
-        self.key == "tyre"
+        self.key == TYRE
+    }
+
+    /// Whether it names the kind of a table, which says what other keys there are.
+    pub(super) fn is_kind(&self) -> bool {
+        self.key.ends_with(KIND)
+    }
+
+    /// Takes the keys out of a table that is to be of another kind: they belong to the one that it was.
+    fn begin_anew<'a>(&'a self, value: &DeValue<'a>, root: &mut DeTable<'a>, document: &mut Document) {
+        let Some(table) = self.key.strip_suffix(KIND).filter(|table| !table.contains('.')) else { return };
+        let Some(DeValue::Table(entries)) = root.get_mut(table).map(Spanned::get_mut) else { return };
+        if entries.get("kind").is_some_and(|kind| kind.get_ref().as_str() != value.as_str()) {
+            entries.clear();
+            document.forget(table);
+        }
     }
 
     /// Puts the value into a scene's tree and notes its place; tables on the way are made where they are missing.
@@ -79,6 +103,7 @@ impl Setting {
         };
         let no_toml = |error: toml::de::Error| invalid(Problem::new(error.message(), "write it as TOML"));
         let value = DeValue::parse(&self.source.text).map_err(no_toml)?;
+        self.begin_anew(value.get_ref(), root, document);
         document.set(&self.source, &self.key, &value);
         match place(root, &self.steps) {
             Some(place) => *place = value,
@@ -145,6 +170,24 @@ mod tests {
         assert!((scene.tyre.layers[1].thickness - 0.011).abs() < 1e-12);
         assert_eq!((scene.title.as_str(), scene.road.clone()), ("a new one", super::super::Road::Smooth));
         assert!(loaded.gives("numerics.preset") && loaded.gives("outputs.plots"));
+    }
+
+    #[test]
+    fn a_road_of_another_kind_begins_anew_whatever_is_set_first() {
+        let file = "road.file=stone.crg";
+        for order in [["road.kind=opencrg", file], [file, "road.kind=opencrg"]] {
+            let loaded = set(&order).unwrap();
+            assert!(
+                matches!(&loaded.scene.road, super::super::Road::OpenCrg(road) if road.file.ends_with("stone.crg"))
+            );
+            assert!(!loaded.gives("road.seed") && loaded.gives("road.file"));
+        }
+        let super::super::Road::Made(road) = set(&["road.kind=made"]).unwrap().scene.road else { panic!() };
+        assert_eq!(road.seed, 1, "the same kind keeps what the scene says");
+        let error = set(&["road.kind=opencrg"]).unwrap_err().render(false);
+        assert!(error.contains("road.file: this key is missing") && !error.contains("road.seed"), "{error}");
+        let error = set(&["road.kind=opencgr", file]).unwrap_err().render(false);
+        assert!(error.contains("did you mean \"opencrg\"?"), "{error}");
     }
 
     #[test]

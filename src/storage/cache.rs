@@ -260,14 +260,15 @@ impl Cache {
         Ok(entries)
     }
 
-    /// Removes all entries; how many there were. Other files in the folder stay.
+    /// Removes all entries that can be removed; how many those were, and what became of the others. Other files in the
+    /// folder stay.
     ///
     /// # Errors
-    /// [`CacheError::Io`].
-    pub fn clear(&self) -> Result<usize, CacheError> {
+    /// [`CacheError::Io`] of a folder that cannot be read.
+    pub fn clear(&self) -> Result<(usize, Vec<CacheError>), CacheError> {
         let files = self.files()?;
-        files.iter().try_for_each(|file| remove(&file.path))?;
-        Ok(files.len())
+        let failed: Vec<CacheError> = files.iter().filter_map(|file| remove(&file.path).err()).collect();
+        Ok((files.len() - failed.len(), failed))
     }
 }
 
@@ -324,7 +325,11 @@ mod tests {
         let left = [0, 1, 2, 3].map(|name| roomy.load::<Weather>(&[name; 32]).unwrap().is_some());
         assert_eq!(left, [true, false, true, true]);
         assert!(roomy.list(&[]).unwrap().iter().all(|entry| entry.usable.is_err()), "of no known kind");
-        assert_eq!(roomy.clear().unwrap(), 3);
+        // A folder in the place of the first entry is no file to remove.
+        fs::create_dir(folder.path().join("0".repeat(64))).unwrap();
+        let (removed, failed) = roomy.clear().unwrap();
+        assert_eq!((removed, failed.len()), (3, 1), "it goes on past what it cannot remove");
+        assert!(failed[0].to_string().contains(&"0".repeat(64)), "{}", failed[0]);
         assert!(folder.path().join("notes.weather").exists());
     }
 

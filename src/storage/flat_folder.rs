@@ -29,12 +29,13 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
-/// Deletes a folder with all files in it; one that holds a folder stays, with that folder in it.
+/// Deletes a folder with all files in it; one that holds a folder stays, with that folder in it. An empty one need not
+/// be listed.
 ///
 /// # Errors
 /// Errors of the file system.
 pub fn remove(folder: &Path) -> io::Result<()> {
-    for name in entries(folder)? {
+    for name in entries(folder).unwrap_or_default() {
         let _ = fs::remove_file(folder.join(name));
     }
     fs::remove_dir(folder)

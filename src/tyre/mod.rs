@@ -7,10 +7,11 @@
 //!   on the elements;
 //! - [`poles`]: from influence functions to rational models, poles and residues for each n: what a run takes;
 //! - [`views`]: what there is to see of both;
-//! - [`modes`]: resonances of single waves, poles of C.
+//! - [`modes`]: resonances of single waves, poles of C; [`slowest_wave`]: up to which speed a tyre rolls steadily.
 
 pub mod influence;
 pub mod layers;
 pub mod modes;
 pub mod poles;
+pub mod slowest_wave;
 pub mod views;

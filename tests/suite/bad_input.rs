@@ -250,6 +250,19 @@ fn a_file_that_may_not_grow() {
 
 #[test]
 #[cfg(unix)]
+fn a_process_that_may_open_few_files_leaves_no_empty_folders() {
+    let folder = folder_with(&good());
+    let before = names(folder.path());
+    for files in 4..=7 {
+        let output = shell(folder.path(), &format!("ulimit -n {files}; exec \"$1\" run scene.toml"));
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.contains("open files"), "{files}: {message}");
+        assert_eq!(names(folder.path()), before, "{files} files: {message}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
 fn a_full_disk() {
     let folder = folder_with(&good());
     let disk = folder.path().join("disk");

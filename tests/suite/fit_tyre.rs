@@ -203,6 +203,23 @@ fn the_program_leaves_a_tyre_for_scenes_with_tables_and_pictures() {
 }
 
 #[test]
+fn what_mobility_writes_is_measured_enough_for_a_fit() {
+    let folder = folder("");
+    let tyre = toml::to_string(&truth()).unwrap();
+    fs::write(folder.path().join("tyre.toml"), tyre).unwrap();
+    let mobility = ["mobility", "tyre.toml", "--patch=20,50", "--points=6", "--to=1000", "--out=m"];
+    let output = tyrewave(folder.path(), &mobility);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let fit = ["fit-tyre", "m/mobility.csv", "tyre.toml", "--out", "fitted", "--json", FIXED];
+    let output = tyrewave(folder.path(), &fit);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answer["measured_values"], 12);
+    let modulus = answer["parameters"][0]["value"].as_f64().unwrap();
+    assert!((modulus / Parameter::TreadModulus.value(&truth()).unwrap() - 1.0).abs() < 1e-3, "{modulus}");
+}
+
+#[test]
 fn mistakes_are_refused_with_their_place_and_nothing_is_written() {
     let good = "frequency_hz,patch_m,re,im\n100,0.05,1e-3,1e-3\n";
     for (csv, more, words) in [

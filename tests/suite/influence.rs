@@ -300,7 +300,7 @@ fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_
     let load = cache.load::<RationalModel>(&key(&tyre, &other).unwrap()).unwrap().unwrap();
     assert_eq!(load.unwrap_err(), Unusable::Key);
     assert_eq!(cache.list(&[RationalModel::KIND]).unwrap().len(), 2);
-    assert_eq!(cache.clear().unwrap(), 2);
+    assert_eq!(cache.clear().unwrap().0, 2);
     assert!(cache.list(&[RationalModel::KIND]).unwrap().is_empty());
 }
 

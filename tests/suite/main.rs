@@ -31,6 +31,7 @@ mod influence;
 mod injection;
 mod layers;
 mod line_contact;
+mod mistakes;
 mod mobility;
 mod paper;
 mod performance;

@@ -45,6 +45,27 @@ fn open(folders: &[PathBuf]) -> Vec<Stored> {
     folders.iter().map(|folder| Stored::open(folder).unwrap()).collect()
 }
 
+#[test]
+fn a_damaged_array_is_refused_by_report_as_by_export() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("run");
+    fs::create_dir(&place).unwrap();
+    let (_, [slow, _]) = results();
+    for name in names(slow) {
+        fs::copy(slow.join(&name), place.join(&name)).unwrap();
+    }
+    let array = place.join("total_force.npy");
+    let bytes = fs::read(&array).unwrap();
+    fs::write(&array, &bytes[..bytes.len() - 4]).unwrap();
+    for command in [&["report", "run"][..], &["export", "run", "--format", "mat"]] {
+        let output = tyrewave(folder.path(), command);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {message}");
+        assert!(message.contains("total_force.npy"), "{command:?}: {message}");
+    }
+    assert_eq!(names(folder.path()), ["run"]);
+}
+
 /// A browser, where there is one.
 fn browser() -> Option<&'static str> {
     let runs = |name: &&str| {

@@ -37,6 +37,32 @@ fn modes_of_the_plate_tyre_lie_at_its_resonances() {
     }
 }
 
+#[test]
+fn the_file_of_a_tyre_is_checked_and_described_and_no_scene_to_be_run() {
+    let folder = crate::common::folder_with(&small_scene());
+    fs::write(folder.path().join("plate.toml"), toml::to_string(&plate_tyre()).unwrap()).unwrap();
+    let text = |output: &[u8]| String::from_utf8_lossy(output).into_owned();
+    let checked = tyrewave(folder.path(), &["check", "scene.toml", "plate.toml"]);
+    let table = text(&checked.stdout);
+    assert!(checked.status.success() && table.contains("can be run"), "{table}{}", text(&checked.stderr));
+    assert!(table.lines().any(|line| line.contains("plate.toml") && line.contains("a tyre")), "{table}");
+    let run = tyrewave(folder.path(), &["run", "plate.toml"]);
+    let message = text(&run.stderr);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(message.contains("the file of a tyre") && message.contains("tyre = \"plate.toml\""), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    let few = ["--waves=2", "--lateral=1", "--highest=150", "--loads=300", "--points=4", "--patch=20"];
+    let described = tyrewave(folder.path(), &[&["tyre", "plate.toml"][..], &few].concat());
+    let told = text(&described.stdout);
+    assert!(described.status.success() && told.starts_with("plate.toml\n"), "{told}{}", text(&described.stderr));
+    assert!(folder.path().join("results/plate-tyre/tyre.json").is_file());
+    // A mistake in it is told with its place there.
+    let wrong = toml::to_string(&plate_tyre()).unwrap().replacen("width =", "widht =", 1);
+    fs::write(folder.path().join("plate.toml"), wrong).unwrap();
+    let message = text(&tyrewave(folder.path(), &["check", "plate.toml"]).stderr);
+    assert!(message.contains("plate.toml:") && message.contains("did you mean `width`?"), "{message}");
+}
+
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 1.0\naxle = { indentation = 0.012, ramp = 0.05 }";
 
 fn small_scene() -> String {

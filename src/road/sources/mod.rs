@@ -8,6 +8,7 @@ pub mod height_map;
 pub mod made;
 pub(super) mod opencrg;
 pub(super) mod profile;
+mod signature;
 
 use super::error::{RoadError, positive};
 use super::file_fault::FileFault;

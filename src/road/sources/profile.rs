@@ -8,6 +8,7 @@
 //! 5. Remove mean and linear slope. Road coordinate 0 is the first point used.
 
 use super::height_map::{HeightMap, plausible_spacing};
+use super::signature::refuse_other_kinds;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
@@ -51,6 +52,7 @@ pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<H
         }
         other => fault(other.into()),
     })?;
+    refuse_other_kinds(&bytes, "profile").map_err(fault)?;
     let captif = captif_data(&bytes);
     let points = match captif {
         Some((offset, line)) => captif_points(&bytes[offset..], line).map_err(fault)?,

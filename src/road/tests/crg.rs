@@ -133,6 +133,37 @@ fn damaged_files_are_refused_with_numbers() {
 }
 
 #[test]
+fn a_file_of_another_kind_says_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("road.csv");
+    std::fs::write(&file, make("LRFI", "", None)).unwrap();
+    let lattice = Lattice { dx: 0.004, along: 1, dy: 0.14, columns: 1 };
+    let text = format!("kind = \"profile\"\nfile = '{}'", file.display());
+    let scene = crate::test_models::scene(&crate::test_models::with_road(crate::scene::PLATE, &text)).scene;
+    let error = refused(&scene.road, lattice);
+    assert!(error.is_of_another_kind() && error.to_string().contains("kind = \"opencrg\""), "{error}");
+    std::fs::write(&file, b"\x93NUMPY\x01\x00").unwrap();
+    assert!(refused(&scene.road, lattice).to_string().contains("kind = \"grid\""));
+    assert!(refused(&Road::OpenCrg(spec(file)), lattice).to_string().contains("kind = \"grid\""));
+}
+
+#[test]
+fn range_and_rms_of_a_road_are_those_of_the_same_heights() {
+    // A long wave of 20 mm, of which the drawn metre shows little.
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("waves.csv");
+    let row = |row: u32| format!("{},{}\n", f64::from(row) * 0.05, 10.0 * (f64::from(row) * 0.05 * 0.3).sin());
+    std::fs::write(&file, (0..2000).map(row).collect::<String>()).unwrap();
+    let text = format!("kind = \"profile\"\nfile = '{}'\ndistance_unit = \"m\"\nheight_unit = \"mm\"", file.display());
+    let scene = crate::test_models::scene(&crate::test_models::with_road(crate::scene::PLATE, &text)).scene;
+    let lattice = Lattice { dx: 0.004, along: 1, dy: 0.14, columns: 1 };
+    let road = describe(&scene.road, lattice, 22.0, Limits::default()).unwrap();
+    assert!(road.span > 0.019 && (road.span / road.rms - 8.0_f64.sqrt()).abs() < 0.3, "{} {}", road.span, road.rms);
+    let plane = describe(&Road::Smooth, lattice, 22.0, Limits::default()).unwrap();
+    assert!(plane.span.abs() < 1e-15 && plane.rms.abs() < 1e-15);
+}
+
+#[test]
 fn damaged_belgian_block_is_refused_with_the_likely_cause() {
     let Some(file) = shared("belgian_block_damaged.crg") else { return };
     let error = fault(&file);

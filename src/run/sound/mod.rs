@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::march::March;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
+use crate::plan::{Heard, Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
@@ -63,6 +63,33 @@ pub struct HeardSound {
     pub error: SoundError,
 }
 
+/// Tells how long a run without a single block of forces must be, at a speed \[m/s\].
+fn too_short(sound: &Sound, speed: f64) -> String {
+    let seconds = sound.least_duration(speed);
+    format!("the run is too short for sound: it takes a rolling.duration of {seconds:.2} s")
+}
+
+/// Frequencies that are listened to, as far as the samples of a passage depend on them.
+fn radiated(sound: &Sound) -> Range<f64> {
+    0.0..sound.radiation.fmax
+}
+
+/// Lists the sounds that a run of a plan is too short for, known before it.
+pub(super) fn unheard(plan: &Plan) -> Vec<String> {
+    let Some(sound) = plan.sound() else { return Vec::new() };
+    let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
+    if samples == 0 {
+        return vec![too_short(&sound, plan.speed)];
+    }
+    let Some(way) = Way::expected(plan, &sound) else { return Vec::new() };
+    let kept = sound.kept_samples().min(samples as usize);
+    let missing = |heard: &Heard| {
+        let passing = Passing::of(&sound, &way, heard, plan.speed, &radiated(&sound))?;
+        Some(format!("{}: {}", heard.name, passing.missing(&sound, kept)?))
+    };
+    sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(missing).collect()
+}
+
 /// What evolves of a [`SoundRecorder`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct SoundState {
@@ -95,9 +122,7 @@ impl SoundRecorder {
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
-            let seconds = sound.least_duration(loaded.scene.rolling.speed());
-            let needed = format!("it takes a rolling.duration of {seconds:.2} s");
-            prepared.warnings.push(format!("the run is too short for sound: {needed}"));
+            prepared.warnings.push(too_short(&sound, plan.speed));
             return Ok(None);
         }
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
@@ -109,7 +134,7 @@ impl SoundRecorder {
         for heard in &sound.heard {
             if heard.is_passed() {
                 // The samples are the same whatever is listened to.
-                let passing = Passing::of(&sound, &way, heard, speed, &(0.0..sound.radiation.fmax));
+                let passing = Passing::of(&sound, &way, heard, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
                 prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));

@@ -33,6 +33,24 @@ pub(super) struct Way {
     pub(super) body: BodySummary,
 }
 
+impl Way {
+    /// As far as it is known before anything is solved; `None` for a body or air that the run will refuse.
+    pub(super) fn expected(plan: &Plan, sound: &Sound) -> Option<Self> {
+        let air = Air::at(sound.radiation.temperature)?;
+        let body = plan.radiating_body(&sound.radiation, plan.amounts().expected.length).ok()?;
+        let (delays, _) = delays(sound, &body, &air);
+        Some(Self { body: BodySummary::of(sound.radiation.quality, &body, &air), air, delays })
+    }
+}
+
+/// Propagation delays of all points: in whole time steps, and what is left of them \[s\].
+fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
+    let step = sound.layout.time_step;
+    let late = |&position: &[f64; 3]| contact_distance(body, position) / air.sound_speed;
+    let split = |late: f64| ((late / step).floor() as u64, late - (late / step).floor() * step);
+    sound.positions.iter().map(late).map(split).unzip()
+}
+
 /// What a way is found from.
 pub(super) struct Seeking<'a> {
     /// The scene.
@@ -67,11 +85,7 @@ impl Seeking<'_> {
         progress.stage(Stage::Radiation);
         let body = self.body(prepared.at_rest.length)?;
         let (greens, summary) = self.greens(&air, &body, prepared, progress, meter)?;
-        let late = |&position: &[f64; 3]| contact_distance(&body, position) / air.sound_speed;
-        let lates: Vec<f64> = sound.positions.iter().map(late).collect();
-        let delays: Vec<u64> = lates.iter().map(|late| (late / layout.time_step).floor() as u64).collect();
-        let left: Vec<f64> =
-            lates.iter().zip(&delays).map(|(late, whole)| late - *whole as f64 * layout.time_step).collect();
+        let (delays, left) = delays(sound, &body, &air);
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let waves = SurfaceWaves::of(tyre, Sound::GRID.around / 2, lateral, highest, WAVES);
         meter.count(Counter::ComplianceEvaluations, waves.evaluations());

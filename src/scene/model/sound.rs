@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::numerics::decibels;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Decibels, Exactly, Flag, OneOf, Optional, Text, Whole};
+use crate::scene::kind::{Bounds, Decibels, Exactly, Flag, Name, OneOf, Optional, Whole};
 use crate::scene::table::{Each, Kind, Nested, Table};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
@@ -182,9 +182,13 @@ const VEHICLE: Nested<Vehicle> = Nested {
     read: Vehicle::read,
 };
 
-/// What no microphone stands beyond.
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
-const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m");
+
+/// Distances of a microphone: the nearest of a standard stand 0.1 m above the road, the farthest 25 m beside a railway,
+/// and 7.5 m in millimetres is out of the question.
+const FROM_TYRE: Bounds = LENGTH.plausible(1e-3, FARTHEST);
+const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m").plausible(1e-9, FARTHEST);
+const FARTHEST: f64 = 500.0;
 
 /// The words of `standard`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -201,7 +205,7 @@ keys! {
     #[derive(Debug)]
     ReceiverKeys {
         /// Its name in tables, files and legends; made from the place where it is left out.
-        name: String = String::new() => Text,
+        name: String = String::new() => Name,
         /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
         /// \[m\].
         position: Option<[f64; 3]> = None => Optional(Exactly(COORDINATE)),
@@ -209,11 +213,11 @@ keys! {
         /// directivity or its sound power (ISO 3744).
         standard: Option<Standard> = None => Optional(OneOf::new()),
         /// Of `coast-by`: from the tyre's path, or the middle of the vehicle's, to its left \[m\].
-        distance: f64 = StandardReceiver::DISTANCE => LENGTH,
+        distance: f64 = StandardReceiver::DISTANCE => FROM_TYRE,
         /// Above the road \[m\]: of `circle`, and of `coast-by`, there by default as in UN R117.
-        height: Option<f64> = None => Optional(LENGTH),
+        height: Option<f64> = None => Optional(FROM_TYRE),
         /// Of `circle`, round the vertical through the axle, or of `hemisphere`, round the point under it \[m\].
-        radius: Option<f64> = None => Optional(LENGTH),
+        radius: Option<f64> = None => Optional(FROM_TYRE),
         /// Of `coast-by`: the vehicle whose four tyres are heard; one tyre alone where it is left out.
         vehicle: Option<Vehicle> = None => Optional(VEHICLE),
         /// Of `coast-by`: length of road over which the passage is followed and heard, half of it before the
@@ -235,7 +239,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     table.refuse(others, owner, "leave this out");
     let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } = ReceiverKeys::read(table)?;
     let required = |key, length: Option<f64>| match length {
-        None => table.complain(key, Problem::missing(&LENGTH.wanted())),
+        None => table.complain(key, Problem::missing(&FROM_TYRE.wanted())),
         given => given,
     };
     let place = match (position, standard) {

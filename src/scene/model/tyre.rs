@@ -8,7 +8,7 @@ use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls}
 use super::material::{FREQUENCY, LOSS, MATERIAL, Material};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Exactly, File, Flag, OneOf, Optional, Text};
+use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional};
 use crate::scene::problem::short;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
@@ -85,7 +85,7 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Layer {
         /// What people call it: belt, tread, ...
-        name: String => Text,
+        name: String => Name,
         /// Thickness h \[m\].
         thickness: f64 => THICKNESS,
         /// Tension per width along x and y \[N/m\]; the prestress is T/h. Compression could buckle the layer, which is

@@ -1,7 +1,8 @@
 //! Measured mobilities: a CSV file with a header, one line a measured value.
 //!
 //! Columns, in any order: `frequency_hz`, `patch_m` (side of the square patch), and either `re`, `im` \[m/(N s)\], or
-//! `level_db` (re 1 m/(N s)) and `phase_deg`. Others are not looked at. The time factor is exp(+i w t). Columns are
+//! `level_db` (re 1 m/(N s)) and `phase_deg`; or, without `patch_m`, a pair of columns for each patch, `re_20mm` and
+//! `im_20mm`, as `tyrewave mobility` writes. Others are not looked at. The time factor is exp(+i w t). Columns are
 //! parted by commas, semicolons or tabs; lines that begin with # are left out. Lines and columns count from 1.
 
 use num_complex::Complex64;
@@ -38,7 +39,7 @@ pub enum MeasuredError {
     /// A column that must be there is not.
     #[error(
         "line {line}: no column {name:?}; the columns are: {}; needed: frequency_hz, patch_m, and either re, im or \
-         level_db, phase_deg", found.join(", ")
+         level_db, phase_deg; or frequency_hz and re_20mm, im_20mm for a patch of 20 mm", found.join(", ")
     )]
     NoColumn {
         /// Line of the header.
@@ -112,9 +113,25 @@ struct Column {
 
 struct Columns {
     frequency: Column,
-    patch: Column,
+    /// Values of a line.
+    values: Vec<ValueColumns>,
+}
+
+struct ValueColumns {
+    patch: Patch,
     value: [Column; 2],
     polar: bool,
+}
+
+/// Side of a patch: a column has it, or the header \[m\].
+enum Patch {
+    Column(Column),
+    Given(f64),
+}
+
+/// What a patch's side has to be on a tyre of a width \[m\], in words.
+fn sides(width: f64) -> String {
+    format!("a length from {SMALLEST_PATCH} m to the tyre's width, {width} m")
 }
 
 /// Reads a file's bytes, in its order; patches are at most as wide as the tyre \[m\].
@@ -131,9 +148,11 @@ pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
             continue;
         }
         match &columns {
-            None => columns = Some(Columns::of(&record, line)?),
-            Some(_) if points.len() == MOST_VALUES => return Err(MeasuredError::TooMany { line }),
-            Some(columns) => points.push(columns.point(&record, line, width)?),
+            None => columns = Some(Columns::of(&record, line, width)?),
+            Some(Columns { values, .. }) if points.len() + values.len() > MOST_VALUES => {
+                return Err(MeasuredError::TooMany { line });
+            }
+            Some(columns) => columns.read(&record, line, width, &mut points)?,
         }
     }
     if columns.is_none() {
@@ -143,7 +162,7 @@ pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
 }
 
 impl Columns {
-    fn of(header: &csv::ByteRecord, line: u64) -> Result<Self, MeasuredError> {
+    fn of(header: &csv::ByteRecord, line: u64, width: f64) -> Result<Self, MeasuredError> {
         let found: Vec<String> =
             header.iter().map(|name| String::from_utf8_lossy(name).trim().to_lowercase()).collect();
         let number = |name: &str| found.iter().position(|title| title == name);
@@ -151,6 +170,10 @@ impl Columns {
             let missing = || MeasuredError::NoColumn { line, name, found: found.clone() };
             number(name).map(|number| Column { name, number }).ok_or_else(missing)
         };
+        let pairs = if number(PATCH).is_none() { pairs(&found, line, width)? } else { Vec::new() };
+        if !pairs.is_empty() {
+            return Ok(Self { frequency: column(FREQUENCY)?, values: pairs });
+        }
         let polar = number(CARTESIAN[0]).is_none() && POLAR.iter().any(|name| number(name).is_some());
         let [value, other] = if polar { [POLAR, CARTESIAN] } else { [CARTESIAN, POLAR] };
         let used = [FREQUENCY, PATCH, value[0], value[1]];
@@ -162,10 +185,31 @@ impl Columns {
             return Err(MeasuredError::Twice { line, column: place + 1, name: name.clone() });
         }
         let value = [column(value[0])?, column(value[1])?];
-        Ok(Self { frequency: column(FREQUENCY)?, patch: column(PATCH)?, value, polar })
+        let frequency = column(FREQUENCY)?;
+        Ok(Self { frequency, values: vec![ValueColumns { patch: Patch::Column(column(PATCH)?), value, polar }] })
     }
 
-    fn point(&self, record: &csv::ByteRecord, line: u64, width: f64) -> Result<Point, MeasuredError> {
+    fn read(
+        &self,
+        record: &csv::ByteRecord,
+        line: u64,
+        width: f64,
+        points: &mut Vec<Point>,
+    ) -> Result<(), MeasuredError> {
+        self.values.iter().try_for_each(|columns| {
+            points.push(self.point(columns, record, line, width)?);
+            Ok(())
+        })
+    }
+
+    fn point(
+        &self,
+        ValueColumns { patch, value, polar }: &ValueColumns,
+        record: &csv::ByteRecord,
+        line: u64,
+        width: f64,
+    ) -> Result<Point, MeasuredError> {
+        let polar = *polar;
         let number = |Column { name, number }: Column, wanted: &str, fits: &dyn Fn(f64) -> bool| {
             let column = number + 1;
             let Some(cell) = record.get(number) else {
@@ -178,13 +222,14 @@ impl Columns {
             })
         };
         let frequency = number(self.frequency, "a frequency above 0 Hz", &|value| value > 0.0)?;
-        let lies = |side: f64| (SMALLEST_PATCH..=width).contains(&side);
-        let wanted = format!("a length from {SMALLEST_PATCH} m to the tyre's width, {width} m");
-        let patch = number(self.patch, &wanted, &lies)?;
-        let wanted = if self.polar { "a level from -300 to 300 dB" } else { "a number" };
-        let first = number(self.value[0], wanted, &|value| !self.polar || value.abs() <= 300.0)?;
-        let second = number(self.value[1], if self.polar { "an angle" } else { "a number" }, &|_| true)?;
-        let mobility = if self.polar {
+        let patch = match *patch {
+            Patch::Given(side) => side,
+            Patch::Column(column) => number(column, &sides(width), &|side| (SMALLEST_PATCH..=width).contains(&side))?,
+        };
+        let wanted = if polar { "a level from -300 to 300 dB" } else { "a number" };
+        let first = number(value[0], wanted, &|value| !polar || value.abs() <= 300.0)?;
+        let second = number(value[1], if polar { "an angle" } else { "a number" }, &|_| true)?;
+        let mobility = if polar {
             Complex64::from_polar(10.0_f64.powf(first / 20.0), second.to_radians())
         } else {
             Complex64::new(first, second)
@@ -193,8 +238,28 @@ impl Columns {
         if mobility.norm_sqr() > 0.0 && mobility.norm().is_finite() {
             return Ok(Point { frequency, patch, mobility });
         }
-        Err(MeasuredError::Zero { line, column: self.value[0].number + 1 })
+        Err(MeasuredError::Zero { line, column: value[0].number + 1 })
     }
+}
+
+/// Columns of the real and the imaginary part for each patch that the header names: `re_20mm`, `im_20mm`.
+fn pairs(found: &[String], line: u64, width: f64) -> Result<Vec<ValueColumns>, MeasuredError> {
+    let mut pairs = Vec::new();
+    for (number, title) in found.iter().enumerate() {
+        let [re, im] = CARTESIAN;
+        let Some(side) = title.strip_prefix(re).and_then(|rest| rest.strip_prefix('_')) else { continue };
+        let other = format!("{im}_{side}");
+        let Some(other) = found.iter().position(|title| *title == other) else { continue };
+        let metres = side.strip_suffix("mm").and_then(|side| side.parse::<f64>().ok()).map(|side| 1e-3 * side);
+        // The width itself, in millimetres, is not lost to rounding.
+        let Some(side) = metres.filter(|side| (SMALLEST_PATCH..=width * (1.0 + 1e-9)).contains(side)) else {
+            let (found, wanted) = (title.clone(), sides(width));
+            return Err(MeasuredError::Cell { line, column: number + 1, name: PATCH, found, wanted });
+        };
+        let value = [Column { name: re, number }, Column { name: im, number: other }];
+        pairs.push(ValueColumns { patch: Patch::Given(side), value, polar: false });
+    }
+    Ok(pairs)
 }
 
 #[cfg(test)]
@@ -214,6 +279,17 @@ mod tests {
         assert!(a.len() == b.len() && (a[0].mobility - b[0].mobility).norm() < 1e-9, "{b:?}");
         let tabs = cartesian.replace(',', "\t");
         assert_eq!(read(tabs.as_bytes(), 0.2).unwrap(), a);
+    }
+
+    #[test]
+    fn a_pair_of_columns_for_each_patch_is_read() {
+        let text = "frequency_hz,re_5mm,im_5mm,level_db_5mm,re_20mm,im_20mm,level_db_20mm\n100,0.3,-0.4,-6,1,2,7\n";
+        let read = read(text.as_bytes(), 0.2).unwrap();
+        let point = |patch, re, im| Point { frequency: 100.0, patch, mobility: Complex64::new(re, im) };
+        assert_eq!(read, [point(0.005, 0.3, -0.4), point(0.02, 1.0, 2.0)]);
+        let message = refused(&text.replace("20mm", "500mm"));
+        assert!(message.contains("line 1, column 5 (patch_m): \"re_500mm\"") && message.contains("0.2 m"), "{message}");
+        assert!(refused(&text.replace("0.3,-0.4", "0.3,x")).contains("line 2, column 3 (im)"));
     }
 
     #[test]

@@ -73,8 +73,10 @@ impl Factor {
                 Range::Steps(texts) => listed(&mut texts.iter().map(String::as_str))?,
                 Range::Between(from, to) => Values::Between(from, to),
             },
-            None if text.contains(',') => listed(&mut text.split(',').map(str::trim))?,
-            None => return Ok(None),
+            None => match parts(text).as_slice() {
+                [_] => return Ok(None),
+                several => listed(&mut several.iter().copied())?,
+            },
         };
         Ok(Some(Self { key: key.to_owned(), values }))
     }
@@ -101,6 +103,28 @@ impl Factor {
             }
         }
     }
+}
+
+/// The parts of a list, at its commas: those within quotes and brackets are parts of values.
+fn parts(text: &str) -> Vec<&str> {
+    let (mut quote, mut escaped, mut depth) = (None, false, 0_usize);
+    let is_comma = |sign: char| {
+        let within = quote.is_some() || depth > 0;
+        match (quote, sign) {
+            (Some('"'), '\\') => {
+                escaped = !escaped;
+                return false;
+            }
+            (Some(open), sign) if open == sign && !escaped => quote = None,
+            (None, '"' | '\'') => quote = Some(sign),
+            (None, '[' | '{') => depth += 1,
+            (None, ']' | '}') => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        escaped = false;
+        sign == ',' && !within
+    };
+    text.split(is_comma).map(str::trim).collect()
 }
 
 /// Whether a key is that of a seed.
@@ -179,6 +203,9 @@ mod tests {
         assert_eq!(listed("x.y=-0.2..0:0.1"), ["-0.2", "-0.1", "0.0"]);
         assert_eq!(listed("contact.tread=elastic, bedding"), ["elastic", "bedding"]);
         assert_eq!(listed("x.y=1,2.5"), ["1", "2.5"]);
+        assert_eq!(listed("title=\"a,b\",\"c\""), ["a,b", "c"], "a comma in quotes parts nothing");
+        assert_eq!(listed("title=\"a\\\",b\", 'c,d'"), ["a\\\",b", "'c,d'"]);
+        assert_eq!(listed("x=[1, 2], [3, 4]"), ["[1, 2]", "[3, 4]"]);
         assert_eq!(listed("x.y=1.0..2"), ["between 1 and 2"]);
         for text in ["x.y=80", "title=\"a, b\"", "road.file=../a.dat", "numerics.preset=draft", "x=[1, 2]", "x=a..b"] {
             assert_eq!(of(text), Ok(None), "{text}");

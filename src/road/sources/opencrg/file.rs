@@ -15,6 +15,7 @@ use crate::road::error::RoadError;
 use crate::road::file_fault::{FileFault, LikelyCause};
 use crate::road::report::RoadNote;
 use crate::road::sources::height_map::plausible_spacing;
+use crate::road::sources::signature::refuse_other_kinds;
 use crate::storage::input;
 
 /// Longest chain of includes.
@@ -50,6 +51,7 @@ impl Crg {
         loop {
             let fault = |fault| RoadError::file(&current, fault);
             let bytes = input::read(&current, limit).map_err(|error| fault(error.into()))?;
+            refuse_other_kinds(&bytes, "opencrg").map_err(fault)?;
             let header = Header::parse(&bytes).map_err(fault)?;
             modifiers = modifiers.or_else(|| header.modifiers.clone());
             let Some(name) = &header.include else {

@@ -42,6 +42,13 @@ fn axles() {
     );
     axle_refused("{ indentation = -0.01 }", "rolling.axle.indentation", "-0.01", "at least 0 m");
     axle_refused(
+        "{ indentation = 0.25 }",
+        "rolling.axle.indentation",
+        "0.25 m is hardly meant: from 0 to 0.093 m",
+        "allow_implausible = true",
+    );
+    accepted("axle = { load = 3400 }", "axle = { indentation = 0.09 }");
+    axle_refused(
         "{ indentation = 0.32 }",
         "rolling.axle.indentation",
         "is more than the tyre's radius",

@@ -28,6 +28,32 @@ fn places() {
 }
 
 #[test]
+fn names_of_receivers() {
+    const HERE: &str = "standard = \"cpx\"\nname";
+    let long = "x".repeat(300);
+    receiver_refused(&format!("{HERE} = \"{long}\""), 28, ".name", "has 300 letters", "at most 80 letters");
+    receiver_refused(&format!("{HERE} = \"=1+1\""), 28, ".name", "for a formula", "does not begin with =");
+    receiver_refused(&format!("{HERE} = \"a\\u001b[31m\""), 28, ".name", "U+001B", "without control characters");
+    let two = |other: &str| format!("{HERE} = \"x\"\n[[receiver]]\n{HERE} = \"{other}\"");
+    sound_refused(
+        &format!("[[receiver]]\n{}", two("x")),
+        31,
+        "receiver[1].name",
+        "is the name of receiver[0]",
+        "leave",
+    );
+    accepted("[outputs]", &format!("[[receiver]]\n{}\n[outputs]", two("X")));
+}
+
+#[test]
+fn a_distance_in_millimetres_is_hardly_meant() {
+    let beside = "standard = \"coast-by\"";
+    receiver_refused(&format!("{beside}\ndistance = 7500"), 28, ".distance", "7500 m is hardly meant", "another unit");
+    receiver_refused(&format!("{beside}\nheight = 1200"), 28, ".height", "1200 m is hardly meant", "another unit");
+    receiver_refused("position = [0, 7500, 1.2]", 27, ".position[1]", "7500 m is hardly meant", "another unit");
+}
+
+#[test]
 fn standards() {
     receiver_refused("standard = \"coastby\"", 27, ".standard", "\"coastby\" is not known", "coast-by");
     receiver_refused("standard = \"circle\"\nradius = 1", 26, ".height", "is missing", "below 10000 m");

@@ -35,6 +35,14 @@ fn unknown_keys() {
 }
 
 #[test]
+fn a_title_stands_in_one_line_and_drives_no_terminal() {
+    for (sign, code) in [("\\u001b", "U+001B"), ("\\n", "U+000A"), ("\\u009b", "U+009B"), ("\\ufffe", "U+FFFE")] {
+        let title = format!("title = \"a{sign}b\"");
+        refused("title = \"base\"", &title, 1, "title", code, "in one line and without control characters");
+    }
+}
+
+#[test]
 fn a_misspelt_key_is_named_with_the_one_it_leaves_missing() {
     let found = complaints(&edited("thickness = 0.013", "thicknes = 0.013"));
     let keys: Vec<_> = found.iter().map(|complaint| (complaint.line, complaint.key.as_str())).collect();

@@ -1,0 +1,76 @@
+//! Speed of the slowest wave round a tyre, up to which a tyre can roll steadily.
+//!
+//! What stands still beside the axle of a tyre that rolls at V is to the tread a wave of n periods at the frequency
+//! n V/R. The tread moves with the force as long as Re C_zz(n, m, i n V/R) > 0, and against it from the wave's
+//! resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the mean
+//! force no longer grows with the indentation for sure, and the motion may grow without bound.
+//!
+//! Cost: one evaluation of C_zz for each n, and ten times as many where a wave is slower than V.
+
+use num_complex::Complex64;
+
+use super::influence::Waves;
+use super::influence::kernel::Kernel;
+use crate::numeric::in_parallel;
+use crate::scene::Tyre;
+
+/// Wavenumber up to which waves are looked at \[1/m\]: the bending of a belt makes shorter ones faster.
+const HIGHEST: f64 = 200.0;
+/// Tolerance of the compliances.
+const TOLERANCE: f64 = 1e-3;
+/// Halvings of the interval in which the slowest wave's speed lies.
+const HALVINGS: usize = 10;
+
+/// A free wave round the tyre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlowestWave {
+    /// Periods round the tyre.
+    pub n: usize,
+    /// Speed \[m/s\].
+    pub speed: f64,
+}
+
+/// The slowest wave of a tyre as it rolls, where it is slower than a speed \[m/s\].
+pub fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
+    let highest = (HIGHEST * tyre.radius()).ceil().clamp(8.0, 2000.0) as usize;
+    let waves: Vec<usize> = (1..=highest).collect();
+    let m = Waves::new(tyre).first_lateral_number();
+    let kernel = Kernel::new(tyre, highest as f64 * speed / tyre.radius(), TOLERANCE);
+    let outrun = |speed: f64| {
+        let compliance = |&n: &usize| {
+            let s = Complex64::new(0.0, n as f64 * speed / tyre.radius());
+            kernel.at(s).full(n as i64, m)[2][2].re
+        };
+        in_parallel::map(&waves, compliance).iter().position(|&compliance| compliance < 0.0).map(|index| waves[index])
+    };
+    let mut found = SlowestWave { n: outrun(speed)?, speed };
+    let mut slower = 0.0;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (slower + found.speed);
+        match outrun(middle) {
+            Some(n) => found = SlowestWave { n, speed: middle },
+            None => slower = middle,
+        }
+    }
+    Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Scene};
+    use crate::tyre::modes::{Motion, modes};
+
+    #[test]
+    fn the_slowest_wave_is_the_free_one_of_the_least_phase_velocity() {
+        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        let found = slowest_wave_below(&tyre, 400.0 / 3.6).unwrap();
+        let free = modes(&tyre, 10, 1, 400.0).unwrap().confirmed;
+        let radial = free.iter().filter(|mode| mode.n > 0 && mode.motion == Motion::Radial);
+        let speeds = radial.map(|mode| (mode.frequency() * tyre.circumference / mode.n as f64, mode.n));
+        let (speed, n) = speeds.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        assert!((found.speed / speed - 1.0).abs() < 0.03, "{found:?} {speed} m/s");
+        assert!(found.n.abs_diff(n) <= 1, "{found:?} {n}");
+        assert_eq!(slowest_wave_below(&tyre, 0.95 * speed), None);
+    }
+}

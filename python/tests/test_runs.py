@@ -121,6 +121,15 @@ def test_what_should_be_known_is_a_warning() -> None:
     assert told[0].filename == __file__
 
 
+def test_choices_of_a_preset_are_notes_and_no_warnings() -> None:
+    chosen = {"numerics": {"preset": "draft", "fmax": 200.0}, "rolling.duration": 0.3, "rolling.axle.tolerance": 0.5}
+    scene = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=chosen)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", tyrewave.RunWarning)
+        results = scene.run()
+    assert any("numerics.elements = " in note for note in results.notes) and not results.warnings
+
+
 def test_progress_is_told() -> None:
     told: list[tuple[str, int, int]] = []
     scene = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | {"rolling.duration": 3.0})

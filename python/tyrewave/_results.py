@@ -51,7 +51,7 @@ _MEANINGS = {
 
 
 class RunWarning(UserWarning):
-    """Something that the user of a run's results should know."""
+    """Something that the user of a run's results should act on."""
 
 
 class Results(Mapping[str, NDArray[Any]]):
@@ -111,8 +111,14 @@ class Results(Mapping[str, NDArray[Any]]):
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should know."""
+        """What the user should act on: each was a `RunWarning` of the run."""
         return list(self.summary["warnings"])
+
+    @property
+    def notes(self) -> list[str]:
+        """Settings that were chosen, and what the run leaves out. Empty for results of before 2026-11-25, which have
+        them among their warnings."""
+        return list(self.summary.get("notes", []))
 
     @property
     def spectra(self) -> Table:
@@ -223,7 +229,7 @@ def open_results(folder: _Path) -> Results:
 
 
 def warned(results: Results, depth: int) -> Results:
-    """The results, after what the user should know was said."""
+    """The results, after what the user should act on was said."""
     for text in results.warnings:
         warnings.warn(text, RunWarning, stacklevel=depth + 1)
     return results

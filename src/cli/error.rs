@@ -54,10 +54,13 @@ pub enum CliError {
     #[error("not as good as what it was held against")]
     Worse,
     /// The user stopped the run; where the partial results are, if there are any.
-    #[error("interrupted{}", kept.as_ref().map_or_else(String::new, |path| {
-        format!("; partial results are in {0}; `tyrewave resume {0}` goes on", path.display())
+    #[error("interrupted; {}", kept.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
+        format!("partial results are in {0}; `tyrewave resume {0}` goes on", path.display())
     }))]
     Interrupted { kept: Option<PathBuf> },
+    /// The user stopped work on several runs; where the results of those that were done are.
+    #[error("interrupted; what was found so far is in {}", kept.display())]
+    PartKept { kept: PathBuf },
     #[error("interrupted; the same command goes on where the sweep was")]
     SweepStopped,
     #[error("cannot write to standard output: {0}")]
@@ -92,7 +95,7 @@ impl CliError {
             Self::Tasks(TaskError::Results(error)) if !error.is_refusal() => NOT_WRITABLE,
             Self::Sweep(_) | Self::Tasks(_) | Self::Read { .. } | Self::Usage(_) => USAGE,
             Self::Cache(_) | Self::Failed(_) | Self::Worse => FAILED,
-            Self::Interrupted { .. } | Self::SweepStopped => INTERRUPTED,
+            Self::Interrupted { .. } | Self::PartKept { .. } | Self::SweepStopped => INTERRUPTED,
             Self::Print(_) => NOT_WRITABLE,
         }
     }
@@ -156,7 +159,7 @@ mod tests {
             (stopped.exit_code(), stopped.to_string().as_str()),
             (130, "interrupted; partial results are in results/a.partial; `tyrewave resume results/a.partial` goes on")
         );
-        assert_eq!(CliError::Interrupted { kept: None }.to_string(), "interrupted");
+        assert_eq!(CliError::Interrupted { kept: None }.to_string(), "interrupted; no results are kept");
         let full =
             CliError::from(ResultsError::writing(Path::new("r/time.npy"))(std::io::ErrorKind::StorageFull.into()));
         assert_eq!(full.exit_code(), 3);

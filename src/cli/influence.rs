@@ -81,7 +81,7 @@ impl InfluenceArguments {
             .map_err(|error| refused(&loaded, error, "another tolerance"))?;
         let fit_seconds = begin.elapsed().as_secs_f64();
         for warning in &fetched.warnings {
-            progress.note(warning);
+            progress.warning(warning);
         }
         let model = &fetched.model;
         side.meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });

@@ -1,8 +1,7 @@
 //! `tyrewave plan`: what a run would do, why, and what it would take.
 
 use clap::Args;
-use tyrewave::counters::process::resident_memory;
-use tyrewave::plan::{Amounts, Forecast, Plan, bytes};
+use tyrewave::plan::{Amounts, Forecast, Plan, bytes, process_memory};
 use tyrewave::report::{decision_table, plan_record};
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
 use tyrewave::run::foreseen;
@@ -45,7 +44,7 @@ impl PlanArguments {
     /// # Errors
     /// [`CliError`].
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
-        let process = resident_memory().unwrap_or_default() as f64;
+        let process = process_memory();
         let loaded = context.load(&self.scene)?;
         let plan = checked(&loaded)?;
         let amounts = plan.amounts();
@@ -55,11 +54,11 @@ impl PlanArguments {
         if context.options.json {
             return print(&format!("{:#}\n", plan_record(&loaded, &plan, &amounts, &forecast)?));
         }
-        context.print_report(&text(&loaded, &plan, &amounts, &forecast))
+        context.print_report(&text(&loaded, &plan, &amounts, &forecast, process))
     }
 }
 
-fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecast) -> Report {
+fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecast, process: f64) -> Report {
     let mut text = Report::default();
     text.text(format!(
         "{}\n\n{} elements of {:.2} mm, {} steps of {:.1} us; about {:.0} points in contact\n\n",
@@ -88,13 +87,15 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
     text.text("\n");
     text.table(aligned(["work", "about"], counters));
     let held = amounts.memory.iter().map(|&(what, size)| row([&what, &bytes(size)]));
-    let of_threads = [
-        (format!("work on {} threads", forecast.threads), amounts.memory_per_thread),
-        ("the fit, before the steps".to_owned(), amounts.fit_memory_per_thread),
+    let threads = forecast.threads as f64;
+    let others = [
+        (format!("work on {threads} threads"), threads * amounts.memory_per_thread),
+        ("influence functions, before the steps".to_owned(), amounts.set_up_memory_on(forecast.threads)),
+        ("the program, with pictures and a page of the results".to_owned(), process),
     ];
-    let of_threads = of_threads.map(|(what, each)| row([&what, &bytes(each * forecast.threads as f64)]));
+    let others = others.map(|(what, size)| row([&what, &bytes(size)]));
     text.text("\n");
-    text.table(aligned(["memory", "about"], held.chain(of_threads)));
+    text.table(aligned(["memory", "at most"], held.chain(others)));
     for warning in foreseen(plan) {
         text.text(format!("\nwarning: {warning}\n"));
     }

@@ -11,6 +11,8 @@ use super::messages::tell;
 
 /// How often the spinner turns while a stage says nothing.
 const TICK: Duration = Duration::from_millis(120);
+/// Parts of a whole that are shown.
+const SHARES: u64 = 1000;
 
 /// A line on standard error; silent where that is not a terminal, so that logs stay clean.
 #[derive(Debug)]
@@ -31,6 +33,13 @@ impl TerminalProgress {
         let target = if quiet { ProgressDrawTarget::hidden() } else { target };
         Self { bar: ProgressBar::with_draw_target(None, target), quiet, stage: None }
     }
+
+    /// Says something above the line.
+    fn tell(&self, kind: &str, text: &str) {
+        if !self.quiet {
+            self.bar.suspend(|| tell(&format!("{kind}: {text}")));
+        }
+    }
 }
 
 impl Progress for TerminalProgress {
@@ -46,6 +55,16 @@ impl Progress for TerminalProgress {
     fn pieces(&mut self, done: usize, open: usize) {
         let stage = self.stage.map_or("", Stage::title);
         self.bar.set_message(format!("{stage}: {done} frequencies, {open} to come"));
+    }
+
+    fn share(&mut self, done: f64, doing: &str) {
+        self.bar.disable_steady_tick();
+        if self.bar.length() != Some(SHARES) {
+            self.bar.set_length(SHARES);
+            self.bar.set_style(style("{bar:20} {percent:>3} %, {elapsed}, {wide_msg}"));
+        }
+        self.bar.set_position((done * SHARES as f64) as u64);
+        self.bar.set_message(doing.to_owned());
     }
 
     fn march(&mut self, done: u64, steps: u64, time_step: f64) {
@@ -83,10 +102,11 @@ impl Progress for TerminalProgress {
     }
 
     fn note(&mut self, text: &str) {
-        if self.quiet {
-            return;
-        }
-        self.bar.suspend(|| tell(&format!("note: {text}")));
+        self.tell("note", text);
+    }
+
+    fn warning(&mut self, text: &str) {
+        self.tell("warning", text);
     }
 
     fn finish(&mut self) {
@@ -173,6 +193,19 @@ mod tests {
         let text = paper.0.lock().unwrap().clone();
         assert!(text.contains("0.25 of 1.00 s") && text.contains(" 25 %") && text.contains("x real time"), "{text}");
         assert!(text.contains("to go"), "{text}");
+    }
+
+    #[test]
+    fn shows_the_share_of_all_work_and_what_is_being_done() {
+        let paper = Paper::default();
+        let target = ProgressDrawTarget::term_like_with_hz(Box::new(paper.clone()), 255);
+        let mut progress = TerminalProgress::with_target(false, target);
+        progress.share(0.0, "reference");
+        progress.share(0.37, "elements 256");
+        progress.bar.tick();
+        let text = paper.0.lock().unwrap().clone();
+        assert!(text.contains(" 37 %") && text.contains("elements 256"), "{text}");
+        progress.finish();
     }
 
     /// A terminal that has gone away.

@@ -95,7 +95,7 @@ impl RadiationArguments {
         let patch = standing.held_by(&scene.rolling.axle).map_err(RunError::from)?.length;
         drop(progress);
         let failed = |error: RadiationError| match error {
-            RadiationError::Interrupted => CliError::Run(RunError::Interrupted { kept: None }),
+            RadiationError::Interrupted => RunError::Interrupted { kept: None }.into(),
             error => CliError::Failed(error.to_string()),
         };
         let radiator = Radiator::new(&scene, &plan, patch).map_err(failed)?;

@@ -100,13 +100,28 @@ impl Side {
         context.say(&format!("results in {}\n", place.display()))
     }
 
+    /// Keeps what work that was stopped has found, beside the folder's place, and answers with its report: the error
+    /// is the interruption, which says where.
+    pub fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
+        let (folder, summary) = self.filled(context)?;
+        let kept = folder.finish_partial(summary)?;
+        context.print_report(report)?;
+        Err(CliError::PartKept { kept })
+    }
+
     /// Writes the folder and says where it is.
     fn write(self, context: &Context) -> Result<PathBuf, CliError> {
+        let (folder, summary) = self.filled(context)?;
+        Ok(folder.finish(summary)?)
+    }
+
+    /// The folder with its files, and what its summary says.
+    fn filled(self, context: &Context) -> Result<(ResultsFolder, Summary), CliError> {
         let folder = ResultsFolder::create(&self.target)?;
         for (name, text) in &self.files {
             folder.write_text(name, text)?;
         }
         let cost = Cost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
-        Ok(folder.finish(Summary::begun(&self.loaded.title(), self.settings, cost))?)
+        Ok((folder, Summary::begun(&self.loaded.title(), self.settings, cost)))
     }
 }

@@ -19,19 +19,28 @@ use super::side::Place;
 
 const EXAMPLES: &str = "\
 Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, \
-poles, cells across, curves; what only the direct history has, where the scene has it. Errors are differences of \
-third-octave levels of the contact force from 100 Hz to fmax, of the force itself, and of its mean, the patch's length \
-and the rolling resistance. The reference is halved and doubled in turn: errors below the doubt that is left are \
-marked. Laws of tread and slices are listed apart: they are models. Then combinations are chosen by what the single \
-knobs let expect, rolled, and the expectation is corrected. The front is by exact work; times stand beside it. Where \
-the scene has receivers, the forces of one run are heard by ways that are solved more and less finely: errors in dB(A) \
-and of third octaves against nodes per wavelength, frequencies and lateral waves.
+poles, cells across, curves. Errors are differences of third-octave levels of the contact force from 100 Hz to fmax, \
+of the force itself, and of its mean, the patch's length and the rolling resistance. Errors below the doubt about the \
+reference are marked. The front is by exact work; times stand beside it.
 
-Results: study.txt, study.csv, study.json, study.svg; study_sound.csv where there are receivers.
+An outline is rolled unless --whole is given: the scene's own settings and every other setting of each knob, against a \
+reference of twice the scene's elements, 24 steps in a period of fmax and poles to 1e-5; the doubt is all of the \
+reference's difference from one that is half as fine.
+
+The whole study (--whole) has 48 steps in a period and poles to 1e-6, rolls all settings of each knob and what only \
+the direct history has, and takes the doubt from references half and twice as fine. It rolls the presets, and laws of \
+tread and slices, listed apart: they are models. Then combinations are chosen by what the single knobs let expect, \
+rolled, and the expectation is corrected (--runs). Where the scene has receivers, the forces of one run are heard by \
+ways that are solved more and less finely: errors in dB(A) and of third octaves against nodes per wavelength, \
+frequencies and lateral waves.
+
+A study that is interrupted keeps what it has rolled, in FOLDER.partial.
+
+Results: study.txt, study.csv, study.json, study.svg; study_sound.csv where there are receivers and all is studied.
 
 Examples:
   tyrewave study scenes/default.toml
-  tyrewave study scenes/default.toml --duration 6 --runs 40 --out trial
+  tyrewave study scenes/default.toml --whole --duration 6 --runs 40 --out trial
   tyrewave study scenes/default.toml --check-presets
   tyrewave study scenes/default.toml --elements 2048 --substeps 8";
 
@@ -46,17 +55,21 @@ pub struct StudyArguments {
     /// Time compared, in s; default: the scene's, at most 1.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
-    /// Combinations of settings that are rolled.
-    #[arg(long, value_name = "N", default_value_t = StudyOptions::RUNS as u16)]
-    runs: u16,
+    /// Study everything: presets, all settings of each knob, laws, combinations, ways of the sound.
+    #[arg(long, conflicts_with = "check_presets")]
+    whole: bool,
+    /// Combinations of settings that are rolled; default: 12 of a whole study, else none.
+    #[arg(long, value_name = "N")]
+    runs: Option<u16>,
     /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not
     /// keep its stated error, or is not on the front.
     #[arg(long)]
     check_presets: bool,
-    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
+    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's where those
+    /// are rolled.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
     elements: Option<u32>,
-    /// Steps per element of the reference; default: so many that a period of fmax has 48.
+    /// Steps per element of the reference; default: so many that a period of fmax has 24, in a whole study 48.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..))]
     substeps: Option<u16>,
 }
@@ -67,12 +80,13 @@ impl StudyArguments {
         let mut side = self.place.open("study", context)?;
         let loaded = &side.loaded;
         loaded.check_time_domain()?;
-        let defaults = StudyOptions::of(&loaded.scene);
+        let scene = &loaded.scene;
+        let defaults = if self.whole { StudyOptions::whole(scene) } else { StudyOptions::outline(scene) };
         let options = StudyOptions {
             highest: self.fmax.unwrap_or(defaults.highest),
             duration: self.duration.unwrap_or(defaults.duration),
-            runs: if self.check_presets { 0 } else { usize::from(self.runs) },
-            sweep: if self.check_presets { Sweep::Neighbours } else { Sweep::Knobs },
+            runs: if self.check_presets { 0 } else { self.runs.map_or(defaults.runs, usize::from) },
+            sweep: if self.check_presets { Sweep::Neighbours } else { defaults.sweep },
             // A multiple of 16: all parts that are swept are even.
             elements: self.elements.map(|elements| (elements as usize).div_ceil(16) * 16),
             substeps: self.substeps.map(usize::from),
@@ -82,17 +96,24 @@ impl StudyArguments {
         drop(progress);
         let verdicts = verdicts(&found);
         let mut report = report(&found, &loaded.scene);
-        report.text("\nPresets:\n");
-        report.table(verdict_table(&verdicts));
-        let picture = picture(&found, &loaded.title()).to_svg();
+        if !verdicts.is_empty() {
+            report.text("\nPresets:\n");
+            report.table(verdict_table(&verdicts));
+        }
+        let picture = picture(&found, &loaded.title()).map(|picture| picture.to_svg());
         side.file("study.txt", report.to_string());
         side.file("study.csv", csv(&found));
         side.file("study.json", json(&found));
         if let Some(sound) = &found.sound {
             side.file("study_sound.csv", sound_csv(sound));
         }
-        side.picture("study.svg", picture)?;
+        if let Some(picture) = picture {
+            side.picture("study.svg", picture)?;
+        }
         report.text("\n");
+        if !found.complete {
+            return side.keep(context, &report);
+        }
         side.finish(context, &report)?;
         let fails = |verdict: &&Verdict| !(verdict.keeps_its_error() && verdict.is_on_the_front());
         let failed: Vec<&str> = verdicts.iter().filter(fails).map(|verdict| verdict.preset.name()).collect();
@@ -146,11 +167,20 @@ fn cells(label: String, point: &Point, doubt: &Difference) -> [String; 11] {
 fn report(study: &Study, scene: &Scene) -> Report {
     let Study { options, reference, doubt, .. } = study;
     let mut report = Report::default();
+    if !study.complete {
+        report.text(format!("INTERRUPTED after {} runs: this is what they gave.\n\n", study.rolled));
+    }
+    if options.sweep == Sweep::Outline {
+        report.text(
+            "An outline: a whole study (--whole) has a finer reference and more settings, presets, combinations, laws, \
+             and ways of the sound.\n\n",
+        );
+    }
     report.text(format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held; {} threads\n\
          reference: {}\n\n\
          How sure the reference is: the same with a knob halved and doubled, the order that shows, the error that is \
-         left:\n",
+         left; without a doubled one, all of the difference:\n",
         options.highest,
         options.duration,
         study.threads,
@@ -170,9 +200,11 @@ fn report(study: &Study, scene: &Scene) -> Report {
             let order = match order {
                 Some(order) if converges => format!("{order:.1}"),
                 Some(order) => format!("{order:.1}, not converged"),
+                None if fine.is_none() => "-".to_owned(),
                 None => "exact".to_owned(),
             };
-            let [coarse, fine, error] = [coarse, fine, error].map(|value| format!("{value:.2e}"));
+            let fine = fine.map_or("-".to_owned(), |value| format!("{value:.2e}"));
+            let [coarse, error] = [coarse, error].map(|value| format!("{value:.2e}"));
             [knob.to_owned(), currency.to_owned(), coarse, fine, order, error]
         }));
     }
@@ -221,6 +253,9 @@ fn report(study: &Study, scene: &Scene) -> Report {
         report.table(aligned(header, study.joint.iter().map(row)));
     }
     for (title, points) in [("Settings with a name", &study.named), ("Front, by exact work", &study.front)] {
+        if points.is_empty() {
+            continue;
+        }
         report.text(format!("\n{title}:\n"));
         report.table(aligned(HEADER, points.iter().map(|point| cells(point.label.clone(), point, doubt))));
         points.iter().for_each(|point| report.text(format!("{}: {}\n", point.label, point.settings.label(scene))));
@@ -313,16 +348,17 @@ fn json(study: &Study) -> String {
 /// How far below the doubt the picture reaches.
 const BELOW_DOUBT: f64 = 0.1;
 
-/// Errors against work and against time.
-fn picture<'a>(study: &'a Study, title: &'a str) -> WorkPrecisionPlot<'a> {
+/// Errors against work and against time; none of a study that has no errors yet.
+fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>> {
     let drawn = |knob: &&Knob| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty();
     let drawn: Vec<&Knob> = study.knobs.iter().filter(drawn).collect();
     let close = || study.knobs.iter().filter(|knob| knob.kind == Kind::Neighbour).flat_map(|knob| &knob.points);
     let largest = study.points().map(|point| point.difference.worst).fold(0.0, f64::max);
-    let error = Axis::logarithmic(
-        "Largest error of a third octave [dB]",
-        (BELOW_DOUBT * study.doubt.worst).max(1e-3 * largest)..1.3 * largest,
-    );
+    if largest == 0.0 {
+        return None;
+    }
+    let smallest = (BELOW_DOUBT * study.doubt.worst).clamp(1e-3 * largest, 0.5 * largest);
+    let error = Axis::logarithmic("Largest error of a third octave [dB]", smallest..1.3 * largest);
     let panel = |title: &str, cost: fn(&Point) -> f64| {
         let at = |point: &Point| (cost(point), point.difference.worst);
         let costs = study.points().map(cost).filter(|cost| *cost > 0.0);
@@ -334,7 +370,7 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> WorkPrecisionPlot<'a> {
             marks: study.named.iter().map(|point| (point.label.as_str(), at(point))).collect(),
         }
     };
-    WorkPrecisionPlot {
+    Some(WorkPrecisionPlot {
         title,
         error,
         knobs: drawn.iter().map(|knob| knob.name.as_str()).collect(),
@@ -343,5 +379,5 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> WorkPrecisionPlot<'a> {
             panel("Multiply-adds in a second rolled", |point| point.cost.multiply_adds),
             panel("Time of the march for a second rolled [s]", |point| point.cost.march),
         ],
-    }
+    })
 }

@@ -1,9 +1,11 @@
 //! `tyrewave sweep --tasks`, `--task` and `--collect`: a sweep through a folder of tasks.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fs;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use clap::Args;
 use serde_json::json;
@@ -128,10 +130,15 @@ impl TaskArguments {
         let folder = TaskFolder::open(folder)?;
         folder.shards_of(&numbers)?;
         let bar = context.bar("tasks", numbers.end() - numbers.start() + 1);
+        let said = Mutex::new(BTreeSet::new());
+        let first_time = |note: &str| said.lock().is_ok_and(|mut said| said.insert(note.to_owned()));
         let told = |number: u64, name: &str, event: Event<'_>| {
             let text = match event {
                 Event::GoesOn([rolled, all]) => format!("goes on at {rolled:.3} s of {all:.3} s"),
+                // Said by the first task that has it: most notes are those of all tasks.
+                Event::Note(text) if !first_time(text) => return,
                 Event::Note(text) => format!("note: {text}"),
+                Event::Warning(text) => format!("warning: {text}"),
                 Event::Ended(ended) => {
                     bar.inc(1);
                     ending(ended)

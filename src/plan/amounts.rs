@@ -22,7 +22,8 @@ use crate::response::vibration::SegmentLayout;
 use crate::road::Lattice;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Zone};
-use crate::tyre::influence::{SurfaceWaves, WAVE_BYTES, wave_count};
+use crate::tyre::influence::convolution_quadrature::Circle;
+use crate::tyre::influence::{InfluenceSum, SurfaceWaves, WAVE_BYTES, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -84,7 +85,8 @@ pub struct Amounts {
     pub memory_per_thread: f64,
     /// Memory for each thread in the fit, which is over before the steps \[bytes\].
     pub fit_memory_per_thread: f64,
-    /// Memory of the waves of a curved tyre in the fit, or in the sums of a direct history \[bytes\].
+    /// Memory of the kernel at the points of the fit, or of the contour of a direct history, with its weights, and of
+    /// the waves of a curved tyre \[bytes\].
     pub fit_memory: f64,
     /// Memory of what the fit's time makes and the steps go on to hold, counted among [`Self::memory`] \[bytes\].
     pub fit_memory_that_stays: f64,
@@ -140,8 +142,13 @@ impl Amounts {
     /// before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
-        let fit = self.fit_memory_per_thread * threads as f64 + self.fit_memory;
+        let fit = self.set_up_memory_on(threads);
         (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
+    }
+
+    /// Memory of the influence functions on so many threads before the steps \[bytes\].
+    pub fn set_up_memory_on(&self, threads: usize) -> f64 {
+        self.fit_memory_per_thread * threads as f64 + self.fit_memory
     }
 
     pub(super) fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
@@ -170,9 +177,13 @@ impl Amounts {
         // The first steps have less of a past.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
-        self.hold("weights and forces of the past", 8.0 * lags * (3.0 * wavenumbers + 3.0 * columns + 9.0));
+        let forces = 8.0 * lags * (3.0 * columns + 9.0);
+        self.hold("weights and forces of the past", forces);
+        // The kernel at all points of the contour, the weights that they are transformed to, and those by element.
         let waves = WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
-        self.fit_memory = self.fit_memory.max(waves);
+        let kernel = InfluenceSum::expected_bytes(&scene.tyre, Circle::new(plan.lags).points().count());
+        self.fit_memory = self.fit_memory.max(waves + kernel + 8.0 * lags * wavenumbers);
+        self.fit_memory_that_stays = forces;
     }
 
     /// The fitted model that the recursion and the vibration need.
@@ -184,7 +195,8 @@ impl Amounts {
             let share = expected_fit::share(elements, tolerance, &scene.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
-            self.fit_memory = WAVE_BYTES * wave_count(&scene.tyre, 0.01 * tolerance);
+            let waves = WAVE_BYTES * wave_count(&scene.tyre, 0.01 * tolerance);
+            self.fit_memory = waves + InfluenceSum::expected_bytes(&scene.tyre, expected_fit::POINTS);
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }

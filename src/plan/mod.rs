@@ -31,7 +31,7 @@ mod vibration;
 
 pub use amounts::{Amounts, Place};
 pub use decisions::{Decision, Decisions};
-pub use forecast::Forecast;
+pub use forecast::{Forecast, process_memory};
 pub use unit::{Unit, UnitCosts};
 
 use std::sync::OnceLock;

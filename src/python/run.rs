@@ -12,9 +12,9 @@ use pyo3::types::PyDict;
 use super::error::Failure;
 use super::scene::Scene;
 use super::work::{Watched, carried_out};
-use crate::counters::process::{cpu_time, resident_memory};
+use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
-use crate::plan::Plan;
+use crate::plan::{Plan, process_memory};
 use crate::report::plan_record;
 use crate::results::sound::sound_levels_csv;
 use crate::results::spectra::{LOWEST_FREQUENCY, force_levels_csv};
@@ -34,7 +34,7 @@ const LOOK_EVERY: u64 = 16;
 pub(super) fn plan(py: Python<'_>, scene: &Scene, threads: Option<usize>) -> PyResult<String> {
     let loaded = &scene.loaded;
     carried_out(py, threads, None, |watched| {
-        let process = resident_memory().unwrap_or_default() as f64;
+        let process = process_memory();
         let plan = checked(loaded)?;
         let forecast = plan.forecast(&calibrated(&watched.stop)?, rayon::current_num_threads(), process);
         Ok(plan_record(loaded, &plan, &plan.amounts(), &forecast)?.to_string())

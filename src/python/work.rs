@@ -69,6 +69,8 @@ impl Progress for &Watched {
     // What a run has to say at its end is in its summary, too.
     fn note(&mut self, _text: &str) {}
 
+    fn warning(&mut self, _text: &str) {}
+
     fn finish(&mut self) {}
 }
 

@@ -90,7 +90,7 @@ pub(super) fn figures(stored: &Stored) -> Markup {
     }
 }
 
-/// What the user should know.
+/// What the user should act on.
 pub(super) fn warnings(stored: &Stored) -> Markup {
     let summary = &stored.summary;
     html! {
@@ -110,7 +110,7 @@ pub(super) fn plan(stored: &Stored) -> Markup {
             "Elements and time steps are good for levels up to " (format!("{:.0}", of.valid_to))
             " Hz; a road that ends before lowers that. Bands beyond are grey."
         }
-        @for note in &of.decisions.notes { p { (note) } }
+        @if !stored.summary.notes.is_empty() { ul { @for note in &stored.summary.notes { li { (note) } } } }
     }
 }
 

@@ -45,8 +45,11 @@ pub struct Summary {
     /// Sound at the receivers, where there are any and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundSummary>,
-    /// What the user should know.
+    /// What the user should act on.
     pub warnings: Vec<String>,
+    /// Settings that were chosen, and what the run leaves out.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// What it cost.
     pub cost: Cost,
     /// The effective settings: the scene with every default filled in.
@@ -185,6 +188,7 @@ impl Summary {
             vibration: None,
             sound: None,
             warnings: Vec::new(),
+            notes: Vec::new(),
             cost,
             settings,
             files: Vec::new(),
@@ -247,7 +251,8 @@ pub(super) mod tests {
         let keys: Vec<&str> =
             text.lines().filter(|l| l.starts_with("  \"")).filter_map(|l| l.split('"').nth(1)).collect();
         let expected =
-            "format format_version version complete title scene_sha256 outcome contact warnings cost settings files";
+            "format format_version version complete title scene_sha256 outcome contact warnings notes cost settings \
+             files";
         assert_eq!(keys.join(" "), expected);
         let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value["complete"], json!(false));

@@ -58,7 +58,9 @@ pub struct Results {
     pub residuals: Residuals,
     /// Sound at the receivers, where it was listened to and the run was long enough.
     pub sound: Option<HeardSound>,
-    /// What the user should know.
+    /// What the plan has chosen, and what it leaves out.
+    pub notes: Vec<String>,
+    /// What the user should act on.
     pub warnings: Vec<String>,
     /// What it cost.
     pub meter: Meter,
@@ -147,6 +149,7 @@ impl Run {
             search: prepared.march.search_counts(),
             residuals: prepared.march.totals().relative_residuals(),
             sound,
+            notes: prepared.notes,
             warnings: prepared.warnings,
             meter,
         }

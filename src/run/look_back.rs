@@ -120,6 +120,7 @@ impl LookBack<'_> {
             aborted_searches: 0,
             solves_per_step: counts.solves_per_step(),
         };
+        summary.notes.clone_from(&self.prepared.notes);
         summary.warnings.clone_from(&self.prepared.warnings);
         summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
         if totals.edge_contacts > 0 {

@@ -48,7 +48,9 @@ pub struct Prepared {
     pub model: Option<RationalModel>,
     /// The waves of cells, and what cells feel of each other at once beyond them, where their vibration is wanted.
     pub carried: Option<(Vec<CarriedWaves>, CellInfluence)>,
-    /// What the user should know.
+    /// What the plan has chosen, and what it leaves out.
+    pub notes: Vec<String>,
+    /// What the user should act on.
     pub warnings: Vec<String>,
 }
 
@@ -61,8 +63,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let (field, radius) = (*field, *radius);
     let numerics = &scene.numerics;
     let Decisions { tyre, slices, .. } = &plan.decisions;
-    let mut warnings: Vec<String> = plan.notes().collect();
-    warnings.extend(meter.time(Stage::Influence, || plan.warnings()));
+    let mut warnings = meter.time(Stage::Influence, || plan.warnings());
     let mut zone = match plan.decisions.zone {
         Zone::Slices => {
             let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
@@ -178,6 +179,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         valid_to,
         model: model.filter(|_| plan.decisions.vibration.is_some()),
         carried,
+        notes: plan.notes().collect(),
         warnings,
     })
 }

@@ -17,8 +17,14 @@ pub trait Progress {
     /// That many steps are done.
     fn step(&mut self, done: u64);
 
-    /// Something the user should know, as it happens.
+    /// That share of all work is done, 0 to 1, where there is more of it than one run; and what is being done.
+    fn share(&mut self, _done: f64, _doing: &str) {}
+
+    /// Something that the user may want to know, as it happens.
     fn note(&mut self, text: &str);
+
+    /// Something that the user should act on.
+    fn warning(&mut self, text: &str);
 
     /// The run has ended, one way or another.
     fn finish(&mut self);
@@ -33,5 +39,6 @@ impl Progress for Unwatched {
     fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
     fn step(&mut self, _done: u64) {}
     fn note(&mut self, _text: &str) {}
+    fn warning(&mut self, _text: &str) {}
     fn finish(&mut self) {}
 }

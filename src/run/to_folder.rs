@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use rayon::Scope;
 
-use crate::counters::process::{cpu_time, resident_memory};
+use crate::counters::process::cpu_time;
 use crate::counters::{MachinePeak, Meter, Stage, Watch};
-use crate::plan::{Forecast, Plan, unit_record};
+use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
@@ -78,7 +78,7 @@ pub fn run(
             unfinished.display()
         ));
     }
-    let planned = PlannedRun::new(loaded, &plan, options.threads);
+    let planned = PlannedRun::new(loaded, &plan, options.threads, begin.process);
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
@@ -102,7 +102,7 @@ pub fn resume(
     loaded.check_time_domain()?;
     let plan = Plan::of(&loaded)?.with_kept_model();
     plan.check(&loaded)?;
-    let planned = PlannedRun::new(&loaded, &plan, threads);
+    let planned = PlannedRun::new(&loaded, &plan, threads, begin.process);
     let kept = folder.working().to_owned();
     planned.carry_out(begin, || Ok(folder), Some(checkpoint), stop, progress).map_err(|error| match error {
         // Before its first step: there is what there was.
@@ -123,19 +123,20 @@ struct PlannedRun<'a> {
 struct Begin {
     wall: Instant,
     cpu: Option<Duration>,
+    /// Memory of the process beside the run \[bytes\].
+    process: f64,
     meter: Meter,
 }
 
 impl Begin {
     fn now(watch: Watch) -> Self {
-        Self { wall: Instant::now(), cpu: cpu_time(), meter: Meter::new(watch) }
+        Self { wall: Instant::now(), cpu: cpu_time(), process: process_memory(), meter: Meter::new(watch) }
     }
 }
 
 impl<'a> PlannedRun<'a> {
-    /// With what the plan expects of a run on so many threads.
-    fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize) -> Self {
-        let process = resident_memory().unwrap_or_default() as f64;
+    /// With what the plan expects of a run on so many threads, in a process that holds so much beside \[bytes\].
+    fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize, process: f64) -> Self {
         let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit_record::known(), threads, process);
         Self { loaded, plan, threads, planned: Planned { wall_seconds, memory, measured } }
     }
@@ -149,13 +150,16 @@ impl<'a> PlannedRun<'a> {
         progress: &mut dyn Progress,
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, .. } = *self;
-        let Begin { wall, cpu, mut meter } = begin;
+        let Begin { wall, cpu, mut meter, .. } = begin;
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
         let sound = SoundRecorder::prepare(loaded, plan, &mut prepared, stop, progress, &mut meter)?;
+        for note in &prepared.notes {
+            progress.note(note);
+        }
         for warning in &prepared.warnings {
-            progress.note(warning);
+            progress.warning(warning);
         }
         if stop.load(Ordering::Relaxed) {
             return Err(RunError::Interrupted { kept: None });
@@ -251,7 +255,7 @@ impl<'a> PlannedRun<'a> {
         for warning in
             summary.warnings[prepared.warnings.len()..].iter().filter(|warning| missed.as_ref() != Some(*warning))
         {
-            progress.note(warning);
+            progress.warning(warning);
         }
         Ok(summary)
     }

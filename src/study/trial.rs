@@ -96,15 +96,52 @@ pub struct Trials<'a> {
     heard: bool,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
-    /// Time rolled \[s\].
+    /// Time rolled, or that runs so far were expected to take \[s\].
     done: f64,
+    /// The run that goes on, where the share of all work is told.
+    shared: Option<Shared>,
+}
+
+/// A run as a share of all work.
+struct Shared {
+    /// Time that all runs are expected to take \[s\].
+    all: f64,
+    /// What the run is called.
+    name: String,
+    /// Time that it is expected to take \[s\].
+    seconds: f64,
 }
 
 impl<'a> Trials<'a> {
     /// Of about `time` \[s\] to be rolled in all.
     pub fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
-        Self { heard: false, stop, progress, done: 0.0 }
+        Self { heard: false, stop, progress, done: 0.0, shared: None }
+    }
+
+    /// Of runs that are expected to take about `all` \[s\]: their share of it is told, see [`Self::announce`].
+    pub fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
+        let shared = Shared { all, name: String::new(), seconds: 0.0 };
+        Self { heard: false, stop, progress, done: 0.0, shared: Some(shared) }
+    }
+
+    /// Tells what is rolled next, or prepared for it, and the time that it is expected to take \[s\].
+    pub fn announce(&mut self, name: &str, seconds: f64) {
+        if let Some(shared) = &mut self.shared {
+            (shared.name, shared.seconds) = (name.to_owned(), seconds);
+            self.tell(0.0, 0.0);
+        }
+    }
+
+    /// Tells how far all runs are: of the present one that part, and so much time rolled \[s\].
+    fn tell(&mut self, part: f64, rolled: f64) {
+        match &self.shared {
+            None => self.progress.step(((self.done + rolled) / UNIT) as u64),
+            Some(Shared { all, name, seconds }) => {
+                let share = (self.done + part * seconds) / all.max(f64::MIN_POSITIVE);
+                self.progress.share(share.min(1.0), name);
+            }
+        }
     }
 
     /// The same, and the receivers of a scene hear its runs.
@@ -153,15 +190,16 @@ impl<'a> Trials<'a> {
                 force.push(run.step_beside(behind)?.total_force);
                 see(&run);
                 if run.next_step().is_multiple_of(LOOK_EVERY) {
-                    let rolled = self.done + run.next_step() as f64 * plan.time_step;
-                    self.progress.step((rolled / UNIT) as u64);
+                    let steps = run.next_step() as f64;
+                    self.tell(steps / plan.steps as f64, steps * plan.time_step);
                     self.look()?;
                 }
             }
             Ok::<(), RunError>(())
         })?;
         let seconds = begin.elapsed().as_secs_f64();
-        self.done += plan.steps as f64 * plan.time_step;
+        let rolled = plan.steps as f64 * plan.time_step;
+        self.done += self.shared.as_ref().map_or(rolled, |shared| shared.seconds);
         let indentation = run.prepared.axle.indentation(plan.steps - 1);
         let results = run.finish();
         let spectrum = results.spectrum.as_ref();

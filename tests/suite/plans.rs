@@ -94,11 +94,17 @@ fn what_road_and_model_cannot_honour_is_said_once() {
     let text = without(&scene_text(64, road, ROLLING, &numerics, ""), &["numerics.elements"]);
     let loaded = scene(&text);
     let run = Run::begin(&loaded, &Plan::of(&loaded).unwrap(), &AtomicBool::new(false)).unwrap();
-    let warnings = run.finish().warnings;
-    for said in
-        ["numerics.fmax = 1000 Hz is not reached", "flat plate's absolute levels are indicative", "numerics.elements ="]
-    {
-        assert_eq!(warnings.iter().filter(|warning| warning.contains(said)).count(), 1, "{said}: {warnings:#?}");
+    let found = run.finish();
+    let count = |texts: &[String], said: &str| texts.iter().filter(|text| text.contains(said)).count();
+    // A road that does not reach the frequency asked for is to be acted on; what was chosen, and what a plate is good
+    // for, is to be known.
+    let all = [
+        ("numerics.fmax = 1000 Hz is not reached", [1, 0]),
+        ("flat plate's absolute levels are indicative", [0, 1]),
+        ("numerics.elements =", [0, 1]),
+    ];
+    for (said, expected) in all {
+        assert_eq!([&found.warnings, &found.notes].map(|texts| count(texts, said)), expected, "{said}: {found:#?}");
     }
 }
 

@@ -1,12 +1,18 @@
 //! A study: errors fall with refinement, work is exact, the front is one.
 
-use std::sync::atomic::AtomicBool;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::Duration;
 
-use tyrewave::run::Unwatched;
-use tyrewave::scene::LoadedScene;
+use tyrewave::counters::Stage;
+use tyrewave::run::{Progress, RunError, Unwatched};
+use tyrewave::scene::{DEFAULT, LoadedScene};
 use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, sound, study};
 use tyrewave::study::trial::Trials;
 use tyrewave::test_models::{scene, scene_text};
+
+use crate::common::command;
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
 const MADE: &str = "kind = \"made\"\nseed = 2";
@@ -16,7 +22,7 @@ fn small(history: &str) -> LoadedScene {
 }
 
 fn studied(loaded: &LoadedScene) -> Study {
-    let defaults = StudyOptions::of(&loaded.scene);
+    let defaults = StudyOptions::whole(&loaded.scene);
     let options = StudyOptions { highest: 125.0, runs: 3, elements: Some(64), substeps: Some(4), ..defaults };
     study(loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap()
 }
@@ -61,10 +67,105 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     }
 }
 
+/// Shares of all work as they are told; asks for the end when work of a name begins.
+struct Shares<'a> {
+    told: Vec<(f64, String)>,
+    last: &'a str,
+    stop: &'a AtomicBool,
+}
+
+impl Progress for Shares<'_> {
+    fn stage(&mut self, _stage: Stage) {}
+    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
+    fn step(&mut self, _done: u64) {}
+    fn note(&mut self, _text: &str) {}
+    fn warning(&mut self, _text: &str) {}
+    fn finish(&mut self) {}
+
+    fn share(&mut self, done: f64, doing: &str) {
+        self.told.push((done, doing.to_owned()));
+        if doing == self.last {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+#[test]
+fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
+    let loaded = small("history = \"modal\"");
+    let options = StudyOptions {
+        highest: 125.0,
+        elements: Some(64),
+        substeps: Some(4),
+        ..StudyOptions::outline(&loaded.scene)
+    };
+    let until = |last: &str| {
+        let stop = AtomicBool::new(false);
+        let mut shares = Shares { told: Vec::new(), last, stop: &stop };
+        let found = study(&loaded, &options, &stop, &mut shares);
+        (found, shares.told)
+    };
+    let (whole, told) = until("never");
+    let whole = whole.unwrap();
+    assert!(whole.complete && told.is_sorted_by(|a, b| a.0 <= b.0), "{told:?}");
+    assert!(told[0].0 == 0.0 && told.last().unwrap().0 > 0.9 && told.iter().all(|(done, _)| *done <= 1.0), "{told:?}");
+    assert!(told.iter().any(|(_, doing)| doing == "reference") && told.iter().any(|(_, doing)| doing.contains("poles")));
+    // No finer reference, no laws, no presets; the doubt is all of the difference.
+    assert!(whole.refined.len() == 3 && whole.refined.iter().all(|refined| refined.worst.fine.is_none()));
+    assert!(whole.doubt.worst >= whole.refined[0].worst.coarse && whole.joint.is_empty());
+    assert!(whole.knobs.iter().all(|knob| knob.kind == Kind::Error) && whole.named.len() == 1);
+
+    let (stopped, _) = until("substeps, half");
+    let stopped = stopped.unwrap();
+    assert!(!stopped.complete && stopped.refined.len() == 1 && stopped.named.is_empty(), "{:?}", stopped.refined);
+    assert_eq!(stopped.reference.cost.multiply_adds.to_bits(), whole.reference.cost.multiply_adds.to_bits());
+    assert_eq!(stopped.refined[0], whole.refined[0]);
+    let (nothing, _) = until("reference");
+    assert!(matches!(nothing, Err(RunError::Interrupted { kept: None })), "{nothing:?}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_interrupted_command_says_what_is_kept_and_where() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    std::fs::write(place.join("scene.toml"), scene_text(32, MADE, ROLLING, "history = \"modal\"", "")).unwrap();
+    let models = || std::fs::read_dir(place.join("cache")).into_iter().flatten().count();
+    let interrupted = |arguments: &[&str], is_time: &dyn Fn(u32) -> bool| {
+        let mut command = command(place, arguments);
+        let child = command.env("TYREWAVE_CACHE_DIR", place.join("cache")).stderr(Stdio::piped()).spawn().unwrap();
+        while !is_time(child.id()) {
+            sleep(Duration::from_millis(1));
+        }
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(130), "{told}");
+        told
+    };
+    // It listens for the signal, and fits.
+    let listens = |id: u32| {
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 2 != 0)
+    };
+    std::fs::write(place.join("large.toml"), DEFAULT).unwrap();
+    let told = interrupted(&["run", "large.toml", "--out", "run"], &listens);
+    assert!(told.contains("interrupted; no results are kept") && !place.join("run.partial").exists(), "{told}");
+
+    // Those of the scene, of the reference and of the next run are there: the reference was rolled.
+    let study = ["study", "scene.toml", "--fmax", "125", "--elements", "256", "--substeps", "4", "--out", "s"];
+    let told = interrupted(&study, &|_| models() >= 3);
+    assert!(told.contains("what was found so far is in s.partial"), "{told}");
+    let report = std::fs::read_to_string(place.join("s.partial/study.txt")).unwrap();
+    assert!(report.starts_with("INTERRUPTED after ") && report.contains("How sure the reference is"), "{report}");
+    assert!(!place.join("s").exists() && place.join("s.partial/study.csv").exists());
+}
+
 #[test]
 fn a_smooth_road_is_refused() {
     let smooth = scene(&scene_text(32, "kind = \"smooth\"", ROLLING, "", ""));
-    let options = StudyOptions { highest: 125.0, runs: 0, ..StudyOptions::of(&smooth.scene) };
+    let options = StudyOptions { highest: 125.0, runs: 0, ..StudyOptions::whole(&smooth.scene) };
     let refused = study(&smooth, &options, &AtomicBool::new(false), &mut Unwatched).err().unwrap().to_string();
     assert!(refused.contains("road.kind") && refused.contains("no levels"), "{refused}");
 }
@@ -78,7 +179,7 @@ fn a_direct_history_is_swept_by_its_memory() {
         runs: 0,
         elements: Some(32),
         substeps: Some(2),
-        ..StudyOptions::of(&loaded.scene)
+        ..StudyOptions::whole(&loaded.scene)
     };
     let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     let memory = found.knobs.iter().find(|knob| knob.name == "memory").unwrap();
@@ -93,7 +194,7 @@ fn a_direct_history_is_swept_by_its_memory() {
 fn a_study_that_would_take_too_long_is_refused() {
     let loaded = scene(&scene_text(512, MADE, ROLLING, "history = \"modal\"\ntime_limit = 1e-3", ""));
     let refused =
-        study(&loaded, &StudyOptions::of(&loaded.scene), &AtomicBool::new(false), &mut Unwatched).err().unwrap();
+        study(&loaded, &StudyOptions::whole(&loaded.scene), &AtomicBool::new(false), &mut Unwatched).err().unwrap();
     assert!(refused.to_string().contains("time_limit"), "{refused}");
 }
 
@@ -123,7 +224,7 @@ fn finer_ways_of_the_sound_are_closer_to_the_finest_with_the_same_forces() {
 fn contact_over_cells_is_studied_with_its_own_knobs() {
     let contact = "[contact]\nzone = \"cells\"\ncells_across = 3";
     let loaded = scene(&scene_text(32, MADE, ROLLING, "pole_tolerance = 1e-3", contact));
-    let defaults = StudyOptions::of(&loaded.scene);
+    let defaults = StudyOptions::whole(&loaded.scene);
     let options = StudyOptions { highest: 125.0, runs: 1, elements: Some(48), substeps: Some(4), ..defaults };
     let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     assert_eq!(found.reference.settings.contact.cells_across, Some(6));

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::thread::sleep;
 use std::time::Duration;
 
-use tyrewave::test_models::{edit, implausible, replaced, scene_text};
+use tyrewave::test_models::{add, edit, implausible, replaced, scene_text, without};
 
 use crate::common::{command, read_summary};
 
@@ -129,6 +129,30 @@ fn a_load_that_was_missed_is_marked_told_once_and_an_error_however_often() {
         assert!(fs::read_to_string(place.join("s/sweep.txt")).unwrap().contains("80 km/h *"));
         assert!(place.join("s/80kmh/summary.json").exists());
     }
+}
+
+#[test]
+fn notes_that_all_variants_share_are_said_once_and_choices_are_no_warnings() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    let chosen = add(&scene(0.3), "numerics", "preset = \"draft\"\nfmax = 150.0");
+    fs::write(place.join("scene.toml"), without(&chosen, &["numerics.elements"])).unwrap();
+    let count = |told: &str, word: &str| told.lines().filter(|line| line.contains(word)).count();
+    let varied = ["--set", "road.seed=1..3", "--speed", "60,80"];
+    let swept = output(place, &[&["scene.toml", "--out", "s", "--threads", "1"], &varied[..]].concat());
+    let told = text(&swept.stderr);
+    assert!(swept.status.success(), "{told}");
+    // Poles are the same at every speed, cells are not.
+    assert_eq!(count(&told, "numerics.pole_tolerance = "), 1, "{told}");
+    assert_eq!(count(&told, "kmh: numerics.pole_tolerance"), 0, "{told}");
+    assert_eq!(count(&told, "contact.cells_across = "), 6, "{told}");
+    let summary = read_summary(&place.join("s/seed=1-60kmh"));
+    let has = |key: &str| summary[key].to_string().contains("numerics.pole_tolerance = ");
+    assert_eq!([has("notes"), has("warnings")], [true, false], "{summary:#}");
+    // Tasks are done by themselves, and told together.
+    assert!(output(place, &[&["scene.toml", "--tasks", "t"], &varied[..]].concat()).status.success());
+    let worked = output(place, &["--task", "t", "0..5", "--threads", "1"]);
+    assert_eq!(count(&text(&worked.stdout), "numerics.pole_tolerance = "), 1, "{}", text(&worked.stdout));
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod pictures;
 mod results;
 mod way;
 
+use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;

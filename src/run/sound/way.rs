@@ -155,7 +155,10 @@ impl Seeking<'_> {
         let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
         prepared.warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
-            RadiationError::Interrupted => RunError::Interrupted { kept: None },
+            RadiationError::Interrupted => {
+                progress.note("frequencies of the radiation that were solved are kept for the next run");
+                RunError::Interrupted { kept: None }
+            }
             error @ RadiationError::Memory { .. } => {
                 self.refused("numerics.memory_limit", error.to_string(), "more, or a lower radiation.fmax")
             }

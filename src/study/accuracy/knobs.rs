@@ -7,6 +7,7 @@ use crate::plan::front::cell_for;
 use crate::road::Lattice;
 use crate::scene::{History, Numerics, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread, Zone};
 use crate::study::accuracy::lab::Point;
+use crate::study::accuracy::options::{StudyOptions, Sweep};
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 
@@ -65,18 +66,26 @@ const TERMS: [usize; 4] = [2, 4, 8, 16];
 const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
 /// Most elements with which laws are compared.
 const MOST_FOR_LAWS: usize = 256;
-/// Steps of the reference in a period of the highest frequency, at least.
+/// Steps of the reference in a period of the highest frequency, at least: of a whole study, and of an outline, whose
+/// tolerance of the poles is the other.
 const STEPS_PER_PERIOD: f64 = 48.0;
+const STEPS_PER_PERIOD_OF_OUTLINE: f64 = 24.0;
+const FINEST_POLES_OF_OUTLINE: f64 = 1e-5;
 
-/// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at
-/// `highest` \[Hz\].
-pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps: Option<usize>) -> Settings {
+/// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at the
+/// highest frequency, or `STEPS_PER_PERIOD_OF_OUTLINE`.
+pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
+    let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
+    let (per_period, poles) = match sweep {
+        Sweep::Outline => (STEPS_PER_PERIOD_OF_OUTLINE, FINEST_POLES_OF_OUTLINE),
+        Sweep::Knobs | Sweep::Neighbours | Sweep::Nothing => (STEPS_PER_PERIOD, FINEST_POLES),
+    };
     let mut settings = Settings::of(scene);
     let Settings { numerics, contact, cell_length } = &mut settings;
     // A multiple of 16: all parts of it are even.
     let elements = elements.unwrap_or_else(|| (2 * numerics.elements).div_ceil(16) * 16);
     let substeps = substeps.unwrap_or_else(|| {
-        let steps = STEPS_PER_PERIOD * highest * scene.tyre.circumference / scene.rolling.speed();
+        let steps = per_period * highest * scene.tyre.circumference / scene.rolling.speed();
         // An even number: it is halved to see whether it is enough.
         (0.5 * steps / elements as f64).ceil().max(1.0) as usize * 2
     });
@@ -91,11 +100,25 @@ pub fn reference(scene: &Scene, highest: f64, elements: Option<usize>, substeps:
         contact.cells_across = contact.cells_across.map(|across| 2 * across);
         return settings;
     }
-    (numerics.pole_tolerance, numerics.influence_tolerance) = (FINEST_POLES, FINEST_SUMS);
+    (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, FINEST_SUMS);
     *cell_length = FINEST_CELL * cell_for(scene, highest);
     contact.cells_across = contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
     contact.slice_tolerance = 0.0;
     settings
+}
+
+/// Every other setting of the knobs of the discretisation, from the second on.
+pub fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
+    let mut knobs = knobs(scene, reference, highest);
+    knobs.retain(|knob| knob.kind == Kind::Error && knob.anchor.is_none());
+    for knob in &mut knobs {
+        let mut place = 0;
+        knob.steps.retain(|_| {
+            place += 1;
+            place % 2 == 0
+        });
+    }
+    knobs
 }
 
 /// All knobs, those first that a discretisation has.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::counters::{Counter, Stage};
-use crate::plan::{Amounts, Place, Plan, Unit};
+use crate::plan::{Amounts, Place, Plan, Unit, UnitCosts};
 use crate::run::error::RunError;
 use crate::run::past::fetch;
 use crate::scene::{History, Scene};
@@ -62,14 +62,20 @@ pub struct Lab<'a, 'b> {
     pub scene: Scene,
     /// Highest frequency compared \[Hz\].
     pub highest: f64,
+    costs: UnitCosts,
     trials: &'a mut Trials<'b>,
     known: Vec<Measured>,
 }
 
 impl<'a, 'b> Lab<'a, 'b> {
-    /// For a scene whose axle is held.
-    pub fn new(scene: Scene, highest: f64, trials: &'a mut Trials<'b>) -> Self {
-        Self { scene, highest, trials, known: Vec::new() }
+    /// For a scene whose axle is held, on a machine with such costs.
+    pub fn new(scene: Scene, highest: f64, costs: UnitCosts, trials: &'a mut Trials<'b>) -> Self {
+        Self { scene, highest, costs, trials, known: Vec::new() }
+    }
+
+    /// Runs that were rolled.
+    pub fn rolled(&self) -> usize {
+        self.known.len()
     }
 
     /// Settings beside others that they are compared with; both are rolled unless they were before.
@@ -77,19 +83,35 @@ impl<'a, 'b> Lab<'a, 'b> {
     /// # Errors
     /// Of a run.
     pub fn point(&mut self, label: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
-        let (this, other) = (self.measure(settings)?, self.measure(other)?);
+        self.named(label, label, settings, other)
+    }
+
+    /// As [`Self::point`], its run told by another name.
+    ///
+    /// # Errors
+    /// As [`Self::point`].
+    pub fn named(
+        &mut self,
+        label: &str,
+        name: &str,
+        settings: &Settings,
+        other: &Settings,
+    ) -> Result<Point, RunError> {
+        let (this, other) = (self.measure(name, settings)?, self.measure(name, other)?);
         let Measured { common, cost, .. } = &self.known[this];
         let difference = common.difference(&self.known[other].common);
         Ok(Point { label: label.to_owned(), settings: settings.clone(), difference, cost: *cost })
     }
 
     /// Which of the known runs has these settings; it is rolled unless it was before.
-    fn measure(&mut self, settings: &Settings) -> Result<usize, RunError> {
+    fn measure(&mut self, name: &str, settings: &Settings) -> Result<usize, RunError> {
         if let Some(known) = self.known.iter().position(|known| known.settings == *settings) {
             return Ok(known);
         }
         let scene = settings.on(&self.scene);
-        let (evaluations, fit) = self.fit(&scene);
+        let plan = Plan::new(&scene).with_kept_model();
+        self.trials.announce(name, plan.forecast(&self.costs, rayon::current_num_threads(), 0.0).wall_seconds);
+        let (evaluations, fit) = self.fit(&plan);
         let trial = self.trials.roll(&scene)?;
         let within = self.within();
         let cost = cost(&trial, within.end, evaluations, fit);
@@ -105,11 +127,10 @@ impl<'a, 'b> Lab<'a, 'b> {
 
     /// Fits the model that a run will ask for, so that its time is known apart: evaluations, and time unless the cache
     /// had it.
-    fn fit(&self, scene: &Scene) -> (Option<u64>, Option<f64>) {
-        if scene.numerics.history == History::Direct {
+    fn fit(&self, plan: &Plan) -> (Option<u64>, Option<f64>) {
+        if plan.scene.numerics.history == History::Direct {
             return (None, None);
         }
-        let plan = Plan::new(scene);
         let begin = Instant::now();
         // A refusal is the run's to report, in its place in the scene.
         let Ok(fetched) = fetch(&plan.decisions.tyre, &plan.fit, self.trials.stop()) else {

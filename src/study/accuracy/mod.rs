@@ -8,12 +8,14 @@
 //! 4. Where there are receivers, how finely the sound's way is solved ([`sound`]), with the same forces.
 //! 5. The Pareto front ([`front()`]) of all of them, by exact work.
 //!
-//! Runs follow one another, so that none disturbs the time of another.
+//! An outline ([`Sweep::Outline`]) does less of 1 and 2, and leaves out 3 and 4. Runs follow one another, so that none
+//! disturbs the time of another; a study that is stopped keeps those that were rolled.
 
 pub mod front;
 pub mod joint;
 pub mod knobs;
 pub mod lab;
+pub mod options;
 pub mod presets;
 pub mod richardson;
 pub mod settings;
@@ -28,6 +30,7 @@ pub use front::front;
 pub use joint::{Candidate, Joint};
 pub use knobs::{Kind, Knob};
 pub use lab::{Cost, Point};
+pub use options::{StudyOptions, Sweep};
 pub use richardson::Richardson;
 pub use settings::Settings;
 pub use sound::{SoundDifference, SoundPoint, SoundStudy};
@@ -41,56 +44,6 @@ use lab::Lab;
 
 /// Errors below this share of the doubt are not worth a combination.
 const FLOOR: f64 = 0.25;
-
-/// What a study rolls beside the reference and the presets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sweep {
-    /// Every knob, and the scene's own settings.
-    Knobs,
-    /// The presets with one setting turned.
-    Neighbours,
-    /// Nothing.
-    Nothing,
-}
-
-/// What a study is to do.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StudyOptions {
-    /// Highest frequency compared \[Hz\].
-    pub highest: f64,
-    /// Time compared \[s\].
-    pub duration: f64,
-    /// Combinations rolled.
-    pub runs: usize,
-    /// What is rolled beside the reference and the presets.
-    pub sweep: Sweep,
-    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's.
-    pub elements: Option<usize>,
-    /// Steps per element of the reference; default: 48 steps in a period of `highest`.
-    pub substeps: Option<usize>,
-}
-
-impl StudyOptions {
-    /// Highest frequency compared where a scene has none \[Hz\].
-    pub const HIGHEST: f64 = 1000.0;
-    /// Time compared unless asked for \[s\].
-    pub const DURATION: f64 = 1.0;
-    /// Combinations rolled unless asked for.
-    pub const RUNS: usize = 12;
-
-    /// The defaults for a scene.
-    pub fn of(scene: &Scene) -> Self {
-        Self {
-            highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
-            duration: scene.rolling.duration.min(Self::DURATION),
-            runs: Self::RUNS,
-            sweep: Sweep::Knobs,
-            elements: None,
-            substeps: None,
-        }
-    }
-}
 
 /// How sure the reference is in one of its knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -135,6 +88,10 @@ pub struct Study {
     pub sound: Option<SoundStudy>,
     /// Threads.
     pub threads: usize,
+    /// Runs that were rolled.
+    pub rolled: usize,
+    /// Whether all was done; `false`: the user stopped it, and this is what there was.
+    pub complete: bool,
 }
 
 impl Study {
@@ -151,11 +108,11 @@ fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl
     named.iter().chain(joint.iter().map(|joint| &joint.point)).chain(swept)
 }
 
-/// Studies a scene; the presets are rolled and marked, too.
+/// Studies a scene. Stopped after its reference was rolled, it hands back what there is.
 ///
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
-/// runs; [`RunError::Interrupted`].
+/// runs; [`RunError::Interrupted`] before there is anything.
 pub fn study(
     loaded: &LoadedScene,
     options: &StudyOptions,
@@ -169,114 +126,128 @@ pub fn study(
     let own = Settings::of(&loaded.scene);
     let of_cells = loaded.scene.contact.zone == Zone::Cells;
     // Presets are derived for slices.
-    let mut named = if of_cells { Vec::new() } else { presets::named(&loaded.scene, options.highest) };
+    let has_presets = !of_cells && options.sweep != Sweep::Outline;
+    let mut named = if has_presets { presets::named(&loaded.scene, options.highest) } else { Vec::new() };
     let scene = &loaded.scene;
     // Finer than the finest preset.
     let finest = named.iter().map(|(_, settings)| settings.numerics.elements).max().unwrap_or_default();
     let elements = options
         .elements
         .or_else(|| (5 * finest > 8 * own.numerics.elements).then_some((5 * finest / 4).div_ceil(16) * 16));
-    let reference = knobs::reference(scene, options.highest, elements, options.substeps);
+    let reference = knobs::reference(scene, &StudyOptions { elements, ..options.clone() });
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
     // Nobody hears the runs that are compared by their forces.
     (shorter.receivers, shorter.radiation) = (Vec::new(), Radiation::default());
     shorter.effects.radiation = Switch::Auto;
     let knobs = match options.sweep {
+        Sweep::Outline => knobs::outline(&shorter, &reference, options.highest),
         Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
         Sweep::Neighbours => presets::neighbours(&named),
         Sweep::Nothing => Vec::new(),
     };
-    if options.sweep == Sweep::Knobs && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
+    if matches!(options.sweep, Sweep::Outline | Sweep::Knobs) && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
         named.insert(0, ("the scene".to_owned(), own));
     }
-    let refinements = refinements(&reference);
+    let refinements = refinements(&reference, options.sweep != Sweep::Outline);
     let planned: Vec<&Settings> = [&reference]
         .into_iter()
-        .chain(refinements.iter().flat_map(|(_, coarse, fine)| [coarse, fine]))
+        .chain(refinements.iter().flat_map(|(_, coarse, fine)| [Some(coarse), fine.as_ref()]).flatten())
         .chain(named.iter().map(|(_, settings)| settings))
         .chain(knobs.iter().flat_map(|knob| &knob.steps).map(|(_, settings)| settings))
         .collect();
-    let seconds = check(loaded, &shorter, &planned, options.runs)?;
-    let runs = planned.len() + options.runs;
+    let costs = unit_record::known();
+    let Expected { runs, seconds } = check(loaded, &shorter, &planned, options.runs, &costs)?;
     progress.note(&format!("about {runs} runs, {seconds:.0} s on this machine"));
 
-    let time = runs as f64 * (SETTLING + options.duration) + scene.rolling.warm_up;
-    let mut trials = Trials::new(time, stop, progress);
+    let mut trials = Trials::shared(seconds, stop, progress);
+    trials.announce("the height of the axle", 0.0);
     let held = trials.held(scene, options.duration)?;
-    let mut lab = Lab::new(held.clone(), options.highest, &mut trials);
-    let mut found = carry_out(&mut lab, options, reference, &refinements, knobs, &named)?;
-    if options.sweep == Sweep::Knobs {
-        found.sound = sound::study(scene, &held, options.highest, &trials)?;
-    }
-    trials.finish();
-    Ok(found)
-}
-
-fn carry_out(
-    lab: &mut Lab<'_, '_>,
-    options: &StudyOptions,
-    reference: Settings,
-    refinements: &[(&'static str, Settings, Settings)],
-    mut knobs: Vec<Knob>,
-    named: &[(String, Settings)],
-) -> Result<Study, RunError> {
+    let mut lab = Lab::new(held.clone(), options.highest, costs, &mut trials);
     let of_reference = lab.point("reference", &reference, &reference)?;
-    let mut refined = Vec::new();
-    for (knob, coarse, fine) in refinements {
-        let [coarse, fine] = [coarse, fine].map(|settings| lab.point(knob, settings, &reference));
-        refined.push(Refined::new(knob, &coarse?.difference, &fine?.difference));
-    }
-    let doubt = doubt(&refined);
-    for knob in &mut knobs {
-        let other = knob.anchor.as_ref().unwrap_or(&reference);
-        for (label, settings) in &knob.steps {
-            match lab.point(label, settings, other) {
-                Ok(found) => knob.points.push(found),
-                // Such as a model that cannot be fitted: the others can be all the same.
-                Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
-                Err(error) => return Err(error),
-            }
-        }
-    }
-    let mut of_named = Vec::new();
-    for (label, settings) in named {
-        of_named.push(lab.point(label, settings, &reference)?);
-    }
-
-    let all =
-        if options.runs > 0 { joint::candidates(&lab.scene, &reference, &knobs, options.highest) } else { Vec::new() };
-    let mut joint: Vec<Joint> = Vec::new();
-    while joint.len() < options.runs {
-        let known: Vec<(f64, f64)> = points(&knobs, &of_named, &joint).map(Point::coordinates).collect();
-        let Some(expected) = joint::next(&all, &joint, &known, FLOOR * doubt.worst) else { break };
-        let point = lab.point(&format!("combination {}", joint.len() + 1), &expected.settings, &reference)?;
-        let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
-        let plain = plain.map_or((expected.error, expected.multiply_adds), |plain| (plain.error, plain.multiply_adds));
-        joint.push(Joint { point, expected, plain });
-    }
-
     let mut study = Study {
         options: options.clone(),
         reference: of_reference,
-        refined,
-        doubt,
+        refined: Vec::new(),
+        doubt: Difference::default(),
         knobs,
-        named: of_named,
-        joint,
+        named: Vec::new(),
+        joint: Vec::new(),
         front: Vec::new(),
         sound: None,
         threads: rayon::current_num_threads(),
+        rolled: 0,
+        complete: false,
     };
+    let mut carried_out = study.carry_out(&mut lab, &reference, &refinements, &named);
+    study.rolled = lab.rolled();
+    if options.sweep == Sweep::Knobs && carried_out.is_ok() {
+        trials.announce("ways of the sound", 0.0);
+        carried_out = sound::study(scene, &held, options.highest, &trials).map(|found| study.sound = found);
+    }
+    match carried_out {
+        Ok(()) => study.complete = true,
+        Err(RunError::Interrupted { .. }) => {}
+        Err(error) => return Err(error),
+    }
     let coordinates: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
-    let on = front(&coordinates);
     let all: Vec<&Point> = study.points().collect();
-    study.front = on.into_iter().map(|index| all[index].clone()).collect();
+    study.front = front(&coordinates).into_iter().map(|index| all[index].clone()).collect();
+    trials.finish();
     Ok(study)
 }
 
-/// The reference with each of its knobs twice as coarse and twice as fine.
-fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> {
+impl Study {
+    /// Rolls all runs that are compared by their forces, and keeps what each gives as soon as it is there.
+    fn carry_out(
+        &mut self,
+        lab: &mut Lab<'_, '_>,
+        reference: &Settings,
+        refinements: &[Refinement],
+        named: &[(String, Settings)],
+    ) -> Result<(), RunError> {
+        for (knob, coarse, fine) in refinements {
+            let coarse = lab.point(&format!("{knob}, half"), coarse, reference)?.difference;
+            let fine = fine.as_ref().map(|fine| lab.point(&format!("{knob}, twice"), fine, reference)).transpose()?;
+            self.refined.push(Refined::new(knob, &coarse, fine.map(|point| point.difference).as_ref()));
+            self.doubt = doubt(&self.refined);
+        }
+        for (label, settings) in named {
+            self.named.push(lab.point(label, settings, reference)?);
+        }
+        for knob in &mut self.knobs {
+            let other = knob.anchor.as_ref().unwrap_or(reference);
+            for (label, settings) in &knob.steps {
+                match lab.named(label, &format!("{} {label}", knob.name), settings, other) {
+                    Ok(found) => knob.points.push(found),
+                    // Such as a model that cannot be fitted: the others can be all the same.
+                    Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
+                    Err(error) => return Err(error),
+                }
+            }
+        }
+        let StudyOptions { runs, highest, .. } = self.options;
+        let all =
+            if runs > 0 { joint::candidates(&lab.scene, reference, &self.knobs, highest) } else { Vec::new() };
+        while self.joint.len() < runs {
+            let known: Vec<(f64, f64)> = self.points().map(Point::coordinates).collect();
+            let Some(expected) = joint::next(&all, &self.joint, &known, FLOOR * self.doubt.worst) else { break };
+            let label = format!("combination {}", self.joint.len() + 1);
+            let point = lab.point(&label, &expected.settings, reference)?;
+            let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
+            let plain =
+                plain.map_or((expected.error, expected.multiply_adds), |plain| (plain.error, plain.multiply_adds));
+            self.joint.push(Joint { point, expected, plain });
+        }
+        Ok(())
+    }
+}
+
+/// A knob of the reference, and the reference with it twice as coarse and, unless that is left out, twice as fine.
+type Refinement = (&'static str, Settings, Option<Settings>);
+
+/// The reference with each of its knobs turned.
+fn refinements(reference: &Settings, are_finer: bool) -> Vec<Refinement> {
     let with = |elements: usize, steps: usize| {
         let substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
         reference.with(|settings| {
@@ -297,12 +268,15 @@ fn refinements(reference: &Settings) -> Vec<(&'static str, Settings, Settings)> 
         };
         all.push(("cells", cells(points / 2), cells(2 * points)));
     }
-    all
+    all.into_iter().map(|(knob, coarse, fine)| (knob, coarse, are_finer.then_some(fine))).collect()
 }
 
 impl Refined {
-    fn new(knob: &'static str, coarse: &Difference, fine: &Difference) -> Self {
-        let of = |value: fn(&Difference) -> f64| Richardson::new(value(coarse), value(fine));
+    fn new(knob: &'static str, coarse: &Difference, fine: Option<&Difference>) -> Self {
+        let of = |value: fn(&Difference) -> f64| match fine {
+            Some(fine) => Richardson::new(value(coarse), value(fine)),
+            None => Richardson::first_order(value(coarse)),
+        };
         Self {
             knob,
             worst: of(|difference| difference.worst),
@@ -331,22 +305,39 @@ fn doubt(refined: &[Refined]) -> Difference {
     }
 }
 
-/// Checks every run that is known beforehand, and the time of all \[s\].
-fn check(loaded: &LoadedScene, scene: &Scene, planned: &[&Settings], runs: usize) -> Result<f64, RunError> {
-    let costs: UnitCosts = unit_record::known();
+/// Runs of a study, and the time that all are expected to take \[s\].
+struct Expected {
+    runs: usize,
+    seconds: f64,
+}
+
+/// Checks every run that is known beforehand, and the time of all.
+fn check(
+    loaded: &LoadedScene,
+    scene: &Scene,
+    planned: &[&Settings],
+    combinations: usize,
+    costs: &UnitCosts,
+) -> Result<Expected, RunError> {
     let threads = rayon::current_num_threads();
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
     let (own, mut seconds) = (Plan::new(&scene), 0.0);
+    let mut rolled: Vec<&Settings> = Vec::new();
     for settings in planned {
+        // Rolled once, however often it is compared.
+        if rolled.contains(settings) {
+            continue;
+        }
+        rolled.push(settings);
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
-        let plan = Plan::new(&variant.scene).standing_as(&own);
+        let plan = Plan::new(&variant.scene).standing_as(&own).with_kept_model();
         plan.check(&variant)?;
-        seconds += plan.forecast(&costs, threads, 0.0).wall_seconds;
+        seconds += plan.forecast(costs, threads, 0.0).wall_seconds;
     }
     // Combinations are coarser than the reference and finer than the scene.
-    let all = seconds * (1.0 + 0.3 * runs as f64 / planned.len().max(1) as f64);
-    let hours = all / 3600.0;
+    let seconds = seconds * (1.0 + 0.3 * combinations as f64 / rolled.len().max(1) as f64);
+    let hours = seconds / 3600.0;
     let limit = loaded.scene.numerics.time_limit;
     if hours > limit {
         let wrong =
@@ -354,5 +345,5 @@ fn check(loaded: &LoadedScene, scene: &Scene, planned: &[&Settings], runs: usize
         let right = "a shorter --duration, a coarser reference (--elements, --substeps), or a larger time_limit";
         return Err(SceneError::from(loaded.complain("numerics.time_limit", wrong, right)).into());
     }
-    Ok(all)
+    Ok(Expected { runs: rolled.len() + combinations, seconds })
 }

@@ -14,8 +14,8 @@ const LEAST_ORDER: f64 = 0.5;
 pub struct Richardson {
     /// Difference of the coarser and the middle run.
     pub coarse: f64,
-    /// Difference of the middle and the finer run.
-    pub fine: f64,
+    /// Difference of the middle and the finer run, where that was rolled.
+    pub fine: Option<f64>,
     /// Observed order; `None` where both differences vanish.
     pub order: Option<f64>,
     /// Estimated error of the middle run.
@@ -30,12 +30,18 @@ impl Richardson {
         let (coarse, fine) = (coarse.abs(), fine.abs());
         if fine == 0.0 {
             let order = (coarse > 0.0).then_some(f64::INFINITY);
-            return Self { coarse, fine, order, error: 0.0, converges: true };
+            return Self { coarse, fine: Some(fine), order, error: 0.0, converges: true };
         }
         let order = (coarse / fine).log2();
         let converges = order >= LEAST_ORDER;
         let error = if converges { fine / (1.0 - (-order).exp2()) } else { coarse.max(fine) };
-        Self { coarse, fine, order: Some(order), error, converges }
+        Self { coarse, fine: Some(fine), order: Some(order), error, converges }
+    }
+
+    /// From the difference of a run from one twice as coarse alone: at first order, the lowest that is worth a study,
+    /// its own error is as large.
+    pub fn first_order(coarse: f64) -> Self {
+        Self { coarse: coarse.abs(), fine: None, order: None, error: coarse.abs(), converges: true }
     }
 }
 
@@ -55,6 +61,11 @@ mod tests {
         assert!(!stuck.converges && (stuck.error - 0.3).abs() < 1e-15, "{stuck:?}");
         let worse = Richardson::new(0.1, 0.2);
         assert!(!worse.converges && (worse.error - 0.2).abs() < 1e-15 && worse.order.unwrap() < 0.0);
-        assert_eq!(Richardson::new(0.0, 0.0), Richardson { converges: true, ..Richardson::default() });
+        let equal = Richardson { converges: true, fine: Some(0.0), ..Richardson::default() };
+        assert_eq!(Richardson::new(0.0, 0.0), equal);
+        // Of an error that falls faster, what a coarser run alone tells is a bound.
+        let error = |h: f64| 0.7 * h.powi(2);
+        let alone = Richardson::first_order(error(0.2) - error(0.1));
+        assert!(alone.error >= error(0.1) && alone.fine.is_none(), "{alone:?}");
     }
 }

@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use serde::{Deserialize, Serialize};
 
 use crate::counters::{self, Stage};
+use crate::plan::Plan;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{RatedLevel, ReceiverSummary};
@@ -100,8 +101,24 @@ impl Done {
     }
 }
 
-/// Whoever watches a sweep, and the time that all variants have rolled \[s\].
-type Watch<'a> = Mutex<(&'a mut (dyn Progress + Send), f64)>;
+/// Progress of a sweep.
+struct Watch<'a> {
+    progress: &'a mut (dyn Progress + Send),
+    /// Time that all variants have rolled \[s\].
+    rolled: f64,
+    /// Notes that all variants share: they are said before the first.
+    shared: Vec<String>,
+}
+
+/// Notes that all of some plans have.
+fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
+    let mut shared: Vec<String> = plans.next().map_or(Vec::new(), |plan| plan.notes().collect());
+    for plan in plans {
+        let own: Vec<String> = plan.notes().collect();
+        shared.retain(|note| own.contains(note));
+    }
+    shared
+}
 
 /// Runs what is not finished under `target`, one folder per variant, on `threads` threads in all; how each ended, in
 /// their order. A variant that fails does not stop the others.
@@ -117,10 +134,12 @@ pub fn sweep(
     let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
     progress.stage(Stage::Influence);
     share_models(left.iter().map(|&index| &variants[index]), stop);
-    let plans = left.iter().map(|&index| &variants[index].plan);
-    let time: f64 = plans.map(|plan| plan.steps as f64 * plan.time_step).sum();
+    let plans = || left.iter().map(|&index| &variants[index].plan);
+    let shared = shared_notes(plans());
+    shared.iter().for_each(|note| progress.note(note));
+    let time: f64 = plans().map(|plan| plan.steps as f64 * plan.time_step).sum();
     progress.march(0, (time / UNIT) as u64, UNIT);
-    let watch = Mutex::new((progress, 0.0));
+    let watch = Mutex::new(Watch { progress, rolled: 0.0, shared });
 
     // The boundary elements of a body are solved once, by the first variant that needs them.
     let heard = left.iter().any(|&index| variants[index].plan.decisions.radiation.is_some());
@@ -143,7 +162,7 @@ pub fn sweep(
             scope.spawn(move || work(worker));
         }
     });
-    lock(&watch).0.finish();
+    lock(&watch).progress.finish();
     let ended = |outcome: Mutex<Option<Outcome>>| outcome.into_inner().ok().flatten().unwrap_or(Outcome::Stopped);
     outcomes.into_iter().map(ended).collect()
 }
@@ -199,7 +218,13 @@ fn read_summary(folder: &Path) -> Option<serde_json::Value> {
 }
 
 /// Goes on with a variant, or runs it from its beginning.
-fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool, watch: &Watch<'_>) -> Outcome {
+fn carry_out(
+    variant: &Variant,
+    target: &Path,
+    threads: usize,
+    stop: &AtomicBool,
+    watch: &Mutex<Watch<'_>>,
+) -> Outcome {
     if stop.load(Ordering::Relaxed) {
         return Outcome::Stopped;
     }
@@ -238,7 +263,7 @@ fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> b
 /// Adds up what the variants roll.
 struct VariantProgress<'a, 'b> {
     name: &'a str,
-    watch: &'a Watch<'b>,
+    watch: &'a Mutex<Watch<'b>>,
     done: u64,
     time_step: f64,
 }
@@ -252,14 +277,21 @@ impl Progress for VariantProgress<'_, '_> {
     }
 
     fn step(&mut self, done: u64) {
-        let (progress, rolled) = &mut *lock(self.watch);
+        let Watch { progress, rolled, .. } = &mut *lock(self.watch);
         *rolled += done.saturating_sub(self.done) as f64 * self.time_step;
         progress.step((*rolled / UNIT) as u64);
         self.done = done;
     }
 
     fn note(&mut self, text: &str) {
-        lock(self.watch).0.note(&format!("{}: {text}", self.name));
+        let Watch { progress, shared, .. } = &mut *lock(self.watch);
+        if !shared.iter().any(|said| said == text) {
+            progress.note(&format!("{}: {text}", self.name));
+        }
+    }
+
+    fn warning(&mut self, text: &str) {
+        lock(self.watch).progress.warning(&format!("{}: {text}", self.name));
     }
 
     fn finish(&mut self) {}

@@ -73,6 +73,10 @@ pub struct SumAt {
     curvature: Option<Terms<Complex64>>,
 }
 
+/// Bytes of a [`SumAt`], at most: of a flat tyre, and of a curved one (measured for the tyres of `scenes/tyres`; a test
+/// counts them).
+const POINT_BYTES: [f64; 2] = [1e4, 2e4];
+
 /// Short waves of a curved tyre, and moments of the sum's weights for n = 0..=N/2.
 #[derive(Debug)]
 struct Curvature {
@@ -137,6 +141,11 @@ impl InfluenceSum {
             Arc::new(Curvature::new(ShortWaves::new(tyre, from, limit, largest_s, tolerance), &projection))
         });
         Self { kernel, projection, tolerance, tail, curvature, lateral_terms, aliases }
+    }
+
+    /// Bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
+    pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
+        points as f64 * POINT_BYTES[usize::from(tyre.curvature)]
     }
 
     /// The wavenumbers and weights.
@@ -239,5 +248,39 @@ impl Curvature {
         let of = |n| waves.moments(&moments::longitudinal(projection, n, lobes).concat(), &lateral);
         let moments = in_parallel::made(projection.elements / 2 + 1, of);
         Self { waves, moments }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, PLATE, Scene, TimeRule};
+    use crate::tyre::influence::convolution_quadrature::Contour;
+
+    #[test]
+    fn the_kernel_on_a_contour_holds_no_more_than_is_expected_of_flat_and_curved_tyres() {
+        for text in [PLATE, DEFAULT] {
+            for (elements, tolerance) in [(64, 1e-4), (512, 1e-4), (256, 1e-7)] {
+                let tyre = Scene::from_str(text, "default").unwrap().scene.tyre;
+                let projection = Projection::new(&tyre, elements);
+                let time_step = projection.element / 22.2;
+                let contour = Contour::new(TimeRule::Bdf2, time_step, 40).points;
+                let largest = contour.iter().map(|s| s.norm()).fold(0.0, f64::max);
+                let sum = InfluenceSum::with(&tyre, projection, Truncation::Tail, tolerance, largest);
+                let bytes: usize = sum.at_all(&contour).iter().map(bytes).sum();
+                let expected = InfluenceSum::expected_bytes(&tyre, contour.len());
+                let each = bytes / contour.len();
+                println!("N = {elements}, {tolerance:e}, curved: {}: {each} bytes each", tyre.curvature);
+                let held = bytes as f64;
+                assert!(held < expected && expected < 6.0 * held, "N = {elements}: {held} held, {expected} expected");
+            }
+        }
+    }
+
+    /// Bytes of its series; those of the layers are few.
+    fn bytes(at: &SumAt) -> usize {
+        let curvature = at.curvature.as_ref().map_or(0, |terms| terms.capacity() * size_of_val(&terms[0]));
+        let tail = at.tail.as_ref().map_or(0, HalfSpaceTailAt::heap_bytes);
+        size_of_val(at) + curvature + tail
     }
 }

@@ -46,6 +46,14 @@ pub(super) fn series_limit(tread: &LayerAt<Complex64>) -> f64 {
     (tread.inertia_over_shear().norm() / LARGEST_ARGUMENT).sqrt()
 }
 
+#[cfg(test)]
+impl HalfSpaceTailAt {
+    /// Bytes of its bands.
+    pub(super) fn heap_bytes(&self) -> usize {
+        self.bands.capacity() * size_of::<[Complex64; BAND_TERMS]>()
+    }
+}
+
 impl HalfSpaceTail {
     /// Of a tread, given also at the largest s at which the sums will be wanted.
     pub(super) fn new(tread: &Layer, at_largest: &LayerAt<Complex64>, projection: &Projection, tolerance: f64) -> Self {

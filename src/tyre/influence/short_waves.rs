@@ -261,8 +261,9 @@ impl WithSimd for Changes<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        let terms = self.bands.iter().map(|band| band.squares.len()).sum();
         for group in self.points.chunks(S::F64_LANES) {
-            let mut changes: [Terms<Complex64>; MOST_LANES] = Default::default();
+            let mut changes: [Terms<Complex64>; MOST_LANES] = std::array::from_fn(|_| Vec::with_capacity(terms));
             // Lanes without a member repeat the last one.
             let points: [Complex64; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             for band in self.bands {

@@ -1,6 +1,7 @@
 //! What a fit is expected to take and to give, before it is done: from those of the flat car tyre.
 
 use crate::scene::Tyre;
+use crate::tyre::poles::ladder::REAL;
 
 /// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
 /// `tyrewave influence --cost`).
@@ -21,6 +22,8 @@ const POLES_BY_DECADE: f64 = 1.25;
 const BY_LAYERS: f64 = 0.37;
 /// Evaluations of the compliance.
 pub const EVALUATIONS: f64 = 2e6;
+/// Points at which the tyre's kernel is held.
+pub const POINTS: usize = REAL.end;
 /// Bytes held for each thread, and what the allocator keeps of them.
 pub const BYTES: f64 = 26e6;
 /// Share of them that the allocator still keeps afterwards (measured).

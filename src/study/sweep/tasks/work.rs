@@ -52,8 +52,10 @@ pub enum Ended {
 pub enum Event<'a> {
     /// It goes on where it had been stopped: time rolled and to be rolled in all \[s\].
     GoesOn([f64; 2]),
-    /// Something the user should know.
+    /// Something that the user may want to know.
     Note(&'a str),
+    /// Something that the user should act on.
+    Warning(&'a str),
     /// It has ended.
     Ended(&'a Ended),
 }
@@ -244,6 +246,10 @@ impl Progress for Told<'_> {
 
     fn note(&mut self, text: &str) {
         (self.tell)(self.number, self.name, Event::Note(text));
+    }
+
+    fn warning(&mut self, text: &str) {
+        (self.tell)(self.number, self.name, Event::Warning(text));
     }
 
     fn finish(&mut self) {}

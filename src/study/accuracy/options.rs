@@ -1,0 +1,64 @@
+//! What a study is asked for.
+
+use serde::Serialize;
+
+use crate::scene::Scene;
+
+/// What a study rolls beside the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sweep {
+    /// The scene's own settings, and every other setting of the knobs of its discretisation, against a reference whose
+    /// doubt is that from one half as fine: minutes.
+    Outline,
+    /// The presets, the scene's own settings, every knob, laws and ways of the sound.
+    Knobs,
+    /// The presets, and each with one setting turned.
+    Neighbours,
+    /// The presets.
+    Nothing,
+}
+
+/// What a study is to do.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StudyOptions {
+    /// Highest frequency compared \[Hz\].
+    pub highest: f64,
+    /// Time compared \[s\].
+    pub duration: f64,
+    /// Combinations rolled.
+    pub runs: usize,
+    /// What is rolled beside the reference.
+    pub sweep: Sweep,
+    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's where the
+    /// presets are rolled.
+    pub elements: Option<usize>,
+    /// Steps per element of the reference; default: 48 steps in a period of `highest`, 24 for an outline.
+    pub substeps: Option<usize>,
+}
+
+impl StudyOptions {
+    /// Highest frequency compared where a scene has none \[Hz\].
+    pub const HIGHEST: f64 = 1000.0;
+    /// Time compared unless asked for \[s\].
+    pub const DURATION: f64 = 1.0;
+    /// Combinations that a whole study rolls unless asked for.
+    pub const RUNS: usize = 12;
+
+    /// An outline of a scene's accuracy.
+    pub fn outline(scene: &Scene) -> Self {
+        Self { runs: 0, sweep: Sweep::Outline, ..Self::whole(scene) }
+    }
+
+    /// Everything.
+    pub fn whole(scene: &Scene) -> Self {
+        Self {
+            highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
+            duration: scene.rolling.duration.min(Self::DURATION),
+            runs: Self::RUNS,
+            sweep: Sweep::Knobs,
+            elements: None,
+            substeps: None,
+        }
+    }
+}

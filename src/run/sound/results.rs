@@ -4,7 +4,7 @@ use crate::numeric::in_parallel;
 use crate::plan::Heard;
 use crate::response::{PowerSpectrum, SpectrumAccumulator};
 use crate::results::ResultsError;
-use crate::results::folder::ResultsFolder;
+use crate::results::files::ResultFiles;
 use crate::results::sound::{
     AudioSummary, PassBySummary, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE, SoundSummary,
     sound_levels_csv, sound_narrow_csv,
@@ -19,7 +19,7 @@ use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::power::{Iso3744, power_level};
 use crate::sound::resample::{FILE_RATE, resample};
-use crate::sound::wav::{SampleFormat, WavError, full_scale_for};
+use crate::sound::wav::{SampleFormat, full_scale_for};
 use crate::sound::{Recording, SoundLevels};
 
 /// Points of a pass-by's level that are written and drawn, a second.
@@ -30,7 +30,7 @@ impl SoundRecorder {
     ///
     /// # Errors
     /// Of the files and pictures.
-    pub fn write(&self, loaded: &LoadedScene, folder: &ResultsFolder) -> Result<SoundSummary, RunError> {
+    pub fn write(&self, loaded: &LoadedScene, folder: &dyn ResultFiles) -> Result<SoundSummary, RunError> {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
         let error = self.sound.error();
@@ -76,7 +76,7 @@ impl SoundRecorder {
         heard: &Heard,
         spectrum: &PowerSpectrum,
         points: &[PowerSpectrum],
-        folder: &ResultsFolder,
+        folder: &dyn ResultFiles,
     ) -> Result<ReceiverSummary, RunError> {
         let levels = vouched(spectrum);
         let mut summary = ReceiverSummary {
@@ -139,7 +139,7 @@ fn write_pass_by(
     heard: &Heard,
     passing: &Passing,
     levels: &[Vec<f64>],
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
 ) -> Result<PassBySummary, RunError> {
     let maxima: Vec<f64> = levels.iter().filter_map(|levels| passing.highest(levels)).collect();
     let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
@@ -158,16 +158,17 @@ fn write_pass_by(
     let place = format!("{who}_ahead_of_microphone_m");
     let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
     let text = csv(["time_s", &place, "level_db_a_fast"], rows);
-    folder.write_text(&format!("pass_by_{}.csv", heard.file), &text)?;
+    let file = format!("pass_by_{}.csv", heard.file);
+    folder.write_text(&file, &text)?;
     if loaded.scene.outputs.plots {
         draw_pass_by(loaded, heard, &told, folder)?;
     }
-    Ok(PassBySummary { passages: levels.len(), maximum, deviation })
+    Ok(PassBySummary { file, passages: levels.len(), maximum, deviation })
 }
 
 /// The file to listen to of a passage; of a vehicle it says how many tyres are in it.
 fn write_passing_audio(
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
     heard: &Heard,
     HeardPassing { sound, sounding, .. }: HeardPassing,
 ) -> Result<AudioSummary, RunError> {
@@ -195,7 +196,7 @@ fn mean(spectra: &[PowerSpectrum]) -> Option<PowerSpectrum> {
 }
 
 fn write_audio(
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
     name: &str,
     channels: Vec<Vec<f64>>,
     description: &str,
@@ -210,10 +211,7 @@ fn write_audio(
         format: SampleFormat::Integer24,
         description: description.to_owned(),
     };
-    let path = folder.path(&file);
-    recording.write(&path).map_err(|source| match source {
-        WavError::Write(source) => ResultsError::Write { path, source },
-        other => ResultsError::Audio { path, source: Box::new(other) },
-    })?;
+    let unusable = |source| ResultsError::Audio { path: file.clone().into(), source: Box::new(source) };
+    folder.write(&file, &recording.to_bytes().map_err(unusable)?)?;
     Ok(AudioSummary { file, full_scale: recording.full_scale, seconds, tyres: None })
 }

@@ -111,9 +111,13 @@ def test_files_are_answered_as_files(tmp_path: Path, scene: tyrewave.Scene) -> N
         tyrewave.open(tmp_path / "nothing")
     with pytest.raises(FileNotFoundError, match="nothing to resume"):
         tyrewave.resume(tmp_path / "nothing")
-    (tmp_path / "summary.json").write_text("{}")
-    with pytest.raises(ValueError, match="not a tyrewave results folder"):
-        tyrewave.open(tmp_path)
+    with pytest.raises(NotADirectoryError):
+        tyrewave.open(tmp_path / "thesis/chapter.tex")
+    for summary in (None, "", "{}", "[1]", '{"format": "other"}'):
+        if summary is not None:
+            (tmp_path / "summary.json").write_text(summary)
+        with pytest.raises(ValueError, match="not a tyrewave results folder"):
+            tyrewave.open(tmp_path)
     if sys.platform == "linux":
         with pytest.raises(OSError, match="/proc"):
             scene.run("/proc/nothing")

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,12 @@ import tyrewave
 
 ARRAYS = ["time", "total_force", "patch_force", "patch_element"]
 SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.2]}], "radiation.quality": "draft"}
+PASSED = SOUND | {
+    "rolling.speed_kmh": 130.0,
+    "rolling.duration": 3.0,
+    "receiver": [{"name": "1", "position": [0.0, 0.7, 0.3]}, {"name": "line", "standard": "coast-by"}],
+    "outputs.vibration": {"points": [0.1], "elements": [3], "map": True},
+}
 
 
 @pytest.fixture(autouse=True)
@@ -51,6 +58,62 @@ def test_memory_holds_what_a_folder_does(scene: tyrewave.Scene, tmp_path: Path) 
     assert memory.units == {"time": "s", "total_force": "N", "patch_force": "N", "patch_element": "1"}
 
 
+def test_vibration_pressures_and_passages_are_in_memory_as_in_a_folder(tmp_path: Path) -> None:
+    scene = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | PASSED)
+    folder, memory = scene.run(tmp_path / "a"), scene.run()
+    assert memory.keys() == folder.keys() and "vibration_map_tread_material" in memory
+    for name in memory:
+        assert memory[name].tobytes() == folder[name].tobytes(), name
+    without = {"cost": None, "files": None}
+    assert memory.summary | without == folder.summary | without
+    tables = [path.name for path in (tmp_path / "a").glob("*.csv")]
+    assert {"vibration.csv", "sound_narrow.csv", "pass_by_line.csv"} <= set(tables)
+    for name in tables:
+        same_table(memory.table(name), folder.table(name))
+    assert set(memory.vibration["field"]) == {"tread", "belt"}
+    assert list(memory.sound) == ["1", "line"]
+    for name in memory.sound:
+        rate, pressures = memory.pressure(name)
+        assert rate == 48000 and 1e-4 < np.abs(pressures).max() < 100.0
+        assert pressures.tobytes() == folder.pressure(name)[1].tobytes()
+    same_table(memory.pass_by("line"), folder.pass_by("line"))
+    assert memory.pass_by("line").units["time_s"] == "s"
+    for results in (memory, folder):
+        with pytest.raises(KeyError, match="'line'"):
+            results.pass_by("1")
+        with pytest.raises(KeyError, match="'1', 'line'"):
+            results.pressure("near")
+
+
+def same_table(found: tyrewave.Table, expected: tyrewave.Table) -> None:
+    assert found.keys() == expected.keys()
+    for name, column in found.items():
+        assert column.dtype == expected[name].dtype, name
+        assert np.array_equal(column, expected[name], equal_nan=column.dtype.kind == "f"), name
+
+
+def test_tables_have_units_and_masks(tmp_path: Path) -> None:
+    results = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | PASSED).run(tmp_path / "a")
+    tables = {path.name: results.table(path.name) for path in (tmp_path / "a").glob("*.csv")}
+    assert len(tables) == 6, tables.keys()
+    for file, table in tables.items():
+        for name, column in table.items():
+            assert column.dtype.kind in "fbU" and (column.dtype.kind == "f") == (name in table.units), (file, name)
+    force = results.spectra
+    assert force["valid"].dtype == np.bool_ and force["valid"].any()
+    assert force.units["level_db_re_1n"] == "dB re 1 N" and force.units["nominal_hz"] == "Hz"
+    assert np.array_equal(force.where(force["valid"])["nominal_hz"], force["nominal_hz"][force["valid"]])
+    heard = results.sound["1"]
+    assert heard.units["level_db_a"] == "dB(A)" and heard["valid"].dtype == np.bool_
+    assert results.vibration.units["level_db_re_1m_s"] == "dB re 1 m/s" and results.vibration.units["position_m"] == "m"
+
+
+def test_a_dataset_without_xarray_says_what_to_install(scene: tyrewave.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ImportError, match="pip install xarray"):
+        scene.run().to_xarray()
+
+
 def test_an_axle_that_moves_is_recorded_in_both(tmp_path: Path) -> None:
     axle = {"rolling.axle": {"mass": 350.0, "stiffness": 2e4, "damping": 1e3, "load": 3400.0}}
     moving = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=axle | {key: SMALL[key] for key in list(SMALL)[:4]})
@@ -64,6 +127,7 @@ def test_sound_is_heard_in_memory_and_in_a_folder(tmp_path: Path) -> None:
     levels = memory.sound["near"]
     assert np.array_equal(levels["level_db_a"], folder.sound["near"]["level_db_a"], equal_nan=True)
     assert 60.0 < np.nanmax(levels["level_db_a"]) < 130.0
+    assert levels["valid"].dtype == np.bool_
     if importlib.util.find_spec("xarray"):
         heard_by = memory.to_xarray()["sound_level_a"].sel(receiver="near")
         assert heard_by.attrs["units"] == "dB(A)" and np.array_equal(

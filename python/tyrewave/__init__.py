@@ -24,6 +24,8 @@ from tyrewave._plan import Plan
 from tyrewave._results import Results, RunWarning, open_results, resume
 from tyrewave._scene import Scene
 from tyrewave._signal import third_octaves
+from tyrewave._sweep import Sweep
+from tyrewave._table import Table
 
 open = open_results
 
@@ -35,6 +37,8 @@ __all__ = [
     "RunWarning",
     "Scene",
     "SceneError",
+    "Sweep",
+    "Table",
     "indent",
     "open",
     "resume",

@@ -12,12 +12,14 @@ __all__ = [
     "Scene",
     "SceneError",
     "compliance",
+    "effects",
     "heights",
     "indent",
     "influence",
     "influence_spectrum",
     "mobility",
     "plan",
+    "radiation",
     "read_sound",
     "resume",
     "road_description",
@@ -25,7 +27,9 @@ __all__ = [
     "run_to_folder",
     "slice_curve",
     "slice_displacements",
+    "sweep",
     "third_octaves",
+    "tyre",
 ]
 
 _Progress: TypeAlias = Callable[[str, int, int], object]
@@ -91,4 +95,26 @@ def indent(
 def third_octaves(
     signal: NDArray[np.float64], time_step: float, reference: float, lowest: float, segment: float | None = None
 ) -> dict[str, NDArray[np.float64]]: ...
-def read_sound(path: _Path) -> tuple[int, NDArray[np.float64]]: ...
+def read_sound(name: str, file: bytes) -> tuple[int, NDArray[np.float64]]: ...
+def tyre(
+    scene: Scene,
+    range: tuple[int, int, float],
+    under: tuple[Sequence[float], bool],
+    mobility: tuple[Sequence[float], int],
+    threads: int | None = None,
+    progress: _Progress | None = None,
+) -> str: ...
+def radiation(
+    scene: Scene, highest: float, points: int, threads: int | None = None, progress: _Progress | None = None
+) -> str: ...
+def effects(
+    scene: Scene, duration: float | None = None, threads: int | None = None, progress: _Progress | None = None
+) -> str: ...
+def sweep(
+    scene: Scene,
+    out: _Path,
+    axes: tuple[Sequence[float], Sequence[float], Sequence[_Path]],
+    factors: Sequence[tuple[str, Sequence[Any]]],
+    threads: int | None = None,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
+import os
 import warnings
 from collections.abc import Iterator, Mapping
 from os import PathLike
@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from tyrewave import _native
 from tyrewave._progress import Told, teller
+from tyrewave._table import Table
 
 if TYPE_CHECKING:
     import xarray
 
 _Path = str | PathLike[str]
-Table = dict[str, NDArray[Any]]
 
 UNITS = {
     "time": "s",
@@ -34,6 +34,8 @@ UNITS = {
     "peak_pressure": "Pa",
     "cells": "N",
     "cells_time": "s",
+    "vibration_map_frequency": "Hz",
+    "vibration_map_wavenumber": "1",
 }
 """Units of the arrays."""
 
@@ -66,14 +68,14 @@ class Results(Mapping[str, NDArray[Any]]):
     summary: dict[str, Any]
     """What was run, how it went, what it cost: `summary.json` of a results folder."""
     units: dict[str, str]
-    """Units of the arrays."""
+    """Units of the arrays; those of a table are in its own `units`."""
 
     def __init__(
-        self, arrays: dict[str, NDArray[Any]], summary: dict[str, Any], tables: dict[str, str], folder: Path | None
+        self, arrays: dict[str, NDArray[Any]], summary: dict[str, Any], files: dict[str, bytes], folder: Path | None
     ) -> None:
-        self._arrays, self._tables = arrays, tables
+        self._arrays, self._files = arrays, files
         self.summary, self.folder = summary, folder
-        self.units = {name: UNITS[name] for name in arrays if name in UNITS}
+        self.units = {name: unit for name in arrays if (unit := _unit(name)) is not None}
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self._arrays[name]
@@ -124,14 +126,14 @@ class Results(Mapping[str, NDArray[Any]]):
     def spectra(self) -> Table:
         """Third octaves of the contact force after the warm-up: the columns of `spectra.csv`, levels in dB re 1 N.
 
-        Empty for a run that is too short. `valid` is 0 for bands that the run does not vouch for.
+        Empty for a run that is too short. `valid` is a mask of the bands that the run vouches for.
         """
         return self.table("spectra.csv")
 
     @property
     def vibration(self) -> Table:
-        """Third octaves of velocities of tread and belt, dB re 1 m/s: the columns of `vibration.csv`, which runs into a
-        folder write where the scene wants them."""
+        """Third octaves of velocities of tread and belt, dB re 1 m/s: the columns of `vibration.csv`; empty unless the
+        scene asks for them."""
         return self.table("vibration.csv")
 
     @property
@@ -141,29 +143,49 @@ class Results(Mapping[str, NDArray[Any]]):
         if not table:
             return {}
         names = table.pop("receiver")
-        return {
-            str(name): {column: values[names == name] for column, values in table.items()}
-            for name in dict.fromkeys(names.tolist())
-        }
+        return {str(name): table.where(names == name) for name in dict.fromkeys(names.tolist())}
 
     def table(self, name: str) -> Table:
         """Columns of a table of the run, by its file's name; empty where it has none. An empty cell is NaN."""
-        text = self._tables.get(name)
-        if text is None and self.folder is not None and (self.folder / name).is_file():
-            text = (self.folder / name).read_text(encoding="utf-8")
-        return {} if text is None else _columns(text)
+        content = self._file(name)
+        return Table({}) if content is None else Table.of_csv(content.decode("utf-8"))
+
+    def pass_by(self, receiver: str) -> Table:
+        """Level against time as the tyre, or the vehicle, passes a receiver beside the road: A-weighted, time weighting
+        F, mean over the passages. A `KeyError` where nothing passes it, or the run is too short for a passage."""
+        return self.table(self._heard(receiver, "pass_by", "passage")["file"])
 
     def pressure(self, receiver: str) -> tuple[int, NDArray[np.float64]]:
-        """The sound at a receiver, of a run into a folder: samples a second, and pressures [Pa], [samples, channels]."""
-        heard = self.summary.get("sound") or {"receivers": []}
-        audio = next((entry.get("audio") for entry in heard["receivers"] if entry["name"] == receiver), None)
-        if audio is None or self.folder is None:
-            raise KeyError(f"no sound file of a receiver {receiver!r}")
-        return _native.read_sound(self.folder / audio["file"])
+        """The sound at a receiver: samples a second, and pressures [Pa], [samples, channels]. A `KeyError` where it is
+        not recorded."""
+        name = self._heard(receiver, "audio", "sound")["file"]
+        content = self._file(name)
+        if content is None:
+            raise KeyError(f"{name} is not there any more")
+        return _native.read_sound(name, content)
+
+    def _heard(self, receiver: str, key: str, what: str) -> dict[str, Any]:
+        """What the summary says of a file of a receiver."""
+        heard = (self.summary.get("sound") or {"receivers": []})["receivers"]
+        found: dict[str, Any] | None = next((entry.get(key) for entry in heard if entry["name"] == receiver), None)
+        if found is None:
+            names = ", ".join(repr(entry["name"]) for entry in heard if entry.get(key)) or "none"
+            raise KeyError(f"no {what} at a receiver {receiver!r}; those that have one: {names}")
+        return found
+
+    def _file(self, name: str) -> bytes | None:
+        """Content of a file of the run."""
+        if self.folder is None:
+            return self._files.get(name)
+        path = self.folder / name
+        return path.read_bytes() if path.is_file() else None
 
     def to_xarray(self) -> xarray.Dataset:
         """Arrays and third octaves as a dataset, units and names in the attributes. Needs xarray."""
-        import xarray
+        try:
+            import xarray
+        except ImportError as missing:
+            raise ImportError("to_xarray needs the package xarray: pip install xarray") from missing
 
         across = {"patch_force": "column", "row_force": "row"}
         data: dict[str, Any] = {}
@@ -178,7 +200,7 @@ class Results(Mapping[str, NDArray[Any]]):
             coordinates["band"] = ("band", bands["nominal_hz"], {"units": "Hz", "long_name": "nominal frequency"})
             attributes = {"units": "dB", "long_name": "contact force level re 1 N"}
             data["force_level"] = ("band", bands["level_db_re_1n"], attributes)
-            data["force_level_valid"] = ("band", bands["valid"] > 0, {"long_name": "whether the run vouches for it"})
+            data["force_level_valid"] = ("band", bands["valid"], {"long_name": "the run vouches for it"})
         if heard := self.sound:
             tables = list(heard.values())
             bands_heard = tables[0]["nominal_hz"]
@@ -191,37 +213,38 @@ class Results(Mapping[str, NDArray[Any]]):
                 levels = np.stack([table[column] for table in tables])
                 attributes = {"units": units, "long_name": "sound pressure level re 20 uPa"}
                 data[name] = (["receiver", "sound_band"], levels, attributes)
+            valid = np.stack([table["valid"] for table in tables])
+            data["sound_level_valid"] = (["receiver", "sound_band"], valid, {"long_name": "the run vouches for it"})
         about = {name: self.summary[name] for name in ("title", "version", "scene_sha256")}
         return xarray.Dataset(data, coordinates, about)
 
 
-def _columns(text: str) -> Table:
-    rows = csv.reader(io.StringIO(text))
-    header = next(rows)
-    columns = list(zip(*rows, strict=True)) or [()] * len(header)
-
-    def column(cells: tuple[str, ...]) -> NDArray[Any]:
-        try:
-            return np.array([float(cell) if cell else np.nan for cell in cells])
-        except ValueError:
-            return np.array(cells)
-
-    return {name: column(cells) for name, cells in zip(header, columns, strict=True)}
+def _unit(array: str) -> str | None:
+    return "m^2/s^2/Hz" if array.startswith("vibration_map_") and array not in UNITS else UNITS.get(array)
 
 
 def in_memory(found: dict[str, Any]) -> Results:
     """Results from what a run has handed over."""
-    summary = json.loads(found.pop("summary"))
-    tables = {name: found.pop(name) for name in list(found) if name.endswith(".csv")}
-    return Results(found, summary, {name: text for name, text in tables.items() if text is not None}, None)
+    summary, files = json.loads(found.pop("summary")), found.pop("files")
+    for name in [name for name in files if name.endswith(".npy")]:
+        found[name.removesuffix(".npy")] = np.load(io.BytesIO(files.pop(name)), allow_pickle=False)
+    return Results(found, summary, files, None)
 
 
 def open_results(folder: _Path) -> Results:
-    """Opens a results folder, of a run that is complete or not. Arrays are mapped, not read."""
+    """Opens a results folder, of a run that is complete or not. Arrays are mapped, not read.
+
+    What is not there is a `FileNotFoundError`, a file a `NotADirectoryError`, any other folder a `ValueError`.
+    """
     place = Path(folder)
-    summary = json.loads((place / "summary.json").read_text(encoding="utf-8"))
+    # The system's own error where it is no folder.
+    names = os.listdir(place)
+    try:
+        summary = json.loads((place / "summary.json").read_text(encoding="utf-8")) if "summary.json" in names else None
+    except ValueError:
+        summary = None
     if not isinstance(summary, dict) or summary.get("format") != "tyrewave results":
-        raise ValueError(f"{place} is not a tyrewave results folder")
+        raise ValueError(f"{place} is not a tyrewave results folder: it has no summary.json of one")
     arrays: dict[str, NDArray[Any]] = {
         path.stem: np.load(path, mmap_mode="r", allow_pickle=False) for path in sorted(place.glob("*.npy"))
     }

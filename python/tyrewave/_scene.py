@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,9 @@ from tyrewave._contact import numbers
 from tyrewave._plan import Plan
 from tyrewave._progress import Told, teller
 from tyrewave._results import Results, in_memory, open_results, warned
+from tyrewave._sweep import Sweep
+from tyrewave._sweep import warned as warned_of
+from tyrewave._table import Table
 
 _Path = str | PathLike[str]
 
@@ -94,7 +98,7 @@ class Scene:
     ) -> Results:
         """Rolls the tyre: into memory, or into the folder `out`, which gets the very bytes of the command line.
 
-        Cells, vibration and sounds to listen to are in folders only. `progress` is called some ten times a second as
+        Memory holds what the folder does, pictures and arrays of cells excepted. `progress` is called some ten times a second as
         `progress(stage, done, total)`, `total` being 0 where it is not known; True: a line on standard error. What is
         raised in it, and Ctrl-C, stops the run after its step; a run into a folder is kept then, the exception's `kept`
         says where, and `tyrewave.resume` goes on. Results do not depend on `threads` (default: all processors).
@@ -103,6 +107,91 @@ class Scene:
         if out is None:
             return warned(in_memory(_native.run_in_memory(self._native, threads, told)), 2)
         return warned(open_results(_native.run_to_folder(self._native, out, threads, told)), 2)
+
+    def sweep(
+        self,
+        out: _Path,
+        *,
+        speed_kmh: ArrayLike | None = None,
+        load: ArrayLike | None = None,
+        road: Sequence[_Path] = (),
+        set: Mapping[str, Sequence[Any]] | None = None,
+        threads: int | None = None,
+        progress: Told | bool | None = None,
+    ) -> Sweep:
+        """Rolls every combination of speeds [km/h], loads [N], road files and values of other keys, each into a folder
+        of its own below `out`, several at a time.
+
+        `set` has the values of a key, `{"road.seed": [1, 2, 3]}`; over those of seeds there are means. The same call
+        again leaves alone what is finished and goes on with the rest. Failed variants are a `RunError`; the others are
+        done then.
+        """
+        values: dict[str, list[Any]] = {
+            "speed_kmh": [] if speed_kmh is None else numbers(speed_kmh),
+            "load": [] if load is None else numbers(load),
+            "road": list(road),
+        }
+        factors = [(key, list(listed)) for key, listed in (set or {}).items()]
+        for name, listed in [*values.items(), *factors]:
+            if len({repr(value) for value in listed}) < len(listed):
+                raise ValueError(f"{name}: a value is given twice")
+        if not (factors or any(values.values())):
+            raise ValueError("nothing is varied: give speed_kmh, load, road, or set, such as {'road.seed': [1, 2, 3]}")
+        axes = (values["speed_kmh"], values["load"], values["road"])
+        found = _native.sweep(self._native, out, axes, factors, threads, teller(progress))
+        return warned_of(Sweep(Path(out), found), 2)
+
+    def effects(
+        self, *, duration: float | None = None, threads: int | None = None, progress: Told | bool | None = None
+    ) -> Table:
+        """What each effect is worth: the columns of `effects.csv`, a row for each run without any effect, with all, with
+        one alone (`+`), with all but one (`-`).
+
+        `duration` [s] is rolled after the warm-up for each, by default the scene's, at most 3 s.
+        """
+        return Table.of_csv(_native.effects(self._native, duration, threads, teller(progress)))
+
+    def tyre(
+        self,
+        *,
+        waves: int = 10,
+        lateral: int = 3,
+        highest: float = 500.0,
+        load: ArrayLike = (2943.0, 3433.5, 3924.0),
+        rolling: bool = False,
+        patch: ArrayLike = (0.05, 0.02, 0.01, 0.005),
+        points: int = 300,
+        threads: int | None = None,
+        progress: Told | bool | None = None,
+    ) -> dict[str, Any]:
+        """What kind of tyre it is, as `tyre.json` of `tyrewave tyre` has it: modes, stiffness and patch under loads,
+        mobility.
+
+        Modes with up to `waves` periods round the tyre, of the `lateral` lowest numbers across it, up to `highest` [Hz];
+        loads [N], with the mean length of the patch at the scene's speed if `rolling`; mobility of square patches [m]
+        at so many `points` over frequency.
+        """
+        under, mobility = (numbers(load), rolling), (numbers(patch), points)
+        told = _native.tyre(self._native, (waves, lateral, highest), under, mobility, threads, teller(progress))
+        described: dict[str, Any] = json.loads(told)
+        return described
+
+    def radiation(
+        self,
+        *,
+        highest: float = 2500.0,
+        points: int = 16,
+        threads: int | None = None,
+        progress: Told | bool | None = None,
+    ) -> dict[str, Any]:
+        """How the tyre radiates as it stands on a road, as `radiation.json` of `tyrewave radiation` has it: transfers
+        [1/m] and horn amplification [dB] at some receivers, directivity on a circle, which waves radiate.
+
+        At so many `points` from 100 Hz to `highest` [Hz].
+        """
+        told = _native.radiation(self._native, highest, points, threads, teller(progress))
+        described: dict[str, Any] = json.loads(told)
+        return described
 
     def compliance(self, around: ArrayLike, frequency: ArrayLike, *, lateral: int = 0) -> NDArray[np.complex128]:
         """Compliance C [m/Pa] of the tread's surface, [waves, frequencies, 3, 3]: displacement i for unit traction j.

@@ -5,19 +5,15 @@ use tyrewave::counters::Stage;
 use tyrewave::plan::bytes;
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::summary::RollingResistance;
-use tyrewave::results::table::{Report, Table, aligned, csv, optional, row};
+use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::sound::SoundLevels;
-use tyrewave::study::effects::{self, Comparison, Effect, Worth};
+use tyrewave::study::effects::{self, Comparison, Effect, LONGEST, Way};
 use tyrewave::study::trial::{LOWEST_BAND, Trial, level_changes};
 
 use super::context::Context;
 use super::error::CliError;
 use super::options::positive;
 use super::side::Place;
-
-/// Longest time rolled for each variant unless asked for \[s\].
-const LONGEST: f64 = 3.0;
 
 const EXAMPLES: &str = "\
 Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but \
@@ -54,7 +50,7 @@ impl EffectsArguments {
         drop(progress);
         let mut report = report(&comparison);
         side.file("effects.txt", report.to_string());
-        side.file("effects.csv", to_csv(&comparison));
+        side.file("effects.csv", comparison.csv());
         for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
             let title = format!("Levels, {}: {}", way.title(), side.loaded.title());
             if let Some(plot) = plot(&comparison, way, &title) {
@@ -66,49 +62,9 @@ impl EffectsArguments {
     }
 }
 
-/// How an effect is switched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
-    /// Alone, compared with none.
-    Added,
-    /// All but this, compared with all.
-    TakenAway,
-}
-
-impl Way {
-    const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
-
-    const fn title(self) -> &'static str {
-        match self {
-            Self::Added => "each effect alone",
-            Self::TakenAway => "all effects but one",
-        }
-    }
-
-    const fn sign(self) -> char {
-        match self {
-            Self::Added => '+',
-            Self::TakenAway => '-',
-        }
-    }
-}
-
-/// The effects that the scene can have, each with its run and what that is compared with.
-fn runs(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
-    let Comparison { base, all, effects, .. } = comparison;
-    let run = |worth| match worth {
-        &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
-            Way::Added => (effect, alone, base),
-            Way::TakenAway => (effect, without, all),
-        }),
-        Worth { found: Err(_), .. } => None,
-    };
-    effects.iter().filter_map(run).collect()
-}
-
 /// Those that change any level by as much as is shown.
 fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
-    let mut runs = runs(comparison, way);
+    let mut runs = comparison.runs(way);
     runs.retain(|(_, found, reference)| changes(found, reference).any(|(_, change)| change.abs() >= 0.05));
     runs
 }
@@ -127,19 +83,6 @@ fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (
 fn largest<'a>(changes: impl Iterator<Item = (&'a BandLevel, f64)>) -> String {
     let largest = changes.filter(|(_, change)| change.is_finite()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     largest.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
-}
-
-/// Every run with its name and what it is compared with, in the order of the tables.
-fn rolled(comparison: &Comparison) -> Vec<(String, &Trial, Option<&Trial>)> {
-    let Comparison { base, all, doubts, .. } = comparison;
-    let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
-    for way in Way::ALL {
-        let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
-        let runs = runs(comparison, way).into_iter();
-        rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
-    }
-    rolled.extend(doubts.iter().map(|(name, found)| (name.clone(), found, Some(all))));
-    rolled
 }
 
 fn report(comparison: &Comparison) -> Report {
@@ -165,7 +108,7 @@ fn report(comparison: &Comparison) -> Report {
             bytes(found.memory()),
         ]
     };
-    let rows = rolled(comparison).into_iter().map(|(name, found, reference)| row(&name, found, reference));
+    let rows = comparison.rolled().into_iter().map(|(name, found, reference)| row(&name, found, reference));
     let header = [
         "effects",
         "mean force",
@@ -238,7 +181,7 @@ fn heard(comparison: &Comparison) -> Option<Table> {
         cells
     };
     let mut rows = vec![row("all".to_owned(), all, false)];
-    for (effect, found, _) in runs(comparison, Way::TakenAway) {
+    for (effect, found, _) in comparison.runs(Way::TakenAway) {
         rows.push(row(format!("- {}", effect.title()), found, true));
     }
     rows.extend(doubts.iter().map(|(name, found)| row(name.clone(), found, true)));
@@ -253,30 +196,6 @@ fn worst_of(found: &SoundLevels, reference: &SoundLevels) -> String {
     let changes = level_changes(&found.third_octaves, &reference.third_octaves)
         .filter(|(band, _)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND);
     largest(changes)
-}
-
-fn to_csv(comparison: &Comparison) -> String {
-    let bands = comparison.base.levels.iter().map(|band| format!("level_db_re_1n_{}hz", band.band.nominal_frequency()));
-    let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"].into_iter();
-    let receivers: Vec<String> = comparison.all.heard().into_iter().map(|(rated, _)| rated.name).collect();
-    let sounds = receivers.iter().map(|name| format!("level_db_a_{name}"));
-    let header = header.chain(RollingResistance::COLUMNS).map(str::to_owned).chain(bands).chain(sounds);
-    let rows = rolled(comparison).into_iter().map(|(name, found, _)| {
-        let valid = found.levels.iter().rfind(|band| band.valid);
-        let valid = valid.map_or(0.0, |band| band.band.nominal_frequency());
-        let [force, length, memory] = [found.mean_force(), found.contact_length(), found.memory()];
-        let mut cells = row([&name, &force, &length, &found.seconds, &memory, &valid]);
-        cells.extend(RollingResistance::cells(found.results.rolling_resistance));
-        cells.extend(found.levels.iter().map(|band| band.level.to_string()));
-        let heard = found.heard();
-        // Empty where nobody listens.
-        cells.extend(receivers.iter().map(|receiver| {
-            let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
-            optional(rated.and_then(|rated| rated.level))
-        }));
-        cells
-    });
-    csv(header, rows)
 }
 
 /// Changes beyond this are cut: next to a change of thirty decibels nobody sees one of three.

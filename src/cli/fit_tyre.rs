@@ -12,13 +12,12 @@ use tyrewave::scene::{LoadedScene, SceneError, Tyre};
 use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::fit_tyre::measured::{Point, read};
 use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
-use tyrewave::tyre::influence::mobility::level;
+use tyrewave::tyre::influence::mobility::{level, phase};
 
 use super::context::Context;
 use super::error::CliError;
 use super::options::{by_name, positive};
 use super::side::Place;
-use super::tyre_views::phase;
 
 const EXAMPLES: &str = "\
 MOBILITY.csv has a header and one line for each measured value, several patches in one file; columns in any order:

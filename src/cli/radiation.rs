@@ -7,6 +7,7 @@ use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::{Plan, bytes};
 use tyrewave::radiation::{Cost, RadiationError, cases};
+use tyrewave::report::radiation::radiation_record;
 use tyrewave::response::pressure::PressureShares;
 use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, LinePlot, Series, ShareMap};
@@ -14,7 +15,7 @@ use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
 use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::loads::Standing;
-use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
+use tyrewave::study::radiation::{AtFrequency, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers};
 use tyrewave::tyre::influence::mobility::frequencies;
 
 use super::context::{Context, print};
@@ -52,8 +53,6 @@ the surface. Printed: pressure and power, or green, case by case, for 1 m/s.
 Examples:
   tyrewave radiation-cases cases.json > computed.json";
 
-/// Frequencies of the directivity \[Hz\].
-const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
 /// Angles round the tyre that shares are told up to.
 const ANGLES: usize = 72;
 /// Waves that are drawn, from n = 0 on.
@@ -66,9 +65,6 @@ const PICTURES: [[&str; 2]; 3] = [
     ["radiating_waves_cpx_front.svg", "radiating_angles_cpx_front.svg"],
     ["radiating_waves_coast_by.svg", "radiating_angles_coast_by.svg"],
 ];
-/// Lowest frequency \[Hz\].
-const LOWEST: f64 = 100.0;
-
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RadiationArguments {
@@ -100,9 +96,7 @@ impl RadiationArguments {
         };
         let radiator = Radiator::new(&scene, &plan, patch).map_err(failed)?;
         let radiator = radiator.ok_or_else(|| CliError::Usage("there is no air that cold".to_owned()))?;
-        let mut asked = frequencies(LOWEST, highest, points);
-        asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
-        asked.sort_by(f64::total_cmp);
+        let asked = asked_frequencies(highest, points);
         let bar = context.bar("boundary elements", asked.len() as u64);
         let open = side.meter.open();
         let found = radiator.at(&asked, context.interrupt.flag(), &|| bar.inc(1)).map_err(failed)?;
@@ -123,24 +117,7 @@ impl RadiationArguments {
         let costs = costs(&radiator, highest).map_err(failed)?;
         side.picture("cost.svg", cost_picture(&costs, &title))?;
         side.file("radiation.csv", views.csv());
-        let answer = json!({
-            "title": title,
-            "patch_length": radiator.patch_length(),
-            "ahead": AHEAD,
-            "receivers": views.named().map(|(name, position)| json!({ "name": name, "position": position })),
-            "circle": { "radius": CIRCLE[0], "height": CIRCLE[1] },
-            "frequencies": found.iter().map(|at| json!({
-                "frequency": at.frequency,
-                "transfer": at.transfers,
-                "horn": at.horn,
-                "circle": at.circle,
-                "pressure": at.shares.iter().map(|shares| shares.pressure.norm()).collect::<Vec<_>>(),
-                "share_up_to_wave": at.shares.iter().map(PressureShares::up_to_wave).collect::<Vec<_>>(),
-                "share_up_to_angle": at.shares.iter().map(|shares| shares.up_to_angle(ANGLES)).collect::<Vec<_>>(),
-                "unknowns": at.unknowns,
-                "reciprocal_condition": at.reciprocal_condition,
-            })).collect::<Vec<_>>(),
-        });
+        let answer = radiation_record(&title, &radiator, &found);
         side.json("radiation.json", &answer);
         side.settings = json!({ "scene": side.settings, "highest": highest, "points": points });
         let mut report = Report::default();

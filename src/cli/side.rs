@@ -8,7 +8,7 @@ use tyrewave::counters::Meter;
 use tyrewave::plan::settled;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::Report;
-use tyrewave::results::{PlotError, ResultsFolder};
+use tyrewave::results::{PlotError, ResultFiles, ResultsFolder};
 use tyrewave::scene::LoadedScene;
 
 use super::context::{Context, print};

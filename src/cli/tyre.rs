@@ -1,13 +1,14 @@
 //! `tyrewave tyre`: what kind of tyre a scene has.
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::report::mobility::{LEVEL, plot as mobility_plot};
+use tyrewave::report::tyre::{UnderLoad, tyre_record};
 use tyrewave::results::table::Report;
 use tyrewave::run::{Progress, RunError};
 use tyrewave::study::loads::{Standing, rolling};
-use tyrewave::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
+use tyrewave::tyre::influence::mobility::{driving_point, frequencies};
 use tyrewave::tyre::modes::{modes, radial_compliance};
 
 use super::context::Context;
@@ -15,7 +16,7 @@ use super::error::CliError;
 use super::mobility::to_csv as mobility_csv;
 use super::options::positive;
 use super::side::Place;
-use super::tyre_views::{self as views, UnderLoad, phase};
+use super::tyre_views as views;
 
 const EXAMPLES: &str = "\
 Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
@@ -166,14 +167,8 @@ impl TyreArguments {
         side.file("modes.csv", views::modes_csv(&found));
         side.file("loads.csv", views::loads_csv(&under));
         side.file("mobility.csv", mobility_csv(&mobility, &patch));
-        let answer = json!({
-            "title": title,
-            "modes": found.confirmed.iter().map(views::mode_json).collect::<Vec<_>>(),
-            "unconfirmed": found.unconfirmed.iter().map(views::unconfirmed_json).collect::<Vec<_>>(),
-            "element": tyre.circumference / scene.numerics.elements as f64,
-            "loads": under.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
-            "mobility": mobility_json(&mobility),
-        });
+        let element = tyre.circumference / scene.numerics.elements as f64;
+        let answer = tyre_record(&title, element, &found, &under, &mobility);
         side.json("tyre.json", &answer);
         side.settings = json!({
             "scene": side.settings,
@@ -188,24 +183,11 @@ impl TyreArguments {
         let mut report = Report::default();
         report.text(format!("{title}\n\n"));
         report.append(views::modes_report(&found, largest_n));
-        report.append(views::loads_report(&under, tyre.circumference / scene.numerics.elements as f64));
+        report.append(views::loads_report(&under, element));
         report.append(views::mobility_report(&in_table, &names));
         report.text("\n");
         side.finish(context, &report)
     }
-}
-
-/// Frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases \[degrees\].
-fn mobility_json(mobility: &Mobility) -> Value {
-    let of = |column: usize| mobility.values.iter().map(move |row| row[column]);
-    let patches = mobility.patches.iter().enumerate().map(|(column, side)| {
-        json!({
-            "side": side,
-            "level": of(column).map(level).collect::<Vec<_>>(),
-            "phase": of(column).map(phase).collect::<Vec<_>>(),
-        })
-    });
-    json!({ "frequencies": mobility.frequencies, "patches": patches.collect::<Vec<_>>() })
 }
 
 #[cfg(test)]

@@ -4,52 +4,18 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use serde_json::{Value, json};
 use tyrewave::contact::static_contact::StaticContact;
 use tyrewave::report::mobility::Quantity;
+use tyrewave::report::tyre::UnderLoad;
 use tyrewave::results::plots::{Axis, Colours, HeatMap, LinePlot, PlotError, Series};
 use tyrewave::results::table::{Report, aligned, csv, numbers, optional, row};
-use tyrewave::tyre::influence::mobility::{Mobility, level};
+use tyrewave::tyre::influence::mobility::{Mobility, level, phase};
 use tyrewave::tyre::modes::{Mode, Modes, Motion};
 
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;
 
 pub const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
-
-/// What a load does.
-pub struct UnderLoad {
-    /// As it was given.
-    pub label: String,
-    /// The tyre standing.
-    pub standing: StaticContact,
-    /// Mean length of the rolling patch \[m\].
-    pub rolling: Option<f64>,
-}
-
-impl UnderLoad {
-    /// Load over deflection \[N/m\].
-    pub fn secant_stiffness(&self) -> f64 {
-        self.standing.force / self.standing.indentation
-    }
-
-    /// For `tyre.json`.
-    pub fn to_json(&self) -> Value {
-        json!({
-            "load": self.standing.force,
-            "deflection": self.standing.indentation,
-            "secant_stiffness": self.secant_stiffness(),
-            "tangent_stiffness": self.standing.stiffness,
-            "patch_length": self.standing.length,
-            "rolling_patch_length": self.rolling,
-        })
-    }
-}
-
-/// Phase \[degrees\].
-pub fn phase(value: Complex64) -> f64 {
-    value.arg().to_degrees()
-}
 
 /// A row for each n, a column for each lateral number and motion that has modes.
 pub fn modes_report(modes: &Modes, largest_n: usize) -> Report {
@@ -105,24 +71,6 @@ pub fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
     report.text("Driving-point mobility of square patches: dB re 1 m/(N s), phase\n");
     report.table(aligned(header, names.iter().enumerate().map(row)));
     report
-}
-
-/// For `tyre.json`: shares of the motion are circumferential, lateral and radial.
-pub fn mode_json(mode: &Mode) -> Value {
-    json!({
-        "n": mode.n,
-        "m": mode.m,
-        "motion": mode.motion,
-        "frequency": mode.frequency(),
-        "damping": mode.damping(),
-        "pole": [mode.pole.re, mode.pole.im],
-        "shares": mode.shares,
-    })
-}
-
-/// For `tyre.json`.
-pub fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
-    json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })
 }
 
 /// One row for each mode.

@@ -12,11 +12,14 @@ use pyo3::prelude::*;
 use thiserror::Error;
 
 use crate::half_space::HalfSpaceError;
+use crate::radiation::RadiationError;
 use crate::response::SpectrumError;
 use crate::results::{CheckpointError, ResultsError};
 use crate::road::slices::SliceError;
 use crate::run;
 use crate::scene::{self, Diagnostic};
+use crate::study::sweep::SweepError;
+use crate::tyre::modes::ModesError;
 
 create_exception!(
     tyrewave,
@@ -80,6 +83,15 @@ pub(super) enum Failure {
     HalfSpace(#[from] HalfSpaceError),
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    #[error(transparent)]
+    Radiation(#[from] RadiationError),
+    #[error(transparent)]
+    Modes(#[from] ModesError),
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
+    /// Variants of a sweep that failed.
+    #[error("{0}")]
+    Variants(String),
     /// An argument that makes no sense.
     #[error("{0}")]
     Argument(String),
@@ -117,7 +129,13 @@ impl Failure {
         let text = self.to_string();
         match self {
             Self::Run(error) => of_a_run(py, error, text),
-            Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => RunError::new_err(text),
+            Self::Radiation(RadiationError::Interrupted) => PyKeyboardInterrupt::new_err(text),
+            Self::HalfSpace(HalfSpaceError::NotConverged { .. })
+            | Self::Radiation(_)
+            | Self::Modes(_)
+            | Self::Variants(_) => RunError::new_err(text),
+            Self::Sweep(SweepError::Scene { source, .. }) => of_a_scene(py, source),
+            Self::Sweep(SweepError::Road { .. }) => PyValueError::new_err(text),
             Self::HalfSpace(_) | Self::Spectrum(_) | Self::Argument(_) => PyValueError::new_err(text),
             Self::Room(_) => PyMemoryError::new_err(text),
             Self::Inside(_) => PyRuntimeError::new_err(text),

@@ -10,6 +10,7 @@ mod road;
 mod run;
 mod scene;
 mod signal;
+mod study;
 mod tyre;
 mod value;
 mod work;
@@ -31,6 +32,8 @@ mod _native {
     use super::scene::Scene;
     #[pymodule_export]
     use super::signal::{read_sound, third_octaves};
+    #[pymodule_export]
+    use super::study::{effects, radiation, sweep, tyre};
     #[pymodule_export]
     use super::tyre::{compliance, influence, influence_spectrum, mobility};
 }

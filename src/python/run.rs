@@ -1,5 +1,6 @@
 //! Plans and runs.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -7,7 +8,7 @@ use std::time::Instant;
 use ndarray::Array2;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use super::error::Failure;
 use super::scene::Scene;
@@ -16,8 +17,7 @@ use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
 use crate::plan::{Plan, process_memory};
 use crate::report::plan_record;
-use crate::results::sound::sound_levels_csv;
-use crate::results::spectra::{LOWEST_FREQUENCY, force_levels_csv};
+use crate::results::files::FilesInMemory;
 use crate::results::summary::{Cost, Summary};
 use crate::run::look_back::LookBack;
 use crate::run::prepare::checked;
@@ -75,7 +75,8 @@ pub(super) fn resume(
     })
 }
 
-/// Runs a scene: a dictionary of its arrays, and as texts its summary (JSON) and its tables (CSV).
+/// Runs a scene: a dictionary of its arrays, its summary (JSON), and under `files` the content of every other file that
+/// a results folder has at its end, pictures excepted.
 #[pyfunction]
 #[pyo3(signature = (scene, threads=None, progress=None))]
 pub(super) fn run_in_memory<'py>(
@@ -85,14 +86,15 @@ pub(super) fn run_in_memory<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let loaded = &scene.loaded;
-    let InMemory { summary, arrays, spectra, sound } =
+    let InMemory { summary, arrays, files } =
         carried_out(py, threads, progress.as_ref(), |watched| InMemory::of(loaded, watched))?;
     let found = PyDict::new(py);
     let to_json =
         |summary: &Summary| serde_json::to_string(summary).map_err(|error| Failure::Inside(error.to_string()));
     found.set_item("summary", to_json(&summary).map_err(|failure| failure.raised(py))?)?;
-    found.set_item("spectra.csv", spectra)?;
-    found.set_item("sound.csv", sound)?;
+    let contents = PyDict::new(py);
+    files.into_iter().try_for_each(|(name, content)| contents.set_item(name, PyBytes::new(py, &content)))?;
+    found.set_item("files", contents)?;
     let Some(Arrays { columns, time, total_force, patch_force, patch_element, axle }) = arrays else {
         return Ok(found);
     };
@@ -142,8 +144,7 @@ impl Arrays {
 struct InMemory {
     summary: Summary,
     arrays: Option<Arrays>,
-    spectra: Option<String>,
-    sound: Option<String>,
+    files: BTreeMap<String, Vec<u8>>,
 }
 
 impl InMemory {
@@ -182,17 +183,15 @@ impl InMemory {
         })?;
         watched.stage(Stage::Response);
         run.settle();
-        let Run { prepared, record, meter, .. } = &run;
+        let Run { prepared, record, meter, .. } = &mut run;
+        let mut undrawn = loaded.clone();
+        undrawn.scene.outputs.plots = false;
+        let files = FilesInMemory::default();
+        let written = LookBack { loaded: &undrawn, plan: &plan, prepared, record }.write(&files, meter)?;
         let look_back = LookBack { loaded, plan: &plan, prepared, record };
         let spent = cpu.zip(cpu_time()).map(|(before, after)| after.saturating_sub(before));
         let cost = Cost::new(meter, wall.elapsed().as_secs_f64(), rayon::current_num_threads()).with_cpu(spent);
-        let outputs = &plan.scene.outputs;
-        let heard = record.sound.as_ref().map(|sound| sound.heard()).transpose()?;
-        Ok(Self {
-            summary: Summary { complete: true, ..look_back.summary(cost)? },
-            arrays,
-            spectra: look_back.force_levels().filter(|_| outputs.spectra).map(|levels| force_levels_csv(&levels)),
-            sound: heard.map(|heard| sound_levels_csv(&heard.receivers, LOWEST_FREQUENCY, &heard.error)),
-        })
+        let summary = Summary { complete: true, ..look_back.summary(cost, written)? };
+        Ok(Self { summary, arrays, files: files.into_inner() })
     }
 }

@@ -15,14 +15,16 @@ pub(super) struct Scene {
     pub(super) loaded: LoadedScene,
 }
 
+/// A setting in place of a scene's own.
+pub(super) fn setting(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Setting> {
+    let text = to_toml(value, key)?;
+    Setting::parse(&format!("{key}={text}")).map_err(|wrong| Failure::Argument(wrong).raised(value.py()))
+}
+
 /// Settings in place of a scene's own, by key.
-fn settings(py: Python<'_>, given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Setting>> {
-    let setting = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        let key: String = key.extract()?;
-        let value = to_toml(&value, &key)?;
-        Setting::parse(&format!("{key}={value}")).map_err(|wrong| Failure::Argument(wrong).raised(py))
-    };
-    given.map_or_else(|| Ok(Vec::new()), |given| given.iter().map(setting).collect())
+fn settings(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Setting>> {
+    let one = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| setting(&key.extract::<String>()?, &value);
+    given.map_or_else(|| Ok(Vec::new()), |given| given.iter().map(one).collect())
 }
 
 fn checked(py: Python<'_>, loaded: Result<LoadedScene, SceneError>) -> PyResult<Scene> {
@@ -41,14 +43,14 @@ impl Scene {
         allow_outside: bool,
     ) -> PyResult<Self> {
         let reach = if allow_outside { Reach::Anywhere } else { Reach::Folder };
-        checked(py, scene::Scene::load_with(path, &self::settings(py, settings)?, reach))
+        checked(py, scene::Scene::load_with(path, &self::settings(settings)?, reach))
     }
 
     /// Reads a text; `name` stands in messages where a file's name would.
     #[staticmethod]
     #[pyo3(signature = (text, name="scene", settings=None))]
     fn from_toml(py: Python<'_>, text: &str, name: &str, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        checked(py, scene::Scene::from_str_with(text, name, &self::settings(py, settings)?))
+        checked(py, scene::Scene::from_str_with(text, name, &self::settings(settings)?))
     }
 
     /// Reads a dictionary with the keys of a file.

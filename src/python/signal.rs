@@ -1,7 +1,5 @@
 //! Signals: levels of any, and the sounds of a results folder as pressures.
 
-use std::path::PathBuf;
-
 use hound::{SampleFormat, WavReader};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -39,13 +37,12 @@ pub(super) fn third_octaves<'py>(
     Ok(found)
 }
 
-/// A sound file that knows its pascals: samples a second, and pressures \[Pa\], \[samples, channels\].
+/// The content of a sound file that knows its pascals: samples a second, and pressures \[Pa\], \[samples, channels\].
 #[pyfunction]
-pub(super) fn read_sound(py: Python<'_>, path: PathBuf) -> PyResult<(u32, Bound<'_, PyArray2<f64>>)> {
-    let file = std::fs::read(&path)?;
-    let unusable = |what: &dyn std::fmt::Display| Failure::Argument(format!("{}: {what}", path.display())).raised(py);
-    let full_scale = full_scale_of(&file).ok_or_else(|| unusable(&"a sound that does not know its pascals"))?;
-    let mut sound = WavReader::new(file.as_slice()).map_err(|error| unusable(&error))?;
+pub(super) fn read_sound<'py>(py: Python<'py>, name: &str, file: &[u8]) -> PyResult<(u32, Bound<'py, PyArray2<f64>>)> {
+    let unusable = |what: &dyn std::fmt::Display| Failure::Argument(format!("{name}: {what}")).raised(py);
+    let full_scale = full_scale_of(file).ok_or_else(|| unusable(&"a sound that does not know its pascals"))?;
+    let mut sound = WavReader::new(file).map_err(|error| unusable(&error))?;
     let spec = sound.spec();
     let unit = full_scale * 2.0_f64.powi(1 - i32::from(spec.bits_per_sample));
     let pressures: Result<Vec<f64>, hound::Error> = match spec.sample_format {

@@ -24,10 +24,10 @@ const HIGHEST: f64 = 1e5;
 /// Largest number of a wave: far beyond what a tread of millimetres feels.
 const MOST_WAVES: u32 = 1_000_000;
 /// Smallest patch \[m\] whose mobility is summed: the smaller, the more waves.
-const SMALLEST_PATCH: f64 = 1e-3;
+pub(super) const SMALLEST_PATCH: f64 = 1e-3;
 
 /// Refuses numbers out of range.
-fn within(what: &str, values: &[f64], least: f64, most: f64) -> Result<(), Failure> {
+pub(super) fn within(what: &str, values: &[f64], least: f64, most: f64) -> Result<(), Failure> {
     match values.iter().find(|value| !(least..=most).contains(*value)) {
         Some(value) => Err(Failure::Argument(format!("{what} {value}: {least} to {most} can be answered"))),
         None => Ok(()),

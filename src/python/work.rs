@@ -41,6 +41,16 @@ impl Watched {
         (stage, self.done.load(Ordering::Relaxed), self.steps.load(Ordering::Relaxed))
     }
 
+    /// Begins work in so many pieces, each of which calls [`Self::piece_done`].
+    pub(super) fn pieces_of(&self, stage: Stage, count: usize) {
+        self.enter(stage.title(), 0, count as u64);
+    }
+
+    /// Counts a piece.
+    pub(super) fn piece_done(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
     fn enter(&self, stage: &'static str, done: u64, steps: u64) {
         *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage;
         self.done.store(done, Ordering::Relaxed);

@@ -13,11 +13,13 @@ pub mod page;
 pub mod paper;
 mod picture;
 mod plan;
+pub mod radiation;
 pub mod road;
 mod sections;
 pub mod slices;
 pub mod stored;
 mod table;
+pub mod tyre;
 
 pub use compare::Comparison;
 pub use error::ReportError;

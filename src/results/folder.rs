@@ -113,14 +113,6 @@ impl ResultsFolder {
         self.working.join(name)
     }
 
-    /// Writes a whole text file.
-    ///
-    /// # Errors
-    /// [`ResultsError::Create`], [`ResultsError::Write`].
-    pub fn write_text(&self, name: &str, text: &str) -> Result<(), ResultsError> {
-        write_file(&self.path(name), text.as_bytes())
-    }
-
     /// Completes the results and returns their place. All writers must be finished.
     ///
     /// # Errors

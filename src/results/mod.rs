@@ -3,7 +3,7 @@
 //! [`folder`] decides when and under which name the rest appears, `placing` gives it that name; [`checkpoint`] keeps
 //! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run
 //! goes on, [`arrays`] checks them when it goes on again; [`summary`], [`spectra`], [`vibration`] and [`plots`] are
-//! written at its end; [`profile_table`] is for the terminal, [`mod@table`] says how tables look, [`mod@trace`] is for
+//! written at its end, into the folder or, by [`files`], into memory; [`profile_table`] is for the terminal, [`mod@table`] says how tables look, [`mod@trace`] is for
 //! those who want to see when what happened. [`cost`] says what it took.
 
 pub mod arrays;
@@ -11,6 +11,7 @@ pub mod checkpoint;
 pub mod cost;
 mod disk;
 pub mod error;
+pub mod files;
 pub mod folder;
 pub mod npy;
 mod placing;
@@ -26,6 +27,7 @@ pub mod vibration;
 
 pub use checkpoint::CheckpointError;
 pub use error::ResultsError;
+pub use files::ResultFiles;
 pub use folder::ResultsFolder;
 pub use npy::{NpyWriter, Row};
 pub use plots::PlotError;

@@ -259,6 +259,15 @@ impl<T: NpyNumber> NpyWriter<T> {
     }
 }
 
+/// A whole array as the content of a file; values row by row.
+pub fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
+    let rows = values.len().checked_div(row.length()).unwrap_or_default();
+    let mut file = Vec::with_capacity(HEADER_BYTES + size_of_val(values));
+    file.extend_from_slice(&header(T::DESCRIPTOR, row, rows as u64));
+    values.iter().for_each(|&number| file.extend_from_slice(number.bytes().as_ref()));
+    file
+}
+
 /// Magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
 fn header(descriptor: &str, row: Row, rows: u64) -> [u8; HEADER_BYTES] {
     let shape = match row {

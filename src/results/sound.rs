@@ -235,6 +235,9 @@ impl ReceiverSummary {
 /// A tyre passing a microphone.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PassBySummary {
+    /// Name of its table, level against time.
+    #[serde(default)]
+    pub file: String,
     /// Passages that the run was long enough for.
     pub passages: usize,
     /// Mean of their maxima of the A-weighted level, time weighting F \[dB(A)\].

@@ -19,6 +19,7 @@ use crate::numeric::digest::{hexadecimal, sha256};
 use crate::results::ResultsError;
 use crate::results::arrays::WrittenArrays;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
+use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;

@@ -19,7 +19,7 @@ use crate::run::progress::Unwatched;
 use crate::run::record::{Record, StepRecord};
 use crate::run::rolling_resistance::PowerRecorder;
 use crate::run::sound::{HeardSound, SoundRecorder};
-use crate::run::vibration::VibrationRecorder;
+use crate::run::vibration::{HeardVibration, VibrationRecorder};
 use crate::scene::LoadedScene;
 
 /// A run between two of its steps.
@@ -132,6 +132,12 @@ impl Run {
     /// [`StepResult::first_element`] \[N\].
     pub fn forces(&self) -> &[f64] {
         self.prepared.march.forces()
+    }
+
+    /// Velocities of the steps so far, where the scene asks for them and a segment of them is complete.
+    pub fn vibration(&mut self) -> Option<HeardVibration> {
+        let Self { record, meter, .. } = self;
+        record.vibration.as_ref().and_then(|recorder| recorder.found(false, meter)).map(|(heard, _)| heard)
     }
 
     /// Ends the run, wherever it is.

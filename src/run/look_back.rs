@@ -2,13 +2,16 @@
 
 use ndarray::ArrayView2;
 
+use crate::counters::Meter;
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
 use crate::response::BandLevel;
-use crate::results::folder::ResultsFolder;
+use crate::results::files::ResultFiles;
 use crate::results::plots::{ForceMap, ThirdOctavePlot};
+use crate::results::sound::SoundSummary;
 use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::results::vibration::VibrationSummary;
 use crate::run::cell_record::CellRecorder;
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
@@ -23,12 +26,29 @@ pub(crate) struct LookBack<'a> {
     pub(crate) record: &'a Record,
 }
 
+/// What the summary says of what was written at the end of a complete run.
+#[derive(Default)]
+pub(crate) struct Written {
+    vibration: Option<VibrationSummary>,
+    sound: Option<SoundSummary>,
+}
+
 impl LookBack<'_> {
-    /// Writes spectra and pictures, those that are wanted and can be had.
+    /// Writes spectra, pictures, vibration and sound of a complete run, those that are wanted and can be had; what the
+    /// summary says of the latter two.
     ///
     /// # Errors
     /// Of the files and pictures.
-    pub(crate) fn spectra_and_plots(&self, folder: &ResultsFolder) -> Result<(), RunError> {
+    pub(crate) fn write(&self, folder: &dyn ResultFiles, meter: &mut Meter) -> Result<Written, RunError> {
+        let Record { vibration, sound, .. } = self.record;
+        self.spectra_and_plots(folder)?;
+        let vibration = vibration.as_ref().map(|recorder| recorder.write(self.loaded, folder, meter));
+        let sound = sound.as_ref().map(|recorder| recorder.write(self.loaded, folder));
+        Ok(Written { vibration: vibration.transpose()?.flatten(), sound: sound.transpose()? })
+    }
+
+    /// Writes spectra and pictures.
+    fn spectra_and_plots(&self, folder: &dyn ResultFiles) -> Result<(), RunError> {
         let outputs = &self.loaded.scene.outputs;
         let title = self.loaded.title();
         // A run too short for a spectrum has none: the summary's warnings say so.
@@ -83,11 +103,11 @@ impl LookBack<'_> {
         Some(spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))
     }
 
-    /// All that the summary says but the vibration.
+    /// The summary, with what was written.
     ///
     /// # Errors
     /// Settings that JSON cannot hold.
-    pub(crate) fn summary(&self, cost: Cost) -> Result<Summary, RunError> {
+    pub(crate) fn summary(&self, cost: Cost, written: Written) -> Result<Summary, RunError> {
         let march = &self.prepared.march;
         let (totals, counts) = (march.totals(), march.search_counts());
         let steps = march.next_step();
@@ -97,6 +117,7 @@ impl LookBack<'_> {
             LoadResult { wanted, relative_error, tolerance, met: relative_error.abs() <= tolerance }
         });
         let mut summary = Summary::begun(&self.loaded.title(), self.loaded.settings()?, cost);
+        (summary.vibration, summary.sound) = (written.vibration, written.sound);
         summary.outcome = Outcome {
             steps,
             time_step: self.plan.time_step,

@@ -17,7 +17,7 @@ use crate::run::cell_record::CellRecorder;
 use crate::run::checkpoint::{Checkpoint, Checkpoints};
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
-use crate::run::look_back::LookBack;
+use crate::run::look_back::{LookBack, Written};
 use crate::run::prepare::prepare;
 use crate::run::progress::Progress;
 use crate::run::record::Record;
@@ -225,16 +225,10 @@ impl<'a> PlannedRun<'a> {
         record.finish(meter)?;
         progress.stage(Stage::Response);
         let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record };
-        let (mut vibration, mut sound) = (None, None);
+        let mut written = Written::default();
         if !interrupted {
             let open = meter.open();
-            look_back.spectra_and_plots(folder)?;
-            if let Some(recorder) = &record.vibration {
-                vibration = recorder.write(self.loaded, folder, meter)?;
-            }
-            if let Some(recorder) = &record.sound {
-                sound = Some(recorder.write(self.loaded, folder)?);
-            }
+            written = look_back.write(folder, meter)?;
             meter.close(open, Stage::Response);
         }
         let (wall, cpu) = (checkpoints.wall(), checkpoints.cpu());
@@ -247,9 +241,7 @@ impl<'a> PlannedRun<'a> {
             // After the run, and after its peak memory was looked at.
             cost.machine_peak = Some(MachinePeak::measure());
         }
-        let mut summary = look_back.summary(cost)?;
-        summary.vibration = vibration;
-        summary.sound = sound;
+        let summary = look_back.summary(cost, written)?;
         // A load that was missed is an error of the command, which tells it.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
         for warning in

@@ -10,11 +10,16 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
+use crate::response::BandLevel;
+use crate::results::summary::RollingResistance;
+use crate::results::table::{csv, optional, row};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
 use crate::scene::{AirMotion, Axle, LoadedScene, Radiation, Scene, SliceCoupling, Switch, Tread, Vibration, Zone};
 use crate::study::trial::{Trial, Trials};
 
+/// Longest time rolled for each variant unless asked for \[s\].
+pub const LONGEST: f64 = 3.0;
 /// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
 /// given.
 pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
@@ -276,4 +281,88 @@ pub fn compare(
     }
     trials.finish();
     Ok(Comparison { base, all, effects, doubts })
+}
+
+/// How an effect is switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Alone, compared with none.
+    Added,
+    /// All but this, compared with all.
+    TakenAway,
+}
+
+impl Way {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
+
+    /// The way in words.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Added => "each effect alone",
+            Self::TakenAway => "all effects but one",
+        }
+    }
+
+    /// The way in names of runs.
+    pub const fn sign(self) -> char {
+        match self {
+            Self::Added => '+',
+            Self::TakenAway => '-',
+        }
+    }
+}
+
+impl Comparison {
+    /// The effects that the scene can have, each with its run and what that is compared with.
+    pub fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
+        let Self { base, all, effects, .. } = self;
+        let run = |worth| match worth {
+            &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
+                Way::Added => (effect, alone, base),
+                Way::TakenAway => (effect, without, all),
+            }),
+            Worth { found: Err(_), .. } => None,
+        };
+        effects.iter().filter_map(run).collect()
+    }
+
+    /// Every run with its name and what it is compared with, in the order of the tables.
+    pub fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
+        let Self { base, all, doubts, .. } = self;
+        let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
+        for way in Way::ALL {
+            let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
+            let runs = self.runs(way).into_iter();
+            rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
+        }
+        rolled.extend(doubts.iter().map(|(name, found)| (name.clone(), found, Some(all))));
+        rolled
+    }
+
+    /// Every run as a row of numbers.
+    pub fn csv(&self) -> String {
+        let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
+        let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];
+        let receivers: Vec<String> = self.all.heard().into_iter().map(|(rated, _)| rated.name).collect();
+        let sounds = receivers.iter().map(|name| format!("level_db_a_{name}"));
+        let header = header.into_iter().chain(RollingResistance::COLUMNS).map(str::to_owned);
+        let header = header.chain(self.base.levels.iter().map(level)).chain(sounds);
+        let rows = self.rolled().into_iter().map(|(name, found, _)| {
+            let valid = found.levels.iter().rfind(|band| band.valid);
+            let valid = valid.map_or(0.0, |band| band.band.nominal_frequency());
+            let [force, length, memory] = [found.mean_force(), found.contact_length(), found.memory()];
+            let mut cells = row([&name, &force, &length, &found.seconds, &memory, &valid]);
+            cells.extend(RollingResistance::cells(found.results.rolling_resistance));
+            cells.extend(found.levels.iter().map(|band| band.level.to_string()));
+            let heard = found.heard();
+            // Empty in a silent run.
+            cells.extend(receivers.iter().map(|receiver| {
+                let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
+                optional(rated.and_then(|rated| rated.level))
+            }));
+            cells
+        });
+        csv(header, rows)
+    }
 }

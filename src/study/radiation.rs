@@ -18,11 +18,25 @@ use crate::run::sound::WAVES;
 use crate::scene::{AirMotion, Scene};
 use crate::sound::{Air, receivers};
 use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::influence::mobility::frequencies;
 
 /// How far in front of the patch's edge the piece of tread is \[m\].
 pub const AHEAD: f64 = 0.015;
 /// Radius and height of the circle of the directivity \[m\].
 pub const CIRCLE: [f64; 2] = [2.0, 0.3];
+
+/// Lowest frequency \[Hz\].
+pub const LOWEST: f64 = 100.0;
+/// Frequencies of the directivity \[Hz\].
+pub const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
+
+/// So many frequencies from [`LOWEST`] to the highest \[Hz\], and those of the directivity among them.
+pub fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
+    let mut asked = frequencies(LOWEST, highest, points);
+    asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
+    asked.sort_by(f64::total_cmp);
+    asked
+}
 
 /// The receivers, by name.
 pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {

@@ -2,10 +2,13 @@
 # Tries a sweep on a Slurm of this machine alone: 200 tasks, one killed, one requeued; long tasks driven out by others,
 # with and without a time of grace, ended by their time limit, cancelled; then how many scenes a second it does beside a
 # plain sweep. As root, with Debian's slurm-wlm, which it installs where it can.
-# Usage: tests/engines/slurm.sh [PROGRAM]
+# Usage: tests/engines/slurm.sh [PROGRAM [TRIAL...]]; trials, by default each once in this order:
+all=(killed_and_requeued driven_out_without_grace driven_out_with_grace ended_by_their_time_limit cancelled throughput)
 set -u
 PROGRAM=$(readlink -f "${1:-target/release/tyrewave}")
 source "$(dirname "$0")/common.sh"
+trials=("${@:2}")
+[ ${#trials[@]} -gt 0 ] || trials=("${all[@]}")
 [ -x "$PROGRAM" ] || skip "there is no $PROGRAM"
 [ "$(id -u)" = 0 ] || skip "a Slurm of one's own needs root"
 if ! command -v slurmctld > /dev/null; then
@@ -63,71 +66,96 @@ sinfo -h -o %T 2> /dev/null | grep -q idle || { tail -5 "$WORK"/*.log "$WORK"/*.
 echo "$(sinfo --version), $(nproc) processors; $("$PROGRAM" --version)"
 
 until_idle() { while [ -n "$(squeue -h)" ]; do sleep "${1:-0.5}"; ${2:-true}; done; }
-# Slurm lets a job wait for two minutes that was put back into the queue.
+# Slurm lets an element that was put back into the queue wait for two minutes. It may be hastened, but not at once: the
+# credential of its next start must be younger, in whole seconds, than the end of the last one, or the node refuses it
+# ("Job credential revoked") and the element is lost. An element is named by array and number: the array's own number,
+# which its last element has, stands for all of them.
 at_once() {
-    local job
-    for job in $(squeue -h -t PD -o %A); do scontrol update JobId="$job" StartTime=now 2> /dev/null; done
+    local element queued
+    while read -r element queued; do
+        [[ $element = *[* ]] || [ $(($(date +%s) - $(date -d "$queued" +%s))) -lt 3 ] ||
+            scontrol update JobId="$element" StartTime=now 2> /dev/null
+    done < <(squeue -h -t PD -o "%i %V")
 }
 
-begin=$(now)
-"$PROGRAM" sweep "${trial[@]}" --out "$WORK/plain" --quiet > /dev/null || fail "the plain sweep"
-echo "plain sweep of 200 scenes: $(since "$begin") s"
-tasks=$WORK/tasks
-"$PROGRAM" sweep "${trial[@]}" --tasks "$tasks" --chunk 1 --quiet || fail "writing tasks"
-begin=$(now)
-job=$(sbatch --parsable "$tasks/job.slurm") || fail "sbatch"
-until_done "$tasks" 20
-kill_one "$tasks"
-until_done "$tasks" 60
-hold_one "$tasks"
-scontrol requeue "${job}_$number" || fail "requeue"
-kill -CONT "$pid"
-echo "requeued task $number"
-sleep 2
-at_once
-until_idle
-"$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2> "$WORK/told" && fail "the killed task is not missing"
-cat "$WORK/told"
-job=$(sbatch --parsable --array="$(cat "$tasks/missing")" "$tasks/job.slurm") || fail "sbatch of what is missing"
-until_idle
-echo "200 tasks with all that: $(since "$begin") s"
-cat "$tasks"/logs/*.txt > "$WORK/log"
-check "$tasks" "$WORK/log"
+killed_and_requeued() {
+    begin=$(now)
+    "$PROGRAM" sweep "${trial[@]}" --out "$WORK/plain" --quiet > /dev/null || fail "the plain sweep"
+    echo "plain sweep of 200 scenes: $(since "$begin") s"
+    "$PROGRAM" sweep "${trial[@]}" --tasks "$tasks" --chunk 1 --quiet || fail "writing tasks"
+    begin=$(now)
+    job=$(sbatch --parsable "$tasks/job.slurm") || fail "sbatch"
+    until_done "$tasks" 20
+    kill_one "$tasks"
+    until_done "$tasks" 60
+    hold_one "$tasks"
+    scontrol requeue "${job}_$number" || fail "requeue"
+    kill -CONT "$pid"
+    echo "requeued task $number"
+    sleep 4
+    at_once
+    until_idle
+    "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2> "$WORK/told" && fail "the killed task is not missing"
+    cat "$WORK/told"
+    job=$(sbatch --parsable --array="$(cat "$tasks/missing")" "$tasks/job.slurm") || fail "sbatch of what is missing"
+    until_idle
+    echo "200 tasks with all that: $(since "$begin") s"
+    cat "$tasks"/logs/*.txt > "$WORK/log"
+    check "$tasks" "$WORK/log"
+}
 
 # Two long tasks that are ended before they are done, and come back by themselves; but not where they are cancelled.
 long=("${scene[@]}" --set "rolling.duration=${LONG:-4000.0}" --speed 60,80)
-begin=$(now)
-"$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
-echo "plain sweep of two long scenes: $(since "$begin") s"
-drive_out() {
-    sleep 3
-    sbatch --quiet --partition=high --cpus-per-task="$(nproc)" --mem=100M --output=/dev/null --wrap "sleep 3"
-}
-driven_out_without_grace() { drive_out; }
-driven_out_with_grace() { scontrol update PartitionName=low GraceTime=5; drive_out; }
-ended_by_their_time_limit() { true; }
-cancelled() { sleep 5; scancel "$job"; }
-for end in driven_out_without_grace driven_out_with_grace ended_by_their_time_limit cancelled; do
-    tasks=$WORK/$end
-    "$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet || fail "writing long tasks"
-    limit=()
-    # Slurm looks every 30 s, and tells up to 30 s early: after 5 to 35 s here.
-    [ "$end" = ended_by_their_time_limit ] && limit=(--time=1 --signal=B:TERM@25)
-    job=$(sbatch --parsable "${limit[@]}" "$tasks/job.slurm") || fail "sbatch of long tasks"
-    "$end"
-    until_idle 1 at_once
-    echo "long tasks, $end:"
-    grep -ahE 'goes on at|back into' "$tasks"/logs/*.txt | sed 's/^/  /'
-    if [ "$end" = cancelled ]; then
-        "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2>&1 && fail "cancelled tasks came back"
-        job=$(sbatch --parsable --array="$(cat "$tasks/missing")" "$tasks/job.slurm") && until_idle
+long_tasks() {
+    if ! [ -e "$WORK/long-plain" ]; then
+        begin=$(now)
+        "$PROGRAM" sweep "${long[@]}" --out "$WORK/long-plain" --quiet > /dev/null || fail "the plain sweep of long scenes"
+        echo "plain sweep of two long scenes: $(since "$begin") s"
     fi
+    "$PROGRAM" sweep "${long[@]}" --tasks "$tasks" --chunk 1 --quiet || fail "writing long tasks"
+    job=$(sbatch --parsable "$@" "$tasks/job.slurm") || fail "sbatch of long tasks"
+}
+went_on() {
+    until_idle 1 at_once
+    grep -ahE 'goes on at|back into' "$tasks"/logs/*.txt | sed 's/^/  /'
     "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
     cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
     for number in 0 1; do
         grep -q "task $number .*goes on at" "$tasks"/logs/*.txt || fail "task $number did not go on"
     done
-done
-
+}
+drive_out() {
+    sleep 3
+    sbatch --quiet --partition=high --cpus-per-task="$(nproc)" --mem=100M --output=/dev/null --wrap "sleep 3"
+}
+driven_out_without_grace() { long_tasks; drive_out; went_on; }
+driven_out_with_grace() {
+    scontrol update PartitionName=low GraceTime=5
+    driven_out_without_grace
+    scontrol update PartitionName=low GraceTime=0
+}
+ended_by_their_time_limit() {
+    # Slurm looks every 30 s, and tells up to 30 s early: after 5 to 35 s here, which LONG must outlast.
+    long_tasks --time=1 --signal=B:TERM@25
+    went_on
+}
+cancelled() {
+    long_tasks
+    sleep 5
+    scancel "$job"
+    until_idle
+    "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null 2>&1 && fail "cancelled tasks came back"
+    job=$(sbatch --parsable --array="$(cat "$tasks/missing")" "$tasks/job.slurm") || fail "sbatch of what is missing"
+    went_on
+}
 by_engine() { sbatch --quiet "$1/job.slurm" && until_idle 0.1; }
-throughput Slurm "${CHUNK:-250}"
+run_of=0
+for name in "${trials[@]}"; do
+    run_of=$((run_of + 1))
+    tasks=$WORK/$name-$run_of
+    echo "$name:"
+    case "$name" in
+        throughput) throughput Slurm "${CHUNK:-250}" ;;
+        *) [[ " ${all[*]} " = *" $name "* ]] || fail "$name is none of the trials"; "$name" ;;
+    esac
+done

@@ -17,7 +17,9 @@ use tyrewave::response::vibration::{
     VibrationField, field_spectra, point_spectrum,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
+use tyrewave::results::vibration::vibration_levels_csv;
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::run::Run;
 use tyrewave::run::past::fetch;
 use tyrewave::run::prepare::prepare;
 use tyrewave::scene::TimeRule;
@@ -271,6 +273,22 @@ fn what_is_not_wanted_costs_nothing() {
         );
     }
     assert!(with.report.meter.counted(Counter::VibrationTransforms) > 0);
+}
+
+#[test]
+fn a_run_in_memory_has_the_velocities_of_one_in_a_folder() {
+    let keys = vibration("tangential = true\npoints = [0.05]\nelements = [40]\nsegment = 0.2");
+    let text = scene_text(64, ROUGH, &rolling(0.6), &numerics(1, ""), &keys);
+    let loaded = scene(&text);
+    let plan = Plan::of(&loaded).unwrap();
+    let mut in_memory = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+    assert_eq!(in_memory.vibration(), None, "no segment is complete");
+    while in_memory.step().unwrap().is_some() {}
+    let heard = in_memory.vibration().unwrap();
+    let results = run(&text);
+    let table = fs::read_to_string(results.path("vibration.csv")).unwrap();
+    assert_eq!(vibration_levels_csv(&heard.spectra, 20.0), table);
+    assert_eq!(serde_json::to_value(&heard.summary).unwrap(), results.summary()["vibration"]);
 }
 
 #[test]

@@ -19,7 +19,6 @@ use super::passages::Passages;
 use super::way::Way;
 use crate::numeric::in_parallel;
 use crate::plan::{Heard, Sound};
-use crate::results::sound::PassBySummary;
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::energetic_sum;
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;
@@ -110,13 +109,13 @@ impl Passing {
 
     /// Mean and standard deviation of the passages' highest levels while the vehicle's middle is between the lines of
     /// the standard \[dB\].
-    pub(super) fn maxima(&self, levels: &[Vec<f64>]) -> PassBySummary {
+    pub(super) fn maxima(&self, levels: &[Vec<f64>]) -> (f64, f64) {
         let highest = |levels: &Vec<f64>| Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1);
         let maxima: Vec<f64> = levels.iter().filter_map(highest).collect();
         let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
         let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
         let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
-        PassBySummary { passages: levels.len(), maximum, deviation }
+        (maximum, deviation)
     }
 
     /// Has all points keep what the passages within the first so many samples take of them.

@@ -2,7 +2,7 @@
 
 use crate::plan::Heard;
 use crate::response::BandLevel;
-use crate::results::folder::ResultsFolder;
+use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL, SoundError};
 use crate::results::spectra::LOWEST_FREQUENCY;
@@ -15,7 +15,7 @@ pub(super) fn draw_levels(
     loaded: &LoadedScene,
     spectra: &[ReceiverSpectrum],
     error: &SoundError,
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
         .iter()
@@ -42,7 +42,7 @@ pub(super) fn draw_pass_by(
     loaded: &LoadedScene,
     heard: &Heard,
     rows: &[[f64; 3]],
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let title = format!("Passing {}: {}", heard.name, loaded.title());
     let who = if heard.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
@@ -62,7 +62,7 @@ pub(super) fn draw_directivity(
     loaded: &LoadedScene,
     heard: &Heard,
     levels: &[f64],
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let title = format!("Directivity, {}: {}", heard.name, loaded.title());
     let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;

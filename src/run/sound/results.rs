@@ -6,7 +6,7 @@ use crate::numeric::in_parallel;
 use crate::plan::Heard;
 use crate::response::{PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
-use crate::results::folder::ResultsFolder;
+use crate::results::files::ResultFiles;
 use crate::results::sound::{
     AudioSummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE, SoundSummary,
     sound_levels_csv, sound_narrow_csv,
@@ -22,7 +22,7 @@ use crate::sound::band_pass::band_pass;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::power::{Iso3744, power_level};
 use crate::sound::resample::{FILE_RATE, resample};
-use crate::sound::wav::{SampleFormat, WavError, full_scale_for};
+use crate::sound::wav::{SampleFormat, full_scale_for};
 use crate::sound::{Recording, SoundLevels};
 
 /// Points of a pass-by's level that are written and drawn, a second.
@@ -33,7 +33,7 @@ impl SoundRecorder {
     ///
     /// # Errors
     /// Of the files and pictures.
-    pub fn write(&self, loaded: &LoadedScene, folder: &ResultsFolder) -> Result<SoundSummary, RunError> {
+    pub fn write(&self, loaded: &LoadedScene, folder: &dyn ResultFiles) -> Result<SoundSummary, RunError> {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
         let error = self.sound.error();
@@ -89,7 +89,7 @@ impl SoundRecorder {
         heard: &Heard,
         spectrum: &PowerSpectrum,
         points: &[PowerSpectrum],
-        folder: &ResultsFolder,
+        folder: &dyn ResultFiles,
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
         let mut recording = None;
@@ -144,7 +144,7 @@ impl SoundRecorder {
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
         let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
             let level = match self.passing(heard) {
-                Some((passing, found)) => found.ok().map(|found| passing.maxima(&found.levels).maximum),
+                Some((passing, found)) => found.ok().map(|found| passing.maxima(&found.levels).0),
                 None => Some(vouched(&spectrum.spectrum).overall_a),
             };
             RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level }
@@ -181,7 +181,7 @@ fn write_pass_by(
     heard: &Heard,
     passing: &Passing,
     levels: &[Vec<f64>],
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
 ) -> Result<PassBySummary, RunError> {
     let (every, middle) = ((FILE_RATE / LEVELS_A_SECOND) as usize, passing.middle());
     let told: Vec<[f64; 3]> = passing
@@ -196,11 +196,13 @@ fn write_pass_by(
     let place = format!("{who}_ahead_of_microphone_m");
     let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
     let text = csv(["time_s", &place, "level_db_a_fast"], rows);
-    folder.write_text(&format!("pass_by_{}.csv", heard.file), &text)?;
+    let file = format!("pass_by_{}.csv", heard.file);
+    folder.write_text(&file, &text)?;
     if loaded.scene.outputs.plots {
         draw_pass_by(loaded, heard, &told, folder)?;
     }
-    Ok(passing.maxima(levels))
+    let (maximum, deviation) = passing.maxima(levels);
+    Ok(PassBySummary { file, passages: levels.len(), maximum, deviation })
 }
 
 /// What is listened to of a receiver, before its full scale is known.
@@ -227,7 +229,7 @@ impl Audible {
         self.channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()))
     }
 
-    fn write(self, folder: &ResultsFolder, file: String, full_scale: f64) -> Result<AudioSummary, RunError> {
+    fn write(self, folder: &dyn ResultFiles, file: String, full_scale: f64) -> Result<AudioSummary, RunError> {
         let louder = self.peak() * (1.0 + 1e-6) > full_scale;
         let seconds = self.channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
         let recording = Recording {
@@ -237,11 +239,8 @@ impl Audible {
             description: self.description.to_owned(),
             channels: self.channels,
         };
-        let path = folder.path(&file);
-        recording.write(&path).map_err(|source| match source {
-            WavError::Write(source) => ResultsError::Write { path, source },
-            other => ResultsError::Audio { path, source: Box::new(other) },
-        })?;
+        let unusable = |source| ResultsError::Audio { path: file.clone().into(), source: Box::new(source) };
+        folder.write(&file, &recording.to_bytes().map_err(unusable)?)?;
         Ok(AudioSummary { file, full_scale, louder, seconds, tyres: self.tyres })
     }
 }

@@ -24,6 +24,7 @@ use crate::storage::StateError;
 use crate::storage::state::restore_part;
 use answer::TyreAnswer;
 use resolved::{ResolvedForces, ResolvedState};
+pub use results::HeardVibration;
 
 /// Takes in the patch forces of every step.
 pub struct VibrationRecorder {

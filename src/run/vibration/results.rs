@@ -6,8 +6,8 @@ use crate::response::vibration::{
     field_spectra, heard_spectra, point_spectrum,
 };
 use crate::response::{BandLevel, PowerSpectrum};
-use crate::results::folder::ResultsFolder;
-use crate::results::npy::{NpyWriter, Row};
+use crate::results::files::ResultFiles;
+use crate::results::npy::{Row, array_file};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
@@ -22,6 +22,15 @@ use crate::scene::{LoadedScene, TimeRule, Vibration};
 const MATERIAL: &str = "material";
 const MATERIAL_VARYING: &str = "material-varying";
 const NON_ROTATING: &str = "non-rotating";
+
+/// Velocities of a run that keeps its results in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeardVibration {
+    /// Spectra by field, frame and place.
+    pub spectra: Vec<NamedSpectrum>,
+    /// What a summary says of them.
+    pub summary: VibrationSummary,
+}
 
 /// What a complete run gave.
 struct Heard {
@@ -42,36 +51,37 @@ impl VibrationRecorder {
     pub fn write(
         &self,
         loaded: &LoadedScene,
-        folder: &ResultsFolder,
+        folder: &dyn ResultFiles,
         meter: &mut Meter,
     ) -> Result<Option<VibrationSummary>, RunError> {
-        let Some(patch) = self.accumulator.finish() else { return Ok(None) };
-        let vibration = &self.wanted;
-        // The power balance is the tread's.
-        let mut fields = vec![VibrationField::Tread];
-        fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
-        let rule = self.accumulator.layout().rule;
-        let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps: vibration.map };
-        let Some(Heard { spectra, of_tyre, put_into_waves, dissipated, dissipated_by_tyre }) =
-            self.heard(&patch, &request, meter)
-        else {
+        let Some((HeardVibration { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
             return Ok(None);
         };
-
-        let named = self.named(vibration, &patch, &spectra);
-        let levels = vibration_levels_csv(&named, LOWEST_FREQUENCY);
-        folder.write_text(VIBRATION_FILE, &levels)?;
+        folder.write_text(VIBRATION_FILE, &vibration_levels_csv(&named, LOWEST_FREQUENCY))?;
         folder.write_text(VIBRATION_NARROW_FILE, &vibration_narrow_csv(&named))?;
         if loaded.scene.outputs.plots {
             draw_levels(loaded, &named, folder)?;
         }
-        self.write_maps(loaded, vibration, &spectra, folder, meter)?;
+        self.write_maps(loaded, &self.wanted, &fields, folder, meter)?;
+        Ok(Some(summary))
+    }
+
+    /// What it has taken in of a complete run, with maps where they are wanted.
+    pub(crate) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
+        let patch = self.accumulator.finish()?;
+        // The power balance is the tread's.
+        let mut fields = vec![VibrationField::Tread];
+        fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
+        let rule = self.accumulator.layout().rule;
+        let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps };
+        let Heard { spectra, of_tyre, put_into_waves, dissipated, dissipated_by_tyre } =
+            self.heard(&patch, &request, meter)?;
 
         let layout = &patch.layout;
         let taken = (patch.segments + 1) * layout.hop() as u64;
         let put_in = put_into_waves.unwrap_or(patch.mean_power);
         let difference = put_in - dissipated.total();
-        Ok(Some(VibrationSummary {
+        let summary = VibrationSummary {
             segments: patch.segments,
             segment_seconds: layout.length() as f64 * layout.time_step,
             revolutions: layout.revolutions,
@@ -88,7 +98,8 @@ impl VibrationRecorder {
                 dissipated_by_tyre,
             },
             tangential_error: self.tyre.tangential_error(),
-        }))
+        };
+        Some((HeardVibration { spectra: self.named(&self.wanted, &patch, &spectra), summary }, spectra))
     }
 
     /// Velocities and the power's balance.
@@ -156,7 +167,7 @@ impl VibrationRecorder {
         loaded: &LoadedScene,
         vibration: &Vibration,
         spectra: &[FieldSpectra],
-        folder: &ResultsFolder,
+        folder: &dyn ResultFiles,
         meter: &mut Meter,
     ) -> Result<(), RunError> {
         let rotation = loaded.scene.rolling.speed() / loaded.scene.tyre.circumference;
@@ -214,7 +225,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 }
 
 /// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
-fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &ResultsFolder) -> Result<(), RunError> {
+fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn ResultFiles) -> Result<(), RunError> {
     let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
     let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
     draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), "vibration_spectrum.svg", folder)?;
@@ -236,7 +247,7 @@ fn draw_spectra<'a>(
     loaded: &LoadedScene,
     spectra: impl Iterator<Item = &'a NamedSpectrum>,
     file: &str,
-    folder: &ResultsFolder,
+    folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let drawn: Vec<(String, Vec<BandLevel>)> =
         spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
@@ -254,11 +265,15 @@ fn draw_spectra<'a>(
     Ok(())
 }
 
-/// A whole array at once.
-fn write_rows(folder: &ResultsFolder, name: &str, values: &[f64], row: Row, meter: &mut Meter) -> Result<(), RunError> {
-    let mut writer = NpyWriter::<f64>::create(&folder.path(name), row)?;
-    values.chunks_exact(row.length()).try_for_each(|row| writer.push(row))?;
-    meter.count(Counter::BytesWritten, writer.bytes());
-    writer.finish()?;
-    Ok(())
+/// Writes a whole array.
+fn write_rows(
+    folder: &dyn ResultFiles,
+    name: &str,
+    values: &[f64],
+    row: Row,
+    meter: &mut Meter,
+) -> Result<(), RunError> {
+    let file = array_file(values, row);
+    meter.count(Counter::BytesWritten, file.len() as u64);
+    Ok(folder.write(name, &file)?)
 }

@@ -47,6 +47,11 @@ pub fn level(value: Complex64) -> f64 {
     20.0 * value.norm().log10()
 }
 
+/// Phase \[degrees\].
+pub fn phase(value: Complex64) -> f64 {
+    value.arg().to_degrees()
+}
+
 /// So many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
 pub fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
     let (last, ratio) = (points.saturating_sub(1), to / from);

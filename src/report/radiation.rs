@@ -1,0 +1,35 @@
+//! Radiation of a tyre as scripts read it.
+
+use serde_json::{Value, json};
+
+use crate::response::pressure::PressureShares;
+use crate::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
+
+/// Angles round the tyre that shares are told up to.
+const ANGLES: usize = 72;
+
+/// What was found of a radiating tyre, frequency by frequency, as JSON.
+pub fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency]) -> Value {
+    let receiver = |(name, position)| json!({ "name": name, "position": position });
+    let of_frequency = |at: &AtFrequency| {
+        json!({
+            "frequency": at.frequency,
+            "transfer": at.transfers,
+            "horn": at.horn,
+            "circle": at.circle,
+            "pressure": at.shares.iter().map(|shares| shares.pressure.norm()).collect::<Vec<_>>(),
+            "share_up_to_wave": at.shares.iter().map(PressureShares::up_to_wave).collect::<Vec<_>>(),
+            "share_up_to_angle": at.shares.iter().map(|shares| shares.up_to_angle(ANGLES)).collect::<Vec<_>>(),
+            "unknowns": at.unknowns,
+            "reciprocal_condition": at.reciprocal_condition,
+        })
+    };
+    json!({
+        "title": title,
+        "patch_length": radiator.patch_length(),
+        "ahead": AHEAD,
+        "receivers": named_receivers(radiator.width()).map(receiver),
+        "circle": { "radius": CIRCLE[0], "height": CIRCLE[1] },
+        "frequencies": found.iter().map(of_frequency).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,79 @@
+//! A tyre as scripts read it: modes, contact under loads, mobility.
+
+use num_complex::Complex64;
+use serde_json::{Value, json};
+
+use crate::contact::static_contact::StaticContact;
+use crate::tyre::influence::mobility::{Mobility, level, phase};
+use crate::tyre::modes::{Mode, Modes};
+
+/// A tyre under a load.
+#[derive(Clone, Debug)]
+pub struct UnderLoad {
+    /// The load as it was given.
+    pub label: String,
+    /// The tyre standing.
+    pub standing: StaticContact,
+    /// Mean length of the rolling patch \[m\].
+    pub rolling: Option<f64>,
+}
+
+impl UnderLoad {
+    /// Load over deflection \[N/m\].
+    pub fn secant_stiffness(&self) -> f64 {
+        self.standing.force / self.standing.indentation
+    }
+
+    fn to_json(&self) -> Value {
+        json!({
+            "load": self.standing.force,
+            "deflection": self.standing.indentation,
+            "secant_stiffness": self.secant_stiffness(),
+            "tangent_stiffness": self.standing.stiffness,
+            "patch_length": self.standing.length,
+            "rolling_patch_length": self.rolling,
+        })
+    }
+}
+
+/// All numbers of a tyre whose elements are so long \[m\], as JSON.
+pub fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
+    json!({
+        "title": title,
+        "modes": modes.confirmed.iter().map(mode_json).collect::<Vec<_>>(),
+        "unconfirmed": modes.unconfirmed.iter().map(unconfirmed_json).collect::<Vec<_>>(),
+        "element": element,
+        "loads": loads.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
+        "mobility": mobility_json(mobility),
+    })
+}
+
+/// Shares of the motion are circumferential, lateral and radial.
+fn mode_json(mode: &Mode) -> Value {
+    json!({
+        "n": mode.n,
+        "m": mode.m,
+        "motion": mode.motion,
+        "frequency": mode.frequency(),
+        "damping": mode.damping(),
+        "pole": [mode.pole.re, mode.pole.im],
+        "shares": mode.shares,
+    })
+}
+
+fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
+    json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })
+}
+
+/// Frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases \[degrees\].
+fn mobility_json(mobility: &Mobility) -> Value {
+    let of = |column: usize| mobility.values.iter().map(move |row| row[column]);
+    let patches = mobility.patches.iter().enumerate().map(|(column, side)| {
+        json!({
+            "side": side,
+            "level": of(column).map(level).collect::<Vec<_>>(),
+            "phase": of(column).map(phase).collect::<Vec<_>>(),
+        })
+    });
+    json!({ "frequencies": mobility.frequencies, "patches": patches.collect::<Vec<_>>() })
+}

@@ -1,0 +1,49 @@
+//! Destination of the results that are written whole, tables, pictures, sounds and maps: a folder, or memory.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use super::disk::write_file;
+use super::error::ResultsError;
+use super::folder::ResultsFolder;
+
+/// Destination of whole files.
+pub trait ResultFiles {
+    /// Writes a file.
+    ///
+    /// # Errors
+    /// [`ResultsError::Create`], [`ResultsError::Write`].
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError>;
+
+    /// Writes a text.
+    ///
+    /// # Errors
+    /// As [`Self::write`].
+    fn write_text(&self, name: &str, text: &str) -> Result<(), ResultsError> {
+        self.write(name, text.as_bytes())
+    }
+}
+
+impl ResultFiles for ResultsFolder {
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
+        write_file(&self.path(name), bytes)
+    }
+}
+
+/// Files of a run in memory, by name.
+#[derive(Clone, Debug, Default)]
+pub struct FilesInMemory(RefCell<BTreeMap<String, Vec<u8>>>);
+
+impl FilesInMemory {
+    /// Hands the files over.
+    pub fn into_inner(self) -> BTreeMap<String, Vec<u8>> {
+        self.0.into_inner()
+    }
+}
+
+impl ResultFiles for FilesInMemory {
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
+        self.0.borrow_mut().insert(name.to_owned(), bytes.to_vec());
+        Ok(())
+    }
+}

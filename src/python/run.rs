@@ -192,7 +192,7 @@ impl InMemory {
             summary: Summary { complete: true, ..look_back.summary(cost)? },
             arrays,
             spectra: look_back.force_levels().filter(|_| outputs.spectra).map(|levels| force_levels_csv(&levels)),
-            sound: heard.map(|heard| sound_levels_csv(&heard.receivers, LOWEST_FREQUENCY, &heard.error)),
+            sound: heard.map(|heard| sound_levels_csv(&heard.receivers, LOWEST_FREQUENCY)),
         })
     }
 }

@@ -112,7 +112,7 @@ fn qualities(criterion: &mut Criterion) {
         for (full, draft) in full.iter().zip(draft::transfers_at(&problem, wavenumber)) {
             let error = 10.0 * (strength(&draft) / strength(full)).log10();
             println!("draft, {frequency} Hz, at {:?}: {error:+.1} dB of the full method", full.receiver);
-            assert!(error.abs() < draft::BAND_ERROR, "{error}");
+            assert!(error.abs() < draft::OF_STANDARDS.band, "{error}");
         }
         let full = BenchmarkId::new("full", frequency);
         group.bench_function(full, |bench| bench.iter(|| problem.solve(wavenumber).unwrap()));

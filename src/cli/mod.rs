@@ -173,7 +173,7 @@ impl Command {
             Self::Mobility(arguments) => arguments.execute(context),
             Self::FitTyre(arguments) => arguments.execute(context),
             Self::Radiation(arguments) => arguments.execute(context),
-            Self::RadiationCases(arguments) => arguments.execute(),
+            Self::RadiationCases(arguments) => arguments.execute(context),
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),

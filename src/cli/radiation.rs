@@ -1,21 +1,23 @@
 //! `tyrewave radiation` and `tyrewave radiation-cases`: how a tyre that stands on a road radiates.
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use clap::Args;
 use serde_json::json;
 use tyrewave::counters::Stage;
 use tyrewave::plan::{Plan, bytes};
-use tyrewave::radiation::{Cost, RadiationError, cases};
+use tyrewave::radiation::cases::{self, CasesError};
+use tyrewave::radiation::{Cost, RadiationError};
 use tyrewave::report::radiation::radiation_record;
 use tyrewave::response::pressure::PressureShares;
 use tyrewave::results::PlotError;
-use tyrewave::results::plots::{Axis, LinePlot, Series, ShareMap};
+use tyrewave::results::plots::{Axis, LinePlot, PolarPlot, Series, ShareMap};
 use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
 use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::loads::Standing;
-use tyrewave::study::radiation::{AtFrequency, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers};
+use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers};
 use tyrewave::tyre::influence::mobility::frequencies;
 
 use super::context::{Context, print};
@@ -91,7 +93,7 @@ impl RadiationArguments {
         let patch = standing.held_by(&scene.rolling.axle).map_err(RunError::from)?.length;
         drop(progress);
         let failed = |error: RadiationError| match error {
-            RadiationError::Interrupted => RunError::Interrupted { kept: None }.into(),
+            RadiationError::Interrupted => interrupted(),
             error => CliError::Failed(error.to_string()),
         };
         let radiator = Radiator::new(&scene, &plan, patch).map_err(failed)?;
@@ -104,9 +106,11 @@ impl RadiationArguments {
         bar.finish_and_clear();
 
         let views = Views { title: &title, found: &found, width: radiator.width() };
-        side.picture("horn.svg", views.over_frequency("Horn amplification [dB]", |at, index| at.horn[index]))?;
+        let horn = ("Horn amplification", "Horn amplification [dB]");
+        side.picture("horn.svg", views.over_frequency(horn, |at, index| at.horn[index]))?;
         let level = |value: f64| 20.0 * value.log10();
-        let transfer = views.over_frequency("Transfer |G| [dB re 1/m]", |at, index| level(at.transfers[index]));
+        let transfer = ("Transfer from the tread", "Transfer |G| [dB re 1/m]");
+        let transfer = views.over_frequency(transfer, |at, index| level(at.transfers[index]));
         side.picture("transfer.svg", transfer)?;
         side.picture("directivity.svg", views.directivity())?;
         let length = radiator.wavelength(1.0);
@@ -184,13 +188,14 @@ impl Views<'_> {
         &self,
         receiver: usize,
         x: Axis,
-        quantity: &str,
+        name: &str,
         so_far: impl Fn(&PressureShares) -> Vec<f64>,
         curves: &[Vec<(f64, f64)>],
     ) -> Result<String, PlotError> {
         let frequencies: Vec<f64> = self.found.iter().map(|at| at.frequency).collect();
         let so_far: Vec<Vec<f64>> = self.found.iter().map(|at| so_far(&at.shares[receiver])).collect();
-        let title = format!("{}: {}", self.title, self.named()[receiver].0);
+        let title = format!("{name}, {}: {}", self.named()[receiver].0, self.title);
+        let quantity = "Share of the pressure so far";
         ShareMap { title: &title, x, quantity, frequencies: &frequencies, so_far: &so_far, curves }.to_svg()
     }
 
@@ -205,7 +210,7 @@ impl Views<'_> {
             so_far.resize(MOST_WAVES, 1.0);
             so_far
         };
-        self.shares(receiver, x, "Share of the pressure so far", so_far, &[curve])
+        self.shares(receiver, x, "Radiating waves", so_far, &[curve])
     }
 
     /// Shares of the circumference from the top by the rear as far as each angle.
@@ -213,7 +218,7 @@ impl Views<'_> {
         let title = "From the top by the rear up to this angle ahead of the contact [degrees]";
         let x = Axis::linear(title, -180.0..180.0);
         let so_far = |shares: &PressureShares| shares.up_to_angle(5 * ANGLES);
-        self.shares(receiver, x, "Share of the pressure so far", so_far, &[])
+        self.shares(receiver, x, "Radiating parts", so_far, &[])
     }
 
     fn csv(&self) -> String {
@@ -235,14 +240,19 @@ impl Views<'_> {
         csv(header, rows)
     }
 
-    fn over_frequency(&self, quantity: &str, value: impl Fn(&AtFrequency, usize) -> f64) -> Result<String, PlotError> {
+    /// Curves by receiver; title and quantity of the picture.
+    fn over_frequency(
+        &self,
+        (title, quantity): (&str, &str),
+        value: impl Fn(&AtFrequency, usize) -> f64,
+    ) -> Result<String, PlotError> {
         let named = self.named();
         let points = |index: usize| self.found.iter().map(|at| (at.frequency, value(at, index))).collect::<Vec<_>>();
         let series: Vec<Series<'_>> =
             (0..named.len()).map(|index| Series { name: named[index].0, points: points(index) }).collect();
         let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         LinePlot {
-            title: self.title,
+            title: &format!("{title}: {}", self.title),
             x: Axis::logarithmic("Frequency [Hz]", LOWEST..self.found.last().map_or(LOWEST, |at| at.frequency)),
             y: Axis::linear_around(quantity, levels),
             series: series.clone(),
@@ -262,13 +272,12 @@ impl Views<'_> {
             let point = |index: usize| (360.0 * index as f64 / count as f64, 20.0 * at.circle[index % count].log10());
             Series { name, points: (0..=count).map(point).collect() }
         });
-        let series: Vec<Series<'_>> = series.collect();
-        let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
-        LinePlot {
-            title: self.title,
-            x: Axis::linear("Angle from straight ahead, by the left [degrees]", 0.0..360.0),
-            y: Axis::linear_around("Transfer |G| at 2 m [dB re 1/m]", levels),
-            series: series.clone(),
+        let [radius, height] = CIRCLE;
+        PolarPlot {
+            title: &format!("Directivity: {}", self.title),
+            source: &format!("Source: a point of the tread {} mm ahead of the patch, mid-tyre", 1e3 * AHEAD),
+            quantity: &format!("Transfer |G|, {radius} m from the axle, {height} m high [dB re 1/m]"),
+            series: series.collect(),
         }
         .to_svg()
     }
@@ -293,7 +302,7 @@ fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError>
     let smallest = values().fold(largest, f64::min).max(1e-3 * largest.min(1e3));
     let (highest, most) = costs.last().map_or((LOWEST, 0.0), |(frequency, cost)| (*frequency, cost.bytes as f64));
     LinePlot {
-        title: &format!("{title}: one frequency, at most {}", bytes(most)),
+        title: &format!("Cost of a frequency, at most {}: {title}", bytes(most)),
         x: Axis::logarithmic("Frequency [Hz]", LOWEST..highest),
         y: Axis::logarithmic("Cost", smallest..largest),
         series: series.to_vec(),
@@ -308,16 +317,25 @@ pub struct RadiationCasesArguments {
     cases: PathBuf,
 }
 
+/// The end that the user has asked for.
+fn interrupted() -> CliError {
+    CliError::Interrupted { kept: None }
+}
+
 /// Memory that a file of cases may take \[bytes\].
 const CASES_MEMORY: u64 = 8 << 30;
 
 impl RadiationCasesArguments {
     /// Prints what each case gives.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let path = self.cases;
         let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
-        let answer = cases::evaluate(&text, CASES_MEMORY)
-            .map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;
+        let stop = context.interrupt.flag();
+        let answer =
+            cases::evaluate(&text, CASES_MEMORY, &|| stop.load(Ordering::Relaxed)).map_err(|error| match error {
+                CasesError::Case { source: RadiationError::Interrupted, .. } => interrupted(),
+                error => CliError::Usage(format!("{}: {error}", path.display())),
+            })?;
         print(&format!("{answer:#}\n"))
     }
 }

@@ -317,9 +317,10 @@ fn radiation(scene: &Scene) -> (Decision, Option<Radiation>) {
     let way = match radiation.quality {
         RadiationQuality::Full => "boundary elements".to_owned(),
         RadiationQuality::Draft => format!(
-            "draft: monopoles with a fitted horn, within {} dB a third octave, {} dB(A) of boundary elements,",
-            draft::BAND_ERROR,
-            draft::LEVEL_ERROR
+            "draft: monopoles with a fitted horn, at coast-by and cpx within {} dB a third octave and {} dB(A) of \
+             boundary elements, elsewhere by the place,",
+            draft::OF_STANDARDS.band,
+            draft::OF_STANDARDS.level
         ),
     };
     let form = format!("{way} to {} Hz, {air}", radiation.fmax);

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
+use crate::radiation::draft::{self, DraftError};
 use crate::radiation::{
-    Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem, draft,
+    Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
 };
 use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
@@ -128,6 +129,8 @@ pub struct Sound {
     pub layout: SegmentLayout,
     /// Lateral numbers of the waves that are followed, from the lowest on: of those that a strip excites, or of all.
     pub lateral: usize,
+    /// Radius of the tyre \[m\].
+    pub radius: f64,
 }
 
 impl Sound {
@@ -195,19 +198,37 @@ impl Sound {
         whole.last().map_or(0.0, |band| band.mid_frequency())
     }
 
-    /// How far off levels may be.
+    /// How far off levels may be, at the receiver where it is most.
     pub fn error(&self) -> SoundError {
+        let all = self.heard.iter().map(|heard| self.error_at(heard));
+        let worst = all.reduce(|a, b| if b.band > a.band { b } else { a });
+        worst.unwrap_or_else(|| self.with_way(0.0, 0.0))
+    }
+
+    /// How far off the levels at a receiver may be.
+    pub fn error_at(&self, heard: &Heard) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.radiation;
-        let elements = ELEMENTS_ERROR * (Radiation::default().nodes_per_wavelength / nodes_per_wavelength).powi(6);
-        let frequencies = FREQUENCIES_ERROR * frequency_tolerance;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
-        let together = |errors: [f64; 3]| errors.into_iter().map(|error| error * error).sum::<f64>().sqrt();
-        let (way, way_a) = match quality {
-            RadiationQuality::Full => [together([elements, frequencies, waves]); 2].into(),
-            RadiationQuality::Draft => (together([draft::BAND_ERROR, 0.0, waves]), draft::LEVEL_ERROR),
-        };
+        match quality {
+            RadiationQuality::Full => {
+                let fineness = Radiation::default().nodes_per_wavelength / nodes_per_wavelength;
+                let elements = ELEMENTS_ERROR * fineness.powi(6);
+                let frequencies = FREQUENCIES_ERROR * frequency_tolerance;
+                let way = [elements, frequencies, waves].into_iter().map(|error| error * error).sum::<f64>().sqrt();
+                self.with_way(way, way)
+            }
+            RadiationQuality::Draft => {
+                let points = self.positions.get(heard.points.clone()).unwrap_or_default();
+                let DraftError { band, level } = draft_error(self.radius, &heard.place, points);
+                self.with_way(band + waves, level + waves)
+            }
+        }
+    }
+
+    /// The errors of forces and way together; a third octave's and the A-weighted level's way \[dB\].
+    fn with_way(&self, way: f64, way_a: f64) -> SoundError {
         let forces = self.stated.unwrap_or(0.0);
-        SoundError { forces: self.stated, way, band: forces.hypot(way), level_a: forces.hypot(way_a) }
+        SoundError { forces: self.stated, way, band: forces + way, level_a: forces + way_a }
     }
 
     /// Samples of a point's pressure that may be heard.
@@ -337,8 +358,18 @@ impl Plan {
         });
         let heard: Vec<Heard> = heard.collect();
         let stated = FrontRow::asked_for(numerics).map(|row| row.error);
-        Some(Sound { radiation, heard, positions, stated, layout, lateral })
+        Some(Sound { radiation, heard, positions, stated, layout, lateral, radius: self.radius })
     }
+}
+
+/// Error of a draft over the points of a receiver round a tyre of a radius \[m\]; without bounds where a place has none.
+fn draft_error(radius: f64, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
+    if let ReceiverPlace::Standard(StandardReceiver::CoastBy { .. } | StandardReceiver::Cpx) = place {
+        return draft::OF_STANDARDS;
+    }
+    let none = DraftError { band: f64::INFINITY, level: f64::INFINITY };
+    let all = points.iter().map(|&point| draft::error_at(radius, point).unwrap_or(none));
+    all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
 }
 
 /// The points of a receiver beside a tyre that reaches so far to either side \[m\].
@@ -402,7 +433,7 @@ fn name(place: &ReceiverPlace, index: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, Receiver};
+    use crate::scene::{DEFAULT, Preset, Receiver};
 
     fn coast_by(vehicle: Option<Vehicle>) -> StandardReceiver {
         let (distance, height) = (StandardReceiver::DISTANCE, StandardReceiver::HEIGHT);
@@ -467,6 +498,25 @@ mod tests {
         assert!(one < 0.8e9, "{one:.2e} bytes of {some} points, {least:.2e} of {few}");
         let slope = (four - one) / (many - some) as f64;
         assert!(slope < 1.4e6, "{slope:.2e} bytes a point");
+    }
+
+    #[test]
+    fn the_error_of_a_draft_goes_with_the_place_and_is_the_sum_it_states() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let at = |place| Receiver { name: String::new(), place };
+        let [beside, ahead] = [[0.0, 2.0, 0.3], [2.0, 0.0, 0.3]].map(|position| ReceiverPlace::Position { position });
+        scene.receivers = vec![at(ReceiverPlace::Standard(StandardReceiver::Cpx)), at(beside), at(ahead)];
+        scene.radiation.quality = RadiationQuality::Draft;
+        (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Standard), Some(1000.0));
+        let sound = Plan::new(&scene).sound().unwrap();
+        let [cpx, beside, ahead] = [0, 1, 2].map(|receiver| sound.error_at(&sound.heard[receiver]));
+        assert!(cpx.band < beside.band && beside.band < ahead.band, "{cpx:?} {beside:?} {ahead:?}");
+        assert_eq!(sound.error(), ahead, "the worst stands for all");
+        for error in [cpx, beside, ahead] {
+            assert_eq!(error.forces, Some(1.0));
+            assert!((error.band - (1.0 + error.way)).abs() < 1e-12 && error.level_a < error.band, "{error:?}");
+        }
+        assert!((cpx.way - draft::OF_STANDARDS.band - WAVES_ERROR).abs() < 1e-12, "{cpx:?}");
     }
 
     #[test]

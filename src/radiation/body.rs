@@ -45,6 +45,12 @@ const LEAST_CLEARANCE: f64 = 1e-4;
 /// The smallest gap \[m\].
 const LEAST_GAP: f64 = 2e-5;
 
+/// Radii of bodies, and widths of tyres \[m\]: from toys to what moves earth, and far beyond.
+const SIZES: [f64; 2] = [1e-3, 1e2];
+
+/// The smallest radius of a round shoulder, relative to the tyre's radius.
+const LEAST_SHOULDER: f64 = 1e-4;
+
 /// The lowest middle of a body that is cut by the road, relative to its radius.
 const LOWEST: f64 = 0.05;
 
@@ -52,19 +58,21 @@ impl Body {
     /// A body whose middle is at `height` \[m\] over a rigid road, or without a road.
     ///
     /// # Errors
-    /// Sizes that are not positive, a shoulder larger than the body, a middle below 5 % of the radius, a tyre that
+    /// Sizes that are not positive or far from any body's, a shoulder larger than the body or of next to nothing, a middle below 5 % of the radius, a tyre that
     /// touches the road in a line (a patch of no length) and a clearance below 1e-4 of the radius.
     pub fn new(shape: Shape, height: Option<f64>) -> Result<Self, RadiationError> {
         let radius = match shape {
             Shape::Sphere { radius } => {
-                positive("the sphere's radius", radius)?;
+                size("the sphere's radius", radius)?;
                 radius
             }
             Shape::Tyre { radius, width, shoulder } => {
-                positive("the tyre's radius", radius)?;
-                positive("the tyre's width", width)?;
-                if !(shoulder >= 0.0 && shoulder <= 0.5 * width && shoulder < radius) {
-                    return Err(RadiationError::Shoulder { shoulder, width, radius });
+                size("the tyre's radius", radius)?;
+                size("the tyre's width", width)?;
+                let least = LEAST_SHOULDER * radius;
+                let round = shoulder >= least && shoulder <= 0.5 * width && shoulder < radius;
+                if !(round || shoulder.abs() <= 0.0) {
+                    return Err(RadiationError::Shoulder { shoulder, width, radius, least });
                 }
                 radius
             }
@@ -215,6 +223,13 @@ impl Body {
         }
         Ok(())
     }
+}
+
+/// Refuses a size that no body has.
+fn size(what: &'static str, value: f64) -> Result<(), RadiationError> {
+    positive(what, value)?;
+    let [least, most] = SIZES;
+    if (least..=most).contains(&value) { Ok(()) } else { Err(RadiationError::Size { what, value, least, most }) }
 }
 
 fn refused([x, y, z]: Vector, why: &'static str) -> RadiationError {

@@ -116,11 +116,11 @@ impl From<RadiationError> for Fault {
     }
 }
 
-/// Evaluates every case of a file's text within a memory limit \[bytes\].
+/// Evaluates every case of a file's text within a memory limit \[bytes\], unless it is interrupted.
 ///
 /// # Errors
-/// The first case that is wrong, by its name.
-pub fn evaluate(text: &str, memory_limit: u64) -> Result<Value, CasesError> {
+/// The first case that is wrong, by its name; [`RadiationError::Interrupted`] in the case where it was.
+pub fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -> Result<Value, CasesError> {
     let document: Document = serde_json::from_str(text)?;
     let positive = |value: f64| value > 0.0 && value.is_finite();
     let numbers = [document.density, document.sound_speed, document.nodes_per_wavelength];
@@ -132,7 +132,7 @@ pub fn evaluate(text: &str, memory_limit: u64) -> Result<Value, CasesError> {
     }
     let mut answers = Vec::with_capacity(document.cases.len());
     for (index, case) in document.cases.iter().enumerate() {
-        let answer = answer(&document, case, memory_limit).map_err(|fault| {
+        let answer = answer(&document, case, memory_limit, interrupted).map_err(|fault| {
             let place = format!("case {index} '{}'", case.name);
             match fault {
                 Fault::Range(what) => CasesError::Range { place, what },
@@ -144,7 +144,12 @@ pub fn evaluate(text: &str, memory_limit: u64) -> Result<Value, CasesError> {
     Ok(json!({ "cases": answers }))
 }
 
-fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Value, Fault> {
+fn answer(
+    document: &Document,
+    case: &CaseEntry,
+    memory_limit: u64,
+    interrupted: &dyn Fn() -> bool,
+) -> Result<Value, Fault> {
     let (shape, height) = match case.body {
         BodyEntry::Sphere { radius, height } => (Shape::Sphere { radius }, height),
         BodyEntry::Tyre { radius, width, shoulder, height } => (Shape::Tyre { radius, width, shoulder }, height),
@@ -177,7 +182,7 @@ fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Va
             let drive =
                 |chart: &Chart, point: Vector| Complex64::new(0.0, impedance * velocity.at(&body, chart, point));
             let drives = [Drive::Velocity(&drive)];
-            let mut solution = problem.solve(&drives)?;
+            let mut solution = problem.solve_unless(&drives, interrupted)?;
             let mut pressures = vec![Complex64::ZERO; receivers.len()];
             for surface in [false, true] {
                 let chosen: Vec<usize> =
@@ -202,7 +207,7 @@ fn answer(document: &Document, case: &CaseEntry, memory_limit: u64) -> Result<Va
             }
             let problem = Problem::new(&body, k, k, &resolution, &Block::ALL, memory_limit)?;
             let drives = [Drive::Source(moved(&[*source])[0])];
-            let mut solution = problem.solve(&drives)?;
+            let mut solution = problem.solve_unless(&drives, interrupted)?;
             Ok(json!({ "green": numbers(&solution.field(&points, true)[0])? }))
         }
         _ => Err(Fault::Range("a case has either velocity and receivers, or source and points")),

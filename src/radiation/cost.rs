@@ -42,16 +42,12 @@ impl Cost {
         resolution: &Resolution,
         blocks: &[Block],
     ) -> Result<Self, RadiationError> {
-        resolution.check()?;
-        // A count by area first: a mesh of millions of patches is not made only to be refused.
-        let side = std::f64::consts::TAU / (mesh_wavenumber * resolution.nodes_per_wavelength);
-        let area = std::f64::consts::PI * body.radius() * body.radius() * 0.25;
-        let rough = area / (side * side);
-        if rough > MOST_UNKNOWNS {
-            let bytes = 16.0 * rough * rough * blocks.len() as f64;
-            return Ok(Self { unknowns: rough as usize, bytes: bytes as u64, ..Self::default() });
-        }
-        let patches = patches(body, mesh_wavenumber, resolution)?.len();
+        let patches = match patches(body, mesh_wavenumber, resolution) {
+            Ok(made) => made.len(),
+            // Counted and not made: at least so many.
+            Err(RadiationError::Patches { patches, .. }) => patches,
+            Err(error) => return Err(error),
+        };
         let unknowns = patches * resolution.order * resolution.order;
         let interior_points = interior_points(body, wavenumber);
         let size = (unknowns + interior_points) as f64;
@@ -80,6 +76,3 @@ impl Cost {
         Ok(())
     }
 }
-
-/// Unknowns of a quarter beyond which only the area is counted.
-const MOST_UNKNOWNS: f64 = 1e5;

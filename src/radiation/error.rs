@@ -13,10 +13,22 @@ pub enum RadiationError {
         /// What was given.
         value: f64,
     },
+    /// A size far from any body's.
+    #[error("{what} is {value} m: from {least} to {most} m is computed")]
+    Size {
+        /// Which size.
+        what: &'static str,
+        /// What was given \[m\].
+        value: f64,
+        /// Least that is computed \[m\].
+        least: f64,
+        /// Most that is computed \[m\].
+        most: f64,
+    },
     /// The shoulder's radius does not fit into the body.
     #[error(
         "a shoulder of {shoulder} m does not fit a tyre of width {width} m and radius {radius} m: at most half the \
-         width, and less than the radius"
+         width, less than the radius, and 0 or at least {least} m"
     )]
     Shoulder {
         /// Radius of the shoulder \[m\].
@@ -25,6 +37,8 @@ pub enum RadiationError {
         width: f64,
         /// Radius of the tread \[m\].
         radius: f64,
+        /// Least of a shoulder that is round \[m\].
+        least: f64,
     },
     /// The body's height over the plane cannot be treated.
     #[error("{what} of height {height} m and radius {radius} m: {why}")]
@@ -62,6 +76,17 @@ pub enum RadiationError {
         needed: u64,
         /// Bytes allowed.
         limit: u64,
+    },
+    /// More elements than a mesh may have.
+    #[error(
+        "a mesh of {patches} elements or more on a quarter of the body, {most} are made at most: a lower \
+         frequency, fewer nodes per wavelength or a smaller body"
+    )]
+    Patches {
+        /// Elements counted until there were too many.
+        patches: usize,
+        /// Elements that are made at most.
+        most: usize,
     },
     /// The factorisation gave no number.
     #[error("the equations at {wavenumber} rad/m with {unknowns} unknowns are singular")]

@@ -182,7 +182,7 @@ pub struct Watch<'a> {
     pub sink: &'a mut dyn FnMut(&FrequencyTransfers) -> Result<(), RadiationError>,
     /// Told after each frequency.
     pub progress: &'a mut dyn FnMut(Progress),
-    /// Asked before each frequency.
+    /// Asked before each element and each factorisation.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -333,11 +333,7 @@ impl Search<'_> {
                 let (give, next, missing) = (give.clone(), &next, &missing);
                 scope.spawn(move || {
                     while let Some(&index) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        let solved = if interrupted() {
-                            Err(RadiationError::Interrupted)
-                        } else {
-                            problem.solve(range.wavenumber(wanted[index]))
-                        };
+                        let solved = problem.solve_unless(range.wavenumber(wanted[index]), interrupted);
                         // Nobody takes it once something has failed.
                         if give.send((index, solved)).is_err() {
                             break;

@@ -10,6 +10,8 @@
 //!    changes: there the wavelength alone counts (measured: no error more, a quarter of the unknowns less).
 //! 4. Over a slit the patches on both sides of the slit's edge shrink towards it to `wedge` times the length on which
 //!    the slit's height doubles outside, gap R/a.
+//!
+//! Rings and patches are counted before they are made: a mesh of more than [`MOST_PATCHES`] is refused.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -59,6 +61,9 @@ impl Default for Resolution {
         Self::of(Self::NODES)
     }
 }
+
+/// Most patches of a quarter. With 4 x 4 nodes each they are 1e5 unknowns: 160 GB for the matrix of each block.
+pub const MOST_PATCHES: usize = 6250;
 
 /// Largest turn of a patch.
 const MOST_TURN: f64 = FRAC_PI_4;
@@ -137,7 +142,7 @@ impl Sizes {
 /// The patches of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
-/// What [`Resolution::check`] refuses; a wavenumber that is not positive.
+/// What [`Resolution::check`] refuses; a wavenumber that is not positive; [`RadiationError::Patches`].
 pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Vec<Patch>, RadiationError> {
     resolution.check()?;
     positive("the wavenumber", wavenumber)?;
@@ -160,9 +165,9 @@ pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<
             let chart = Chart::Sphere { radius, middle: body.middle() };
             let start = (body.middle() / radius).min(1.0).acos();
             let start = if body.on_road() { start } else { 0.0 };
-            blocks.fill(chart, [start, PI], [0.0, FRAC_PI_2], Cut::None, Across::NEITHER);
+            blocks.fill(chart, [start, PI], [0.0, FRAC_PI_2], Cut::None, Across::NEITHER)?;
         }
-        Shape::Tyre { radius, width, shoulder } => blocks.tyre(body, radius, width, shoulder),
+        Shape::Tyre { radius, width, shoulder } => blocks.tyre(body, radius, width, shoulder)?,
     }
     Ok(blocks.patches)
 }
@@ -181,7 +186,7 @@ struct Blocks {
 }
 
 impl Blocks {
-    fn tyre(&mut self, body: &Body, radius: f64, width: f64, shoulder: f64) {
+    fn tyre(&mut self, body: &Body, radius: f64, width: f64, shoulder: f64) -> Result<(), RadiationError> {
         let (middle, gap) = (body.height().unwrap_or(0.0), body.gap());
         let edge = 0.5 * width - shoulder;
         let tread = Chart::Tread { radius, middle, gap };
@@ -191,42 +196,53 @@ impl Blocks {
         let depth = if body.on_road() { (radius - middle).max(0.0) } else { 0.0 };
         let start = if depth > 0.0 { tread.cut_turn(0.0) } else { 0.0 };
         if edge > 0.0 {
-            self.fill(tread, [0.0, edge], [start, PI], Cut::None, Across::TURN);
+            self.fill(tread, [0.0, edge], [start, PI], Cut::None, Across::TURN)?;
         }
         if shoulder > 0.0 {
             if depth <= 0.0 {
-                self.fill(round, [0.0, FRAC_PI_2], [0.0, PI], Cut::None, Across::NEITHER);
+                self.fill(round, [0.0, FRAC_PI_2], [0.0, PI], Cut::None, Across::NEITHER)?;
             } else if depth < shoulder {
                 // The cut is nearly an ellipse in the shoulder's parameters: split where it runs slantwise, so that
                 // each part's bent side is smooth.
                 let split = round.cut_meridian(0.0) * std::f64::consts::FRAC_1_SQRT_2;
                 let turn = round.cut_turn(split);
                 let end = (2.5 * start).max(start + 2.0 * shoulder / radius).min(0.5 * PI);
-                self.fill(round, [0.0, split], [0.0, 1.0], Cut::Turn { end }, Across::TURN);
-                self.fill(round, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: FRAC_PI_2 }, Across::MERIDIAN);
-                self.fill(round, [split, FRAC_PI_2], [turn, end], Cut::None, Across::NEITHER);
-                self.fill(round, [0.0, FRAC_PI_2], [end, PI], Cut::None, Across::NEITHER);
+                self.fill(round, [0.0, split], [0.0, 1.0], Cut::Turn { end }, Across::TURN)?;
+                self.fill(round, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: FRAC_PI_2 }, Across::MERIDIAN)?;
+                self.fill(round, [split, FRAC_PI_2], [turn, end], Cut::None, Across::NEITHER)?;
+                self.fill(round, [0.0, FRAC_PI_2], [end, PI], Cut::None, Across::NEITHER)?;
             } else {
-                self.fill(round, [0.0, FRAC_PI_2], [0.0, 1.0], Cut::Turn { end: PI }, Across::NEITHER);
+                self.fill(round, [0.0, FRAC_PI_2], [0.0, 1.0], Cut::Turn { end: PI }, Across::NEITHER)?;
             }
         }
         if depth > shoulder {
             let turn = side.cut_turn(rim);
-            self.fill(side, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: 0.0 }, Across::NEITHER);
-            self.fill(side, [rim, 0.0], [turn, PI], Cut::None, Across::NEITHER);
+            self.fill(side, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: 0.0 }, Across::NEITHER)?;
+            self.fill(side, [rim, 0.0], [turn, PI], Cut::None, Across::NEITHER)?;
         } else {
-            self.fill(side, [rim, 0.0], [0.0, PI], Cut::None, Across::NEITHER);
+            self.fill(side, [rim, 0.0], [0.0, PI], Cut::None, Across::NEITHER)?;
         }
         if gap > 0.0 {
             let half = body.half_patch();
             let below = Chart::UndersideEdge { radius, shoulder, edge, middle, gap };
-            self.fill(Chart::Underside { gap }, [0.0, edge], [0.0, half], Cut::None, Across::BOTH);
-            self.fill(below, [0.0, 1.0], [0.0, FRAC_PI_2], Cut::None, Across::MERIDIAN);
+            self.fill(Chart::Underside { gap }, [0.0, edge], [0.0, half], Cut::None, Across::BOTH)?;
+            self.fill(below, [0.0, 1.0], [0.0, FRAC_PI_2], Cut::None, Across::MERIDIAN)?;
         }
+        Ok(())
     }
 
     /// Cuts a block into rings and these into patches.
-    fn fill(&mut self, chart: Chart, meridian: [f64; 2], turn: [f64; 2], cut: Cut, across: Across) {
+    ///
+    /// # Errors
+    /// [`RadiationError::Patches`].
+    fn fill(
+        &mut self,
+        chart: Chart,
+        meridian: [f64; 2],
+        turn: [f64; 2],
+        cut: Cut,
+        across: Across,
+    ) -> Result<(), RadiationError> {
         // What a pair of parameters means: meridian, turn, and the lengths of a unit of each.
         let meaning = |m: f64, t: f64| match cut {
             Cut::None => (m, t, chart.meridian_length(), chart.axis_distance(m)),
@@ -245,7 +261,7 @@ impl Blocks {
             let (m, t, length, _) = meaning(m, turn[0]);
             let turned = if matches!(chart, Chart::Sphere { .. }) { 1.0 / MOST_TURN } else { 0.0 };
             (length / sizes.at(&chart, m, t, across.meridian)).max(turned)
-        });
+        })?;
         for ring in rings.windows(2) {
             let [inner, outer] = [ring[0], ring[1]];
             let middle = 0.5 * (inner + outer);
@@ -258,18 +274,32 @@ impl Blocks {
                     _ => 1.0,
                 };
                 (wide / sizes.at(&chart, m, angle, across.turn)).max(unit / MOST_TURN)
-            });
+            })?;
+            counted((self.patches.len() + parts.len() - 1) as f64)?;
             let patch = |part: &[f64]| Patch { chart, meridian: [inner, outer], turn: [part[0], part[1]], cut };
             self.patches.extend(parts.windows(2).map(patch));
         }
+        Ok(())
     }
+}
+
+/// Refuses more patches than a mesh may have, and what is no number.
+fn counted(patches: f64) -> Result<(), RadiationError> {
+    if patches <= MOST_PATCHES as f64 {
+        return Ok(());
+    }
+    // Numbers beyond all bounds are a thousand million.
+    Err(RadiationError::Patches { patches: patches.min(1e9) as usize, most: MOST_PATCHES })
 }
 
 /// Points at which `density` (parts per unit) is summed.
 const STEPS: usize = 256;
 
 /// Cuts a range into the fewest parts none of which holds more than one by `density`, equally full.
-fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Vec<f64> {
+///
+/// # Errors
+/// [`RadiationError::Patches`], before any part is made.
+fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Result<Vec<f64>, RadiationError> {
     let step = (to - from) / STEPS as f64;
     let mut sums = vec![0.0];
     let mut sum = 0.0;
@@ -277,6 +307,7 @@ fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Vec<f64> {
         sum += density(from + (index as f64 + 0.5) * step) * step.abs();
         sums.push(sum);
     }
+    counted(sum)?;
     let parts = (sum - 1e-9).ceil().max(1.0) as usize;
     let mut breaks = vec![from];
     let mut index = 0;
@@ -289,5 +320,5 @@ fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Vec<f64> {
         breaks.push(from + (index as f64 + fraction) * step);
     }
     breaks.push(to);
-    breaks
+    Ok(breaks)
 }

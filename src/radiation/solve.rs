@@ -116,6 +116,19 @@ impl Problem {
     /// # Errors
     /// Sources that are not in the air; a singular block.
     pub fn solve<'a>(&'a self, drives: &'a [Drive<'a>]) -> Result<Solution<'a>, RadiationError> {
+        self.solve_unless(drives, &|| false)
+    }
+
+    /// Solves for all drives; asks before each patch and before each block's factors whether to go on.
+    ///
+    /// # Errors
+    /// As [`Self::solve`]; [`RadiationError::Interrupted`].
+    pub fn solve_unless<'a>(
+        &'a self,
+        drives: &'a [Drive<'a>],
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Solution<'a>, RadiationError> {
+        let go_on = || if interrupted() { Err(RadiationError::Interrupted) } else { Ok(()) };
         for drive in drives {
             if let Drive::Source(point) = drive {
                 self.body.check_receiver(*point)?;
@@ -132,6 +145,7 @@ impl Problem {
         let scale = (unknowns as f64).sqrt() * 0.5;
         let mut panel = Panel::new(&self.blocks);
         for patch in 0..self.mesh.patches.len() {
+            go_on()?;
             report.work.add(&panel.fill(&self.mesh, patch, &targets, self.wavenumber, Layer::Double));
             for (block, matrix) in matrices.iter_mut().enumerate() {
                 for node in 0..nodes {
@@ -159,6 +173,7 @@ impl Problem {
         report.reciprocal_condition = f64::INFINITY;
         let begin = Instant::now();
         for (matrix, right) in matrices.drain(..).zip(&mut rights) {
+            go_on()?;
             let factor = Factor::of(matrix);
             factor.solve(right.as_mut());
             report.factor_operations += 8.0 / 3.0 * (size as f64).powi(3);

@@ -153,11 +153,23 @@ impl TransferProblem<'_> {
     /// # Errors
     /// As [`Self::check`], [`Problem::new`] and [`Problem::solve`].
     pub fn solve(&self, wavenumber: f64) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
+        self.solve_unless(wavenumber, &|| false)
+    }
+
+    /// The same; asks again and again whether to go on, as [`Problem::solve_unless`].
+    ///
+    /// # Errors
+    /// As [`Self::solve`]; [`RadiationError::Interrupted`].
+    pub fn solve_unless(
+        &self,
+        wavenumber: f64,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
         self.check()?;
         let Self { body, grid, .. } = *self;
         let problem = Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
         let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
-        let mut solution = problem.solve(&drives)?;
+        let mut solution = problem.solve_unless(&drives, interrupted)?;
         let panels = Panels::of(problem.mesh());
         let half_width = half_tread(body);
         let rows = across_points(half_width, grid.across);

@@ -222,6 +222,7 @@ pub(super) mod tests {
     use super::super::npy::{NpyWriter, Row};
     use super::super::summary::tests::example;
     use super::*;
+    use crate::results::files::ResultFiles as _;
 
     /// What is in a folder, sorted.
     pub(in crate::results) fn names(folder: &Path) -> Vec<String> {

@@ -22,13 +22,15 @@ pub struct ReceiverSpectrum {
     pub name: String,
     /// Pressures \[Pa^2\].
     pub spectrum: PowerSpectrum,
+    /// How far off its levels may be.
+    pub error: SoundError,
 }
 
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
 /// where the run vouches for it and 0 beyond, and how far off the level may be, empty beyond \[dB\].
-pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, error: &SoundError) -> String {
+pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
     let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid", "error_db"];
-    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
+    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
         let bands = levels.third_octaves.into_iter().zip(levels.a_weighted);
         bands.map(move |(plain, weighted)| {
@@ -44,7 +46,7 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, error: &Sound
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
 pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
-    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum }| {
+    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, .. }| {
         spectrum.density().map(move |(frequency, density)| row([name, &frequency, &density]))
     });
     csv(["receiver", "frequency_hz", "density_pa2_hz"], rows)
@@ -59,13 +61,13 @@ pub struct SoundSummary {
     pub highest: f64,
     /// The body that radiates.
     pub body: BodySummary,
-    /// How far off levels may be.
+    /// How far off levels may be, at the receiver where it is most.
     pub error: SoundError,
     /// By receiver.
     pub receivers: Vec<ReceiverSummary>,
 }
 
-/// How far off levels may be for how finely everything is solved; not what the model itself leaves out.
+/// How far off levels may be for how finely everything is solved; not what the model itself leaves out. Bounds add up.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundError {
     /// Third octaves of the forces, as `preset` or `accuracy` states \[dB\]; absent where neither is given: then the
@@ -74,9 +76,9 @@ pub struct SoundError {
     pub forces: Option<f64>,
     /// Third octaves of that way: elements, frequencies and lateral waves, or a draft \[dB\].
     pub way: f64,
-    /// Both for a third octave \[dB\].
+    /// Sum of both for a third octave \[dB\].
     pub band: f64,
-    /// Both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
+    /// Sum of both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
     pub level_a: f64,
 }
 

@@ -6,6 +6,7 @@ use super::{
     Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
     Switch, Tread, Vehicle, Vibration, Zone,
 };
+use crate::radiation::draft;
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
@@ -199,8 +200,10 @@ fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
     fits.then_some(())
 }
 
-/// Complains about what a draft does not have, where it is not what it is by default.
-fn draft(radiation: &Radiation, table: &Table<'_>) -> Option<()> {
+/// Complains about what a draft does not have, where it is not what it is by default, and about tyres, frequencies and
+/// places that no error is known for.
+fn draft_quality(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let radiation = &scene.radiation;
     let default = Radiation::default();
     let differs = |value: f64, default: f64| (value - default).abs() > 0.0;
     let solved = "a draft solves no equations: there are no elements and no frequencies to choose";
@@ -215,6 +218,56 @@ fn draft(radiation: &Radiation, table: &Table<'_>) -> Option<()> {
         if differs && radiation.quality == RadiationQuality::Draft {
             let right = "leave this out, or quality = \"full\"";
             sound = table.complain(&format!("radiation.{key}"), Problem::new(wrong, right));
+        }
+    }
+    if radiation.quality == RadiationQuality::Draft {
+        sound = sound.and(stated(scene, table));
+    }
+    sound
+}
+
+/// Speed of sound by which a draft's highest frequency is told \[m/s\].
+const SOUND_SPEED: f64 = 343.0;
+
+/// Complains about what the error of a draft was not measured for.
+fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Scene { tyre, radiation, .. } = scene;
+    let (radius, full) = (tyre.radius(), "quality = \"full\"");
+    let [least, most] = draft::WIDTHS.map(|width| width * radius);
+    let width = tyre.width + 2.0 * radiation.shoulder;
+    if !(least..=most).contains(&width) {
+        let wrong = format!("a draft's error is not known for a tyre {width:.3} m wide with its shoulders");
+        let right = format!("{full}, or a width with both shoulders from {least:.3} to {most:.3} m");
+        return table.complain("radiation.quality", Problem::new(wrong, right));
+    }
+    let highest = draft::HIGHEST * SOUND_SPEED / (std::f64::consts::TAU * radius);
+    if radiation.fmax > highest {
+        let wrong = format!("a draft's error is not known above {highest:.0} Hz with this tyre");
+        return table.complain("radiation.fmax", Problem::new(wrong, format!("at most {highest:.0} Hz, or {full}")));
+    }
+    let mut sound = Some(());
+    for (index, receiver) in scene.receivers.iter().enumerate() {
+        let (key, place) = match receiver.place {
+            ReceiverPlace::Position { position } => ("position", position),
+            // Half of its points are above the tyre.
+            ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => ("standard", [0.0, 0.0, radius]),
+            ReceiverPlace::Standard(StandardReceiver::Circle { radius, height }) => ("height", [radius, 0.0, height]),
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle, .. }) => {
+                let nearest = distance - vehicle.map_or(0.0, |vehicle| 0.5 * vehicle.track);
+                ("standard", [0.0, nearest, height])
+            }
+            ReceiverPlace::Standard(StandardReceiver::Cpx) => continue,
+        };
+        if draft::error_at(radius, place).is_none() {
+            let wrong =
+                "a draft's error is not known at this place: without the tyre's body it is up to 18 dB off there";
+            let right = format!(
+                "{full}, or a place that is seen at most {:.0} degrees over the road from the contact and is {:.2} m \
+                 or more away from it",
+                draft::MOST_ELEVATION,
+                draft::LEAST_DISTANCE * radius
+            );
+            sound = table.complain(&format!("receiver[{index}].{key}"), Problem::new(wrong, right));
         }
     }
     sound
@@ -250,7 +303,7 @@ fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
         let limit = Problem::exceeds(scene.radiation.shoulder, 0.5 * radius, "half of the tyre's radius");
         return table.complain("radiation.shoulder", limit);
     }
-    let mut sound = draft(&scene.radiation, table);
+    let mut sound = draft_quality(scene, table);
     let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
     for (index, receiver) in scene.receivers.iter().enumerate() {
         if let ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, vehicle: Some(vehicle), .. }) =

@@ -183,14 +183,12 @@ impl Radiator {
         let cell = (edge / TAU * grid.around as f64) as usize;
         let strength = |transfer: &Transfer| double(transfer.values[transfer.index(0, 0, cell)]).norm();
         let one = |&frequency: &f64| {
-            if stop.load(Ordering::Relaxed) {
-                return Err(RadiationError::Interrupted);
-            }
             let shares = |transfer: &Transfer| {
                 let green = SurfaceGreen::of(&self.body, [(frequency, transfer.clone())]);
                 PressureShares::at(&self.model(), &green, 0)
             };
-            let (transfers, report) = problem.solve(TAU * frequency / self.air.sound_speed)?;
+            let wavenumber = TAU * frequency / self.air.sound_speed;
+            let (transfers, report) = problem.solve_unless(wavenumber, &|| stop.load(Ordering::Relaxed))?;
             done();
             Ok(AtFrequency {
                 frequency,

@@ -58,7 +58,7 @@ fn spheres_over_the_plane(nodes_per_wavelength: f64, bound: f64, wanted: impl Fn
         cases.extend(sources.map(|source| case(json!({ "source": receivers[source], "points": surface }))));
         let file = json!({ "density": 1.0, "sound_speed": 1.0, "nodes_per_wavelength": nodes_per_wavelength,
             "cases": cases });
-        let answer = evaluate(&file.to_string(), MEMORY).unwrap();
+        let answer = evaluate(&file.to_string(), MEMORY, &|| false).unwrap();
         for (index, (motion, name)) in motions.iter().enumerate() {
             let found = complex(&answer["cases"][index]["pressure"]);
             let exact = &entry[name];
@@ -110,7 +110,7 @@ fn tyre_body(highest: f64, orders: &[u32], nodes_per_wavelength: f64) {
         // For rho c = 1.
         let file = json!({ "density": 1.0, "sound_speed": 1.0, "nodes_per_wavelength": nodes_per_wavelength,
             "cases": cases });
-        let answer = evaluate(&file.to_string(), MEMORY).unwrap();
+        let answer = evaluate(&file.to_string(), MEMORY, &|| false).unwrap();
         for (order, found) in orders.iter().zip(answer["cases"].as_array().unwrap()) {
             let exact = &entry["modes"][format!("m={order}")];
             let pressure = complex(&found["pressure"]);
@@ -144,14 +144,20 @@ fn refused(change: impl Fn(&mut Value)) -> String {
         "height": 0.29 }, "plane": true, "wavenumber": 3.0, "source": [0.0, 2.0, 1.0], "points": [[0.0, 0.0, 0.59]] });
     change(&mut case);
     let file = json!({ "density": 1.2, "sound_speed": 343.0, "nodes_per_wavelength": 6.0, "cases": [case] });
-    evaluate(&file.to_string(), MEMORY).unwrap_err().to_string()
+    evaluate(&file.to_string(), MEMORY, &|| false).unwrap_err().to_string()
 }
 
 #[test]
 fn mistakes_are_answered_by_case_and_reason() {
-    let cases: [(&str, Value, &str); 9] = [
+    let cases: [(&str, Value, &str); 15] = [
         ("/body/radius", json!(-1.0), "radius is -1"),
         ("/body/shoulder", json!(0.15), "shoulder of 0.15"),
+        ("/body/shoulder", json!(1e-17), "0 or at least 0.00003 m"),
+        ("/body/shoulder", json!(1e-300), "0 or at least"),
+        ("/body/width", json!(1e300), "width is 1e300 m: from 0.001 to 100 m"),
+        ("/body/width", json!(1e-300), "from 0.001 to 100 m"),
+        ("/body/radius", json!(1e200), "from 0.001 to 100 m"),
+        ("/wavenumber", json!(1e300), "bytes"),
         ("/body/height", json!(0.3), "cut by the road or clear of it"),
         ("/body/height", json!(-0.1), "above the road"),
         ("/wavenumber", json!(0.0), "wavenumber is 0"),

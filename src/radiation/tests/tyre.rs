@@ -1,11 +1,13 @@
 //! The tyre on the road: against itself, its horn, its symmetry.
 
+use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 
 use crate::numeric::legendre::gauss;
 use crate::radiation::chart::Chart;
+use crate::radiation::mesh;
 use crate::radiation::{
     Block, Body, Cost, Drive, Problem, RadiationError, Resolution, Transfer, TransferGrid, TransferProblem, Vector,
 };
@@ -225,6 +227,39 @@ fn what_is_expected_of_cost_is_what_is_counted() {
     assert!((0.5..2.0).contains(&ratio), "near evaluations {ratio}");
     let refused = Problem::new(&body, k, k, &resolution, &Block::EVEN_ACROSS, cost.bytes - 1);
     assert!(matches!(refused.err(), Some(RadiationError::Memory { .. })));
+}
+
+#[test]
+fn a_mesh_of_too_many_elements_is_counted_and_not_made() {
+    let (body, resolution) = (tyre(), Resolution::of(6.0));
+    for k in [3e3, 1e6, 1e150, 1e300] {
+        let counted = mesh::patches(&body, k, &resolution).err();
+        assert!(
+            matches!(counted, Some(RadiationError::Patches { patches, .. }) if patches > mesh::MOST_PATCHES),
+            "{k}: {counted:?}"
+        );
+        let cost = Cost::expected(&body, k, k, &resolution, &Block::EVEN_ACROSS).unwrap();
+        assert!(cost.bytes > 300_000_000_000, "{k}: {cost:?}");
+        let refused = Problem::new(&body, k, k, &resolution, &Block::EVEN_ACROSS, MEMORY).err();
+        assert!(matches!(refused, Some(RadiationError::Memory { .. })), "{k}: {refused:?}");
+    }
+    // However much memory there is.
+    let made = Problem::new(&body, 1e6, 1e6, &resolution, &Block::EVEN_ACROSS, u64::MAX).err();
+    assert!(matches!(made, Some(RadiationError::Patches { .. })), "{made:?}");
+}
+
+#[test]
+fn a_solution_is_given_up_between_two_elements_and_before_a_factorisation() {
+    let (body, k) = (tyre(), TAU * 100.0 / 343.0);
+    let problem = Problem::new(&body, k, k, &Resolution::of(3.0), &Block::EVEN_ACROSS, MEMORY).unwrap();
+    let drives = [Drive::Source(RECEIVERS[0])];
+    let asks = problem.mesh().patches.len() + Block::EVEN_ACROSS.len();
+    for most in [0, 3, asks - 1] {
+        let asked = Cell::new(0);
+        let interrupted = || asked.replace(asked.get() + 1) == most;
+        let given_up = problem.solve_unless(&drives, &interrupted).err();
+        assert_eq!((given_up, asked.get()), (Some(RadiationError::Interrupted), most + 1));
+    }
 }
 
 #[test]

@@ -15,13 +15,9 @@ pub use pictures::{Picture, pictures};
 pub fn statement_table(statements: &[Statement]) -> Table {
     let rows = statements.iter().map(|of| {
         let statement = format!("{}: {}", of.place, of.subject);
-        row([&statement, &of.paper, &of.found, &verdict(of)])
+        row([&statement, &of.paper, &of.found, &of.judgement()])
     });
     words(["statement", "paper", "found", "verdict"], rows)
-}
-
-fn verdict(of: &Statement) -> String {
-    format!("{}: {}", of.verdict.words(), of.why)
 }
 
 /// Which settings all of it was computed with.
@@ -121,9 +117,8 @@ pub fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String {
                         p {
                             (capital(of.subject)) ". The paper: " (of.paper) ". Found: " (of.found) ". "
                             strong class=[(of.verdict == Verdict::Disagrees).then_some("warning")] {
-                                (capital(of.verdict.words()))
+                                (capital(&of.judgement())) "."
                             }
-                            ": " (of.why) "."
                         }
                     }
                     @for picture in pictures.iter().filter(|picture| picture.place == *place) {

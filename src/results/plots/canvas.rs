@@ -24,7 +24,7 @@ const TICK_LABEL: i32 = 13;
 const BACKEND_FONT_SCALE: f64 = 1.24;
 
 pub(super) const INK: RGBColor = RGBColor(30, 30, 30);
-const GRID: RGBColor = RGBColor(222, 222, 222);
+pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
 const FAINT_GRID: RGBColor = RGBColor(240, 240, 240);
 
 /// Why there is no picture.

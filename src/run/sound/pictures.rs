@@ -3,7 +3,7 @@
 use crate::plan::Heard;
 use crate::response::BandLevel;
 use crate::results::files::ResultFiles;
-use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
+use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ThirdOctavePlot};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL, SoundError};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::run::error::RunError;
@@ -69,10 +69,10 @@ pub(super) fn draw_directivity(
     // The first point closes the circle.
     let points: Vec<(f64, f64)> =
         (0..=levels.len()).map(|index| (angle(index), levels[index % levels.len()])).collect();
-    let plot = LinePlot {
+    let plot = PolarPlot {
         title: &title,
-        x: Axis::linear("Angle from straight ahead, by the left [degrees]", 0.0..360.0),
-        y: Axis::linear_around("A-weighted level [dB(A)]", levels.iter().copied()),
+        source: "Source: the rolling tyre",
+        quantity: "A-weighted level [dB(A)]",
         series: vec![Series { name: "", points }],
     };
     folder.write_text(&format!("directivity_{}.svg", heard.file), &plot.to_svg()?)?;

@@ -37,7 +37,7 @@ impl SoundRecorder {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
         let error = self.sound.error();
-        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, &error))?;
+        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
@@ -78,7 +78,7 @@ impl SoundRecorder {
             let mut spectrum = mean(heard.points.clone().filter(counts).map(|point| &points[point]))?;
             let tyres = heard.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
-            Some(ReceiverSpectrum { name: heard.name.clone(), spectrum })
+            Some(ReceiverSpectrum { name: heard.name.clone(), spectrum, error: self.sound.error_at(heard) })
         };
         self.sound.heard.iter().filter_map(one).collect()
     }
@@ -99,7 +99,7 @@ impl SoundRecorder {
             tyres: heard.vehicle().map(|_| heard.tyres()),
             level: levels.overall,
             level_a: levels.overall_a,
-            level_a_error: self.sound.error().level_a,
+            level_a_error: self.sound.error_at(heard).level_a,
             bands: levels.covered(),
             power_level_a: None,
             pass_by: None,

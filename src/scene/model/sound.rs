@@ -122,7 +122,7 @@ keys! {
         /// odd ones between them, too.
         lateral_waves: usize = 6 => Whole::between(1, 1000),
         /// Radius of the shoulders, outside the tread's width \[m\].
-        shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m"),
+        shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m").plausible(1e-3, 1.0),
         /// Length of the contact patch that the body of the tyre has; that of the static contact where it is left out
         /// \[m\].
         #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,5 +1,7 @@
 //! How far the mobilities of a tyre lie from measured ones, in units of their uncertainty.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use num_complex::Complex64;
 
 use super::measured::Point;
@@ -75,6 +77,14 @@ impl<'a> Misfit<'a> {
         self.places.iter().map(|&(group, row, column)| values[group][row][column]).collect()
     }
 
+    /// The residuals of a tyre; once the end is asked for no numbers, without any sum.
+    pub(super) fn residuals_unless(&self, stop: &AtomicBool, tyre: &Tyre) -> Vec<f64> {
+        if stop.load(Ordering::Relaxed) {
+            return vec![f64::NAN; 2 * self.points.len()];
+        }
+        self.residuals(&self.mobilities(tyre))
+    }
+
     /// Differences of level and phase, computed less measured, over their uncertainties: two for each point.
     pub(super) fn residuals(&self, mobilities: &[Complex64]) -> Vec<f64> {
         let pairs = self.points.iter().zip(mobilities).flat_map(|(point, mobility)| {
@@ -103,6 +113,16 @@ mod tests {
             // The sums end at the smallest patch's lobes: one more patch changes no more than rounding.
             assert!((value - alone).norm() < 1e-6 * alone.norm(), "{point:?}");
         }
+    }
+
+    #[test]
+    fn nothing_is_summed_once_the_end_is_asked_for() {
+        let points = [Point { frequency: 90.0, patch: 0.05, mobility: Complex64::new(1.0, 0.0) }];
+        let misfit = Misfit::new(&points, Uncertainty { level: 1.0, phase: 1.0 });
+        let [going_on, asked] =
+            [false, true].map(|stop| misfit.residuals_unless(&AtomicBool::new(stop), &plate_tyre()));
+        assert!(going_on.iter().all(|residual| residual.is_finite()), "{going_on:?}");
+        assert!(asked.len() == going_on.len() && asked.iter().all(|residual| residual.is_nan()), "{asked:?}");
     }
 
     #[test]

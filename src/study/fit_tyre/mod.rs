@@ -130,10 +130,11 @@ pub fn fit(
     }
     let space = Space { start, free };
     let misfit = Misfit::new(points, uncertainty);
-    let of_all = |point: &[f64]| misfit.residuals(&misfit.mobilities(&space.tyre(point)));
+    let of_all = |point: &[f64]| misfit.residuals_unless(stop, &space.tyre(point));
     let freedom = (2 * points.len() - free.len()) as f64;
     let origin = vec![0.0; free.len()];
     let at_start = squares(&of_all(&origin));
+    asked(stop)?;
     if at_start.is_infinite() {
         return Err(FitTyreError::NotFinite);
     }
@@ -143,12 +144,11 @@ pub fn fit(
         going_on(stop)
     };
     let found = minimise(&of_all, &from, &space.bounds(), ON_ALL, &mut tell);
-    if stop.load(Ordering::Relaxed) {
-        return Err(FitTyreError::Interrupted);
-    }
+    asked(stop)?;
     let tyre = space.tyre(&found.point);
     let chi_squared = [at_start, found.squares()].map(|squares| squares / freedom);
     let slopes = jacobian(&of_all, &found.point, &found.residuals, &space.bounds());
+    asked(stop)?;
     let (covariance, condition) = covariance(&slopes);
     let deviations: Vec<f64> = (0..free.len()).map(|index| covariance[(index, index)].sqrt()).collect();
     let wider = SURE * chi_squared[1].max(1.0).sqrt();
@@ -177,6 +177,11 @@ pub fn fit(
     })
 }
 
+/// The end, once it is asked for.
+fn asked(stop: &AtomicBool) -> Result<(), FitTyreError> {
+    if stop.load(Ordering::Relaxed) { Err(FitTyreError::Interrupted) } else { Ok(()) }
+}
+
 fn going_on(stop: &AtomicBool) -> ControlFlow<()> {
     if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
@@ -198,21 +203,17 @@ fn low_point(
         return Ok(origin);
     }
     let misfit = Misfit::new(&low, uncertainty);
-    let of_low = |point: &[f64]| misfit.residuals(&misfit.mobilities(&space.tyre(point)));
+    let of_low = |point: &[f64]| misfit.residuals_unless(stop, &space.tyre(point));
     watch(0, &format!("{TRIALS} starts on low frequencies"));
     let tried = |trial: usize| {
         let mut point = origin.clone();
         for (&index, place) in varied.iter().zip(spread(trial)) {
             point[index] = (2.0 * place - 1.0) * REACH.ln();
         }
-        // Nothing is tried any more once somebody wants the end.
-        let residuals = if stop.load(Ordering::Relaxed) { Vec::new() } else { of_low(&point) };
-        (squares(&residuals), point)
+        (squares(&of_low(&point)), point)
     };
     let mut trials = in_parallel::made(TRIALS, tried);
-    if stop.load(Ordering::Relaxed) {
-        return Err(FitTyreError::Interrupted);
-    }
+    asked(stop)?;
     trials.sort_by(|a, b| a.0.total_cmp(&b.0));
     trials.truncate(BEST);
     let freedom = (2 * low.len() - unknowns) as f64;
@@ -230,9 +231,7 @@ fn low_point(
             break;
         }
     }
-    if stop.load(Ordering::Relaxed) {
-        return Err(FitTyreError::Interrupted);
-    }
+    asked(stop)?;
     Ok(ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(origin, |end| end.1))
 }
 

@@ -94,7 +94,7 @@ impl Equation4 {
             paper: "F = G0^-1 S(y)",
             found: self.couplings.iter().map(words).collect::<Vec<_>>().join("; "),
             verdict: judge(&of_4),
-            why: "halvings go on to change it where there is no limit".to_owned(),
+            why: "each halving changes the force less than the one before, towards a limit".to_owned(),
         }
     }
 }

@@ -140,7 +140,10 @@ impl InfluenceShare {
                     self.exact.seconds
                 ),
                 verdict: takes_most(sums),
-                why: format!("{:.1} s rolled; {} of {:.1e} sums timed", self.rolled, self.sampled, self.values),
+                why: format!(
+                    "more than {high:.0} % of the time; {:.1} s rolled; {} of {:.1e} sums timed",
+                    self.rolled, self.sampled, self.values
+                ),
             },
             Statement {
                 place: "performance",
@@ -155,7 +158,9 @@ impl InfluenceShare {
                     1e3 * self.kept
                 ),
                 verdict: takes_most(poles),
-                why: format!("judged by the first run; {low:.0} to {high:.0} % would be too close to call"),
+                why: format!(
+                    "more than {high:.0} % of the first run's time; {low:.0} to {high:.0} % cannot be told from half"
+                ),
             },
         ]
     }

@@ -91,7 +91,10 @@ impl MobilityFigure {
                     self.smallest_rise_at
                 ),
                 verdict: rises(self.rising),
-                why: format!("resonances may hide it at {} % of the frequencies", 100.0 * HIDDEN),
+                why: format!(
+                    "a rise from each patch to the next at {} % of the frequencies or more",
+                    100.0 - 100.0 * HIDDEN
+                ),
             },
             Statement {
                 place: "figure 2",
@@ -103,7 +106,7 @@ impl MobilityFigure {
                     1e3 * PATCHES[PATCHES.len() - 1]
                 ),
                 verdict: is_spring(self.exponent),
-                why: "nearer to a spring's power 1 than to a damper's 0".to_owned(),
+                why: "a power nearer to a spring's 1 than to a damper's 0".to_owned(),
             },
         ]
     }

@@ -75,7 +75,7 @@ impl SearchFigure {
                 paper: "one when the guess is right, one or two more otherwise",
                 found: format!("local law: {}; equation 4: {}", local.words(), equation_4.words()),
                 verdict: takes_few(local.more.max(equation_4.more)),
-                why: format!("more than three in less than {} % of the instants", 100.0 * RARE),
+                why: format!("more than three solves in less than {} % of the instants", 100.0 * RARE),
             },
             Statement {
                 place: "contact search",
@@ -83,7 +83,7 @@ impl SearchFigure {
                 paper: "a search may be given up: only positive forces are kept",
                 found: format!("conditions of contact met to {worst:.0e}; {fallbacks} least-index fallbacks"),
                 verdict: is_given_up(worst),
-                why: format!("given up where the conditions are missed by more than {SOLVED:.0e}"),
+                why: format!("conditions of contact missed by more than {SOLVED:.0e}: only then is a search given up"),
             },
         ]
     }

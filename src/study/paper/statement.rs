@@ -43,13 +43,36 @@ pub struct Statement {
     pub found: String,
     /// Whether that is the same.
     pub verdict: Verdict,
-    /// By what it was judged.
+    /// What would agree; or why nothing can be compared.
     pub why: String,
+}
+
+impl Statement {
+    /// The verdict with its criterion, which reads the same way round whatever the verdict is.
+    pub fn judgement(&self) -> String {
+        let Self { verdict, why, .. } = self;
+        match verdict {
+            Verdict::NotComparable => format!("{}: {why}", verdict.words()),
+            Verdict::Agrees | Verdict::Disagrees => format!("{} (criterion: {why})", verdict.words()),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_verdict_never_reads_as_its_opposite() {
+        let told = |verdict, why: &str| {
+            let (place, subject, paper) = ("figure 4", "springs or half-space", "no difference");
+            Statement { place, subject, paper, found: "+4.6 dB".to_owned(), verdict, why: why.to_owned() }.judgement()
+        };
+        let why = "third octaves within 1 dB";
+        assert_eq!(told(Verdict::Disagrees, why), "disagrees (criterion: third octaves within 1 dB)");
+        assert_eq!(told(Verdict::Agrees, why), "agrees (criterion: third octaves within 1 dB)");
+        assert_eq!(told(Verdict::NotComparable, "no numbers are given"), "not comparable: no numbers are given");
+    }
 
     #[test]
     fn a_question_has_two_answers_and_each_verdict_its_words() {

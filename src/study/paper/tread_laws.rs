@@ -84,7 +84,7 @@ impl TreadLaws {
                     uncoupled.change.abs()
                 ),
                 verdict: is_higher(self.mean_of_bedding),
-                why: format!("higher where the mean over third octaves is, by {INSIGNIFICANT} dB or more"),
+                why: format!("in the mean over third octaves {INSIGNIFICANT} dB higher or more"),
             },
             Statement {
                 place: "figure 6",
@@ -92,7 +92,7 @@ impl TreadLaws {
                 paper: "near 800 Hz, the contact resonance",
                 found: format!("{:+.1} dB at {} Hz", self.most.change, self.most.frequency),
                 verdict: is_near_the_resonance(self.most),
-                why: format!("within two third octaves of {RESONANCE} Hz"),
+                why: format!("the largest rise within two third octaves of {RESONANCE} Hz"),
             },
         ]
     }

@@ -93,6 +93,27 @@ fn vehicles() {
 }
 
 #[test]
+fn a_draft_is_refused_where_its_error_is_not_known() {
+    const DRAFT: &str = "[radiation]\nquality = \"draft\"";
+    let place_refused = |keys: &str, key: &str| {
+        let (line, full) = (27 + keys.lines().position(|line| line.starts_with(key)).unwrap(), "quality = \"full\"");
+        sound_refused(&format!("[[receiver]]\n{keys}\n{DRAFT}"), line, &format!("receiver[0].{key}"), "draft", full);
+    };
+    place_refused("position = [0.0, 1.0, 0.9]", "position");
+    place_refused("position = [0.1, 0.2, 0.05]", "position");
+    place_refused("standard = \"hemisphere\"\nradius = 3", "standard");
+    place_refused("standard = \"circle\"\nradius = 2\nheight = 1.5", "height");
+    place_refused("standard = \"coast-by\"\ndistance = 2", "standard");
+    for place in ["position = [1.0, 0.0, 0.2]", "standard = \"circle\"\nradius = 2\nheight = 0.3", "standard = \"cpx\""]
+    {
+        accepted("[outputs]", &format!("[[receiver]]\n{place}\n{DRAFT}\n[outputs]"));
+    }
+    let cpx = "[[receiver]]\nstandard = \"cpx\"";
+    sound_refused(&format!("{cpx}\n{DRAFT}\nfmax = 4e3"), 30, "radiation.fmax", "above 25", "at most 25");
+    sound_refused(&format!("{cpx}\n{DRAFT}\nshoulder = 0.1"), 29, "radiation.quality", "0.400 m wide", "from 0.15");
+}
+
+#[test]
 fn ways() {
     const HERE: &str = "[[receiver]]\nstandard = \"cpx\"\n";
     let way_refused = |keys: &str, key: &str, wrong: &str, right: &str| {
@@ -102,6 +123,7 @@ fn ways() {
     way_refused("air = \"axel\"", "air", "\"axel\" is not known", "did you mean \"axle\"?");
     way_refused("frequency_tolerance = 0.1", "frequency_tolerance", "cannot stand here", "in quotes");
     way_refused("shoulder = 0.2", "shoulder", "0.2", "half of the tyre's radius");
+    way_refused("shoulder = 1e-17", "shoulder", "hardly meant: from 0.001 to 1 m", "allow_implausible");
     way_refused("patch_length = 0.5", "patch_length", "0.5", "the tyre's radius");
     way_refused("quality = \"drafty\"", "quality", "\"drafty\" is not known", "did you mean \"draft\"?");
     way_refused("acoustic_gap = 0.001\nquality = \"draft\"", "acoustic_gap", "sealed patch", "quality = \"full\"");

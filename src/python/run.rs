@@ -183,7 +183,7 @@ impl InMemory {
         watched.stage(Stage::Response);
         run.settle();
         let Run { prepared, record, meter, .. } = &run;
-        let look_back = LookBack { loaded, plan: &plan, prepared, record };
+        let look_back = LookBack { loaded, plan: &plan, prepared, record, steps: plan.steps };
         let spent = cpu.zip(cpu_time()).map(|(before, after)| after.saturating_sub(before));
         let cost = Cost::new(meter, wall.elapsed().as_secs_f64(), rayon::current_num_threads()).with_cpu(spent);
         let outputs = &plan.scene.outputs;

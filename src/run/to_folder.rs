@@ -173,7 +173,7 @@ impl<'a> PlannedRun<'a> {
         record.cells = CellRecorder::new(plan, &prepared.march, Some(&place))?;
         record.vibration = vibration;
         record.sound = sound;
-        let mut run = Run::new(plan, prepared, record, meter);
+        let mut run = Run::new(loaded, plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
@@ -217,10 +217,11 @@ impl<'a> PlannedRun<'a> {
         interrupted: bool,
         progress: &mut dyn Progress,
     ) -> Result<Summary, RunError> {
+        let steps = run.next_step();
         let Run { prepared, record, meter, .. } = run;
         record.finish(meter)?;
         progress.stage(Stage::Response);
-        let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record };
+        let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record, steps };
         let (mut vibration, mut sound) = (None, None);
         if !interrupted {
             let open = meter.open();
@@ -269,8 +270,9 @@ fn roll(
     behind: Option<&Scope<'_>>,
 ) -> Result<bool, RunError> {
     let mut interrupted = false;
-    for step in run.next_step()..plan.steps {
-        if step % LOOK_EVERY == 0 {
+    while run.next_step() < plan.steps {
+        let step = run.prepared.march.next_step();
+        if step.is_multiple_of(LOOK_EVERY) {
             progress.step(step);
             interrupted = stop.load(Ordering::Relaxed);
             if interrupted || checkpoints.due() {
@@ -280,7 +282,7 @@ fn roll(
                 break;
             }
         }
-        run.step_beside(behind)?;
+        run.advance(behind)?;
     }
     run.settle();
     Ok(interrupted)

@@ -63,6 +63,15 @@ pub enum ContactError {
         /// Radius of the tyre \[m\].
         radius: f64,
     },
+    /// The first or the last column of a window of cells carries force, and the tyre has more: the step is to be solved
+    /// again with a wider window.
+    #[error("contact reaches the end of the window of cells at step {step} (t = {time:.6} s)")]
+    AtWindowEnd {
+        /// Time step.
+        step: u64,
+        /// Time \[s\].
+        time: f64,
+    },
     /// No scaling makes the static contact as stiff as the elastic tread's.
     #[error(
         "no scaling gives the tread law the static stiffness of the elastic tread: {force:.1} N \

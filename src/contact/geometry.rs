@@ -49,6 +49,11 @@ impl Geometry {
         }
     }
 
+    /// The same with a window that is longer by so many columns at either end.
+    pub(crate) fn wider(&self, margin: usize) -> Self {
+        Self { columns: self.columns + 2 * margin, half: self.half + margin as i64, ..self.clone() }
+    }
+
     /// Element number e of the window's first column at a step.
     pub fn first_element(&self, step: u64) -> i64 {
         self.origin.0 + (self.origin.1 + step as i64).div_euclid(self.substeps as i64) - self.half

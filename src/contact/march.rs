@@ -14,6 +14,8 @@
 //!
 //! So for slices; over cells, [`CellZone`] does the same for each cell of the window.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::axle::AxleHeight;
@@ -52,7 +54,7 @@ pub struct MarchTotals {
     pub largest_force: f64,
     /// Largest required displacement \[m\].
     pub largest_displacement: f64,
-    /// Steps in which an outermost column carried force.
+    /// Steps in which an outermost column carried force; of cells, steps that were solved again with a wider window.
     pub edge_contacts: u64,
 }
 
@@ -71,6 +73,8 @@ impl MarchTotals {
 /// The state of a rolling contact.
 pub struct March {
     geometry: Geometry,
+    /// The window in which contact is sought: for cells it may be longer than that of `geometry`, which is told.
+    window: Geometry,
     /// See [`Geometry::rises`].
     rises: Vec<f64>,
     zone: Zone,
@@ -139,16 +143,18 @@ impl March {
             required: vec![0.0; columns],
             kernel,
         };
-        Self::over(Zone::Slices(zone), geometry, numerics.time_rule, time_step)
+        Self::over(Zone::Slices(zone), geometry, 0, numerics.time_rule, time_step)
     }
 
     /// Cells at rest, about to do step 0; `time_step` \[s\] is for messages only.
     pub fn with_cells(geometry: Geometry, zone: CellZone, rule: TimeRule, time_step: f64) -> Self {
-        Self::over(Zone::Cells(Box::new(zone)), geometry, rule, time_step)
+        let margin = zone.margin();
+        Self::over(Zone::Cells(Box::new(zone)), geometry, margin, rule, time_step)
     }
 
-    fn over(zone: Zone, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
+    fn over(zone: Zone, geometry: Geometry, margin: usize, rule: TimeRule, time_step: f64) -> Self {
         let (columns, nodes) = (geometry.columns, rule.nodes());
+        let window = geometry.wider(margin);
         Self {
             zone,
             instant_forces: vec![0.0; columns * nodes.len()],
@@ -158,14 +164,26 @@ impl March {
             weights: rule.weights(),
             time_step,
             totals: MarchTotals::default(),
-            rises: geometry.rises(nodes),
+            rises: window.rises(nodes),
+            window,
             geometry,
         }
     }
 
-    /// Where the elements are.
+    /// Where the elements are whose forces are told.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
+    }
+
+    /// Elements that can touch at a step.
+    pub(crate) fn reach(&self, step: u64) -> Range<i64> {
+        let first = self.window.first_element(step);
+        first..first + self.window.columns as i64
+    }
+
+    /// Steps that were solved again with a wider window by the marches before.
+    pub(crate) fn count_again(&mut self, edge_contacts: u64) {
+        self.totals.edge_contacts += edge_contacts;
     }
 
     /// First weights \[m/N\]: other bits there mean other bits everywhere.
@@ -301,12 +319,15 @@ impl March {
         let (step, columns) = (self.step, self.geometry.columns);
         let forces = &mut self.instant_forces[stage * columns..(stage + 1) * columns];
         let row = self.geometry.substep(step) * self.nodes.len() + stage;
-        let rises = &self.rises[row * columns..];
+        let rises = &self.rises[row * self.window.columns..];
         let solved = match &mut self.zone {
             Zone::Slices(zone) => {
                 zone.solve((step, stage, first_element), indentation, rises, slices, forces, meter)?
             }
-            Zone::Cells(zone) => zone.solve((stage, first_element), indentation, rises, slices, forces, meter),
+            Zone::Cells(zone) => {
+                let first_element = self.window.first_element(step);
+                zone.solve((stage, first_element), indentation, rises, slices, forces, meter)
+            }
         };
         let total_force: f64 = forces.iter().sum();
         let time = step as f64 * self.time_step;
@@ -321,9 +342,16 @@ impl March {
         totals.residuals = totals.residuals.worst(solved.residuals);
         totals.largest_force = totals.largest_force.max(solved.largest_force);
         totals.largest_displacement = totals.largest_displacement.max(displacement);
-        let edge = forces.first().zip(forces.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0);
-        totals.edge_contacts += u64::from(edge && forces.len() < self.geometry.elements);
-        Ok(total_force)
+        // A window grows at both ends: one column of the tyre may be left.
+        let outside = self.window.elements - self.window.columns;
+        match &self.zone {
+            Zone::Cells(_) if solved.is_at_end && outside > 1 => Err(ContactError::AtWindowEnd { step, time }),
+            Zone::Slices(_) => {
+                totals.edge_contacts += u64::from(solved.is_at_end && outside > 0);
+                Ok(total_force)
+            }
+            Zone::Cells(_) => Ok(total_force),
+        }
     }
 }
 
@@ -370,6 +398,7 @@ impl SliceZone {
             largest_force: largest_or_zero(forces),
             largest_displacement: largest_or_zero(&self.required),
             is_sound: self.required.iter().fold(true, |sound, required| sound & !required.is_nan()),
+            is_at_end: forces.first().zip(forces.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0),
         })
     }
 }

@@ -18,11 +18,9 @@ use crate::tyre::poles::expected_fit;
 const HANDED_OVER: [f64; 2] = [3.0, 6.0];
 /// Those between which lateral numbers that are the same on cells begin to be taken together.
 const FOLDED: [f64; 2] = [6.0, 12.0];
-/// Length of the window over that of the longest smooth patch.
-pub const BEYOND: f64 = 1.05;
-/// Part of the window that a cell is remembered for, at least: the window has room for the deepest position of the axle
-/// on the highest of the road, and no patch is as long.
-const REMEMBERED: f64 = 0.8;
+/// Part of the window that a cell is remembered for, at least: the window has room for the chord of a rigid tyre at the
+/// deepest position of the axle over the highest stone, of which a patch takes up half.
+const REMEMBERED: f64 = 0.55;
 /// Blocks that forces are forgotten late, since their poles are gone through behind the march.
 const LATE: usize = 2;
 /// How far the window stays away from what it has left behind on a shorter ring, in the longest waves on it over 2 pi:
@@ -47,6 +45,12 @@ impl Plan {
     /// Height of the tread above its middle, at a distance from there \[m\].
     pub fn crown(&self, from_middle: f64) -> f64 {
         self.scene.tyre.crown_radius.map_or(0.0, |radius| from_middle * from_middle / (2.0 * radius))
+    }
+
+    /// Columns at either end by which the window of cells is longer than what the run tells, which has so many.
+    pub(crate) fn window_margin(&self, columns: usize) -> usize {
+        let margin = (0.5 * (self.window - 1.0) * columns as f64).ceil() as usize;
+        margin.min((self.scene.numerics.elements - columns) / 2)
     }
 
     /// The bands of waves that carry the past of cells, seen through a window of so many columns. Finite sums are kept

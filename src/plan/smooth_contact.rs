@@ -4,13 +4,14 @@ use serde::Serialize;
 
 use super::feasible::COARSE_TOLERANCE;
 use crate::contact::static_contact::{StaticContact, StaticTyre, window_reach};
+use crate::road::sources::made::TargetSpectrum;
 use crate::scene::{Axle, Road, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection};
 
 /// Elements of the static solution that patch and window are expected from.
 const COARSE: usize = 384;
-/// Height of a rough road's peaks above its mean \[m\]: a millimetre of texture.
-const PEAKS: f64 = 1e-3;
+/// Height of the peaks of a measured road above its plane \[m\], which only its file knows: stones of a chip seal.
+const PEAKS: f64 = 5e-3;
 
 /// What the contact is expected to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -35,7 +36,12 @@ impl Expected {
     pub(super) fn of(scene: &Scene, standing: Option<StaticContact>, radius: f64, element: f64) -> Self {
         let elements = scene.numerics.elements as f64;
         let (depth, length) = standing.map_or((0.01, 0.1), |found| (found.indentation, found.length));
-        let peaks = if matches!(scene.road, Road::Smooth) { 0.0 } else { PEAKS };
+        let peaks = match &scene.road {
+            Road::Smooth => 0.0,
+            // A road that cannot be made is refused when it is opened.
+            Road::Made(made) => TargetSpectrum::of(made).map_or(0.0, |target| target.highest()),
+            Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => PEAKS,
+        };
         let reach = window_reach(&scene.rolling.axle, depth, peaks, radius, element);
         Self {
             points: (length / element).clamp(1.0, elements),

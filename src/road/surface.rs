@@ -5,7 +5,7 @@ use super::lattice::Lattice;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
 use super::sources::Source;
-use super::sources::made::{Patches, Texture};
+use super::sources::made::{PEAK_FACTOR, Patches, Texture};
 use super::texture::{self, wavenumber};
 use crate::scene::{AtEnd, Road};
 
@@ -151,7 +151,7 @@ impl RoadSurface {
             Heights::Measured(road) => road.highest(),
             Heights::Drawn { .. } => {
                 let mean_square: f64 = self.report.bands.iter().map(|band| texture::mean_square(band.fitted)).sum();
-                5.0 * mean_square.sqrt()
+                PEAK_FACTOR * mean_square.sqrt()
             }
         }
     }

@@ -8,10 +8,9 @@ use crate::contact::cells::past::{RingParts, WavePast};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::WaveTransform;
 use crate::contact::cells::{CellPast, CellZone};
-use crate::contact::static_contact::{StaticContact, deepest};
+use crate::contact::static_contact::StaticContact;
 use crate::counters::{Counter, Meter, Stage};
 use crate::plan::Plan;
-use crate::plan::cells::BEYOND;
 use crate::response::vibration::CarriedWaves;
 use crate::run::error::RunError;
 use crate::run::past::{count_evaluations, refused};
@@ -49,15 +48,6 @@ impl<'a> CellContact<'a> {
         self.resting.under(&self.plan.scene.rolling.axle)
     }
 
-    /// Half the length of the window that holds every cell that can touch \[m\]: the smooth patch at the deepest that
-    /// the axle may come down, and deeper by the road's highest point above its plane \[m\]. Steps in which an
-    /// outermost cell touches are counted.
-    pub fn reach(&mut self, at_rest: f64, highest: f64) -> f64 {
-        let deepest = deepest(&self.plan.scene.rolling.axle, at_rest) + highest;
-        let length = self.resting.pressed(deepest).0.length;
-        0.5 * BEYOND * length + 2.0 * self.plan.element
-    }
-
     /// What cells of a window of so many columns feel of each other at once.
     ///
     /// # Errors
@@ -68,15 +58,22 @@ impl<'a> CellContact<'a> {
         Ok(meter.time(Stage::Influence, || self.sums.instant(rate, columns)))
     }
 
-    /// The cells of a window, at rest; the past is that of the waves that carry it, or of direct sums.
-    pub fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], meter: &mut Meter) -> CellZone {
+    /// The cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is that of
+    /// the waves that carry it, or of direct sums.
+    pub fn zone(
+        &self,
+        instant: CellInfluence,
+        carried: &[CarriedWaves],
+        margin: usize,
+        meter: &mut Meter,
+    ) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let past = match numerics.history {
             History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),
             History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
         };
         let tolerance = self.plan.cell_tolerance();
-        CellZone::new(instant, self.crown.clone(), past, numerics.time_rule.stages(), tolerance)
+        CellZone::new(instant, self.crown.clone(), past, numerics.time_rule.stages(), tolerance, margin)
     }
 
     /// The sums over a tyre's waves.

@@ -62,6 +62,8 @@ impl Owner {
 struct RunState {
     /// SHA-256 of the first weights.
     influence: String,
+    /// Length of the window of cells over that of a rigid tyre's chord.
+    window: f64,
     /// Wall and processor time.
     times: [Duration; 2],
     cost: Counters,
@@ -127,6 +129,9 @@ impl Checkpoint {
             Ok(state) => state,
             Err(error) => return Err(unusable(error.into()).into()),
         };
+        if state.window > run.window() {
+            run.begin_again(state.window)?;
+        }
         if state.influence != influence_digest(&run.prepared) {
             return Err(unusable(Unusable::Influence).into());
         }
@@ -141,6 +146,7 @@ impl RunState {
     fn of(run: &Run, times: [Duration; 2]) -> Self {
         Self {
             influence: influence_digest(&run.prepared),
+            window: run.window(),
             times,
             cost: run.meter.counters(),
             record: run.record.save(),
@@ -157,7 +163,7 @@ impl RunState {
         run.prepared.axle.restore(self.axle)?;
         run.prepared.road.restore(&self.road)?;
         run.prepared.march.restore(self.march)?;
-        if run.prepared.march.next_step() == steps { Ok((self.times, self.road)) } else { Err(StateError::Value) }
+        if run.go_on_after(steps) { Ok((self.times, self.road)) } else { Err(StateError::Value) }
     }
 }
 

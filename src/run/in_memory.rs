@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use rayon::Scope;
 
+use crate::contact::ContactError;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
 use crate::counters::{Counter, Meter, Phase, Stage, Timing, Watch, Work};
@@ -22,13 +23,15 @@ use crate::run::sound::{HeardSound, SoundRecorder};
 use crate::run::vibration::{HeardVibration, VibrationRecorder};
 use crate::scene::LoadedScene;
 
+/// How much longer a window of cells becomes once contact has reached its end.
+const WIDER: f64 = 1.5;
+
 /// A run between two of its steps.
 pub struct Run {
-    /// Time steps of the whole run, and their length \[s\].
-    steps: u64,
-    time_step: f64,
-    /// Length of an element \[m\].
-    element: f64,
+    loaded: LoadedScene,
+    plan: Plan,
+    /// The step after the last one that is recorded; the contact is behind it after it began again.
+    next_step: u64,
     /// Contact, road and axle.
     pub(crate) prepared: Prepared,
     /// What is recorded.
@@ -89,7 +92,7 @@ impl Run {
         record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, points);
         record.cells = CellRecorder::new(plan, &prepared.march, None)?;
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
-        let mut run = Self::new(plan, prepared, record, meter);
+        let mut run = Self::new(loaded, plan, prepared, record, meter);
         run.enter_steps();
         Ok(run)
     }
@@ -106,8 +109,14 @@ impl Run {
     }
 
     /// A prepared run with its record.
-    pub(crate) fn new(plan: &Plan, prepared: Prepared, record: Record, meter: Meter) -> Self {
-        Self { steps: plan.steps, time_step: plan.time_step, element: plan.element, prepared, record, meter }
+    pub(crate) fn new(
+        loaded: &LoadedScene,
+        plan: &Plan,
+        prepared: Prepared,
+        record: Record,
+        meter: Meter,
+    ) -> Self {
+        Self { loaded: loaded.clone(), plan: plan.clone(), next_step: 0, prepared, record, meter }
     }
 
     /// Changes how closely steps are timed from now on.
@@ -117,7 +126,7 @@ impl Run {
 
     /// Number of the next step; the number of all steps after the last.
     pub fn next_step(&self) -> u64 {
-        self.prepared.march.next_step()
+        self.next_step
     }
 
     /// Does a step and says what it gave; `None` after the last.
@@ -125,7 +134,7 @@ impl Run {
     /// # Errors
     /// [`RunError`]; the run cannot go on then.
     pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
-        if self.next_step() >= self.steps { Ok(None) } else { self.step_beside(None).map(Some) }
+        if self.next_step() >= self.plan.steps { Ok(None) } else { self.step_beside(None).map(Some) }
     }
 
     /// Contact forces of the last step by column of the window, the first one that of element
@@ -146,7 +155,7 @@ impl Run {
         let Self { prepared, record, meter, .. } = self;
         let sound = record.sound.as_ref().and_then(|sound| sound.heard().ok());
         Results {
-            steps: prepared.march.next_step(),
+            steps: self.next_step,
             mean_force: record.mean_force(),
             rms_force_variation: record.rms_force_variation(),
             mean_contact_length: record.mean_contact_length(),
@@ -163,22 +172,68 @@ impl Run {
 
     /// The next step; given a scope to work in, the road is made in it ahead of its need.
     pub(crate) fn step_beside(&mut self, behind: Option<&Scope<'_>>) -> Result<StepResult, RunError> {
-        let Self { time_step, element, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
+        loop {
+            if let Some(result) = self.advance(behind)? {
+                return Ok(result);
+            }
+        }
+    }
+
+    /// Makes the contact begin again over a window of cells so many times as long as a rigid tyre's chord; what was
+    /// recorded stays.
+    pub(crate) fn begin_again(&mut self, window: f64) -> Result<(), RunError> {
+        self.plan.window = window;
+        let Prepared { march, road, axle, .. } =
+            prepare(&self.loaded, &self.plan, &AtomicBool::new(false), &mut self.meter)?;
+        let prepared = &mut self.prepared;
+        (prepared.march, prepared.road, prepared.axle) = (march, road, axle);
+        Ok(())
+    }
+
+    /// Goes on after so many recorded steps; `false` if the contact cannot be where it is then.
+    pub(crate) fn go_on_after(&mut self, steps: u64) -> bool {
+        self.next_step = steps;
+        let done = self.prepared.march.next_step();
+        done == steps || done < steps && self.plan.window > 1.0
+    }
+
+    /// Length of the window of cells over that of a rigid tyre's chord.
+    pub(crate) fn window(&self) -> f64 {
+        self.plan.window
+    }
+
+    /// Brings the contact on by a step, and records it. Where contact reaches the end of a window of cells it begins
+    /// again over a wider one, since other waves carry the past through that; `None` until it has come as far as it
+    /// was.
+    pub(crate) fn advance(&mut self, behind: Option<&Scope<'_>>) -> Result<Option<StepResult>, RunError> {
+        let Self { plan, next_step, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
         let step = march.next_step();
         meter.begin_step(step);
-        let first = march.geometry().first_element(step);
-        road.reach(first, first + march.geometry().columns as i64, meter, behind)?;
+        let reach = march.reach(step);
+        road.reach(reach.start, reach.end, meter, behind)?;
         let indentation = axle.indentation(step);
-        let result = march.step(axle, road.slices(), meter)?;
+        let result = match march.step(axle, road.slices(), meter) {
+            Err(ContactError::AtWindowEnd { .. }) => {
+                let times = 1 + march.totals().edge_contacts;
+                self.begin_again(WIDER * self.plan.window)?;
+                self.prepared.march.count_again(times);
+                return Ok(None);
+            }
+            result => result?,
+        };
         axle.observe(step, result.total_force);
+        if step < *next_step {
+            return Ok(None);
+        }
+        *next_step = step + 1;
         record.push(
             StepRecord {
                 step,
-                time: step as f64 * *time_step,
+                time: step as f64 * plan.time_step,
                 total_force: result.total_force,
                 first_element: result.first_element,
                 forces: march.forces(),
-                contact_length: result.extent as f64 * *element,
+                contact_length: result.extent as f64 * plan.element,
                 indentation,
             },
             meter,
@@ -196,7 +251,7 @@ impl Run {
             sound.push(step, march, meter);
         }
         self.meter.end_step(step + 1);
-        Ok(result)
+        Ok(Some(result))
     }
 
     /// Time that the stages of its steps have taken so far, as far as steps were timed: all of it if every step is.
@@ -206,7 +261,7 @@ impl Run {
 
     /// The steps begin: from the next one to the last.
     pub(crate) fn enter_steps(&mut self) {
-        let (first, end) = (self.next_step(), self.steps);
+        let (first, end) = (self.next_step(), self.plan.steps);
         if let Some(trace) = self.meter.trace_mut() {
             trace.expect_steps(first, end);
         }
@@ -228,7 +283,7 @@ impl Run {
         let bytes = meter.counted(Counter::BytesWritten);
         meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
         for (counter, amount) in [
-            (Counter::Steps, march.next_step()),
+            (Counter::Steps, next),
             (Counter::HistoryMultiplyAdds, meter.cost(Stage::History).work.multiply_adds),
             (Counter::WindowEdgeContacts, march.totals().edge_contacts),
             (Counter::Solves, counts.solves),

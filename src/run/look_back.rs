@@ -24,6 +24,8 @@ pub(crate) struct LookBack<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) prepared: &'a Prepared,
     pub(crate) record: &'a Record,
+    /// Steps recorded.
+    pub(crate) steps: u64,
 }
 
 /// What the summary says of what was written at the end of a complete run.
@@ -110,7 +112,7 @@ impl LookBack<'_> {
     pub(crate) fn summary(&self, cost: Cost, written: Written) -> Result<Summary, RunError> {
         let march = &self.prepared.march;
         let (totals, counts) = (march.totals(), march.search_counts());
-        let steps = march.next_step();
+        let steps = self.steps;
         let mean_force = self.record.mean_force();
         let load = self.loaded.scene.rolling.axle.load().zip(mean_force).map(|((wanted, tolerance), mean)| {
             let relative_error = (mean - wanted) / wanted;
@@ -144,13 +146,18 @@ impl LookBack<'_> {
         summary.notes.clone_from(&self.prepared.notes);
         summary.warnings.clone_from(&self.prepared.warnings);
         summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
-        if totals.edge_contacts > 0 {
-            summary.warnings.push(format!(
+        summary.warnings.extend((totals.edge_contacts > 0).then(|| match march.cells() {
+            None => format!(
                 "in {} steps the outermost element of the window was in contact: \
                  the patch may be longer than the window",
                 totals.edge_contacts
-            ));
-        }
+            ),
+            Some(_) => format!(
+                "in {} steps contact reached the end of the window of cells, and was solved again over a wider one: \
+                 forces of each cell are told for the first window alone, those beyond it with its outermost columns",
+                totals.edge_contacts
+            ),
+        }));
         if self.record.lacks_spectrum() && self.loaded.scene.outputs.spectra {
             summary.warnings.push("the run is too short for a spectrum".into());
         }

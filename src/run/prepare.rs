@@ -87,12 +87,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
-    let reach = match &mut zone {
-        ZoneSums::Slices(_) => {
-            window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element)
-        }
-        ZoneSums::Cells(cells) => meter.time(Stage::Axle, || cells.reach(at_rest.indentation, surface.highest())),
-    };
+    let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
     let excited = surface.report().highest_frequency(plan.speed);
     let valid_to = excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited));
     if let Some(highest) = excited {
@@ -111,10 +106,12 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
-    let first = geometry.first_element(0);
+    let margin = plan.window_margin(geometry.columns);
+    let window = geometry.wider(margin);
+    let first = window.first_element(0);
     let queue = SliceQueue::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
-    let reached = geometry.first_element(plan.steps.saturating_sub(1)) + geometry.columns as i64;
-    let columns = geometry.columns;
+    let columns = window.columns;
+    let reached = window.first_element(plan.steps.saturating_sub(1)) + columns as i64;
     let (mut moving, mut carried) = (None, None);
     let (march, form, kappa, model) = match &zone {
         ZoneSums::Cells(cells) => {
@@ -124,7 +121,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
                 History::Direct if !followed => Vec::new(),
                 _ => cells.carried(columns, meter, &mut warnings)?,
             };
-            let zone = cells.zone(instant.clone(), &waves, meter);
+            let zone = cells.zone(instant.clone(), &waves, margin, meter);
             if followed {
                 let beyond = meter.time(Stage::Influence, || cells.beyond(instant, &waves))?;
                 carried = Some((waves, beyond));

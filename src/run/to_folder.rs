@@ -177,7 +177,7 @@ impl<'a> PlannedRun<'a> {
         record.cells = CellRecorder::new(plan, &prepared.march, Some(&place))?;
         record.vibration = vibration;
         record.sound = sound;
-        let mut run = Run::new(plan, prepared, record, meter);
+        let mut run = Run::new(loaded, plan, prepared, record, meter);
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
@@ -221,10 +221,11 @@ impl<'a> PlannedRun<'a> {
         interrupted: bool,
         progress: &mut dyn Progress,
     ) -> Result<Summary, RunError> {
+        let steps = run.next_step();
         let Run { prepared, record, meter, .. } = run;
         record.finish(meter)?;
         progress.stage(Stage::Response);
-        let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record };
+        let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record, steps };
         let mut written = Written::default();
         if !interrupted {
             let open = meter.open();
@@ -265,8 +266,9 @@ fn roll(
     behind: Option<&Scope<'_>>,
 ) -> Result<bool, RunError> {
     let mut interrupted = false;
-    for step in run.next_step()..plan.steps {
-        if step % LOOK_EVERY == 0 {
+    while run.next_step() < plan.steps {
+        let step = run.prepared.march.next_step();
+        if step.is_multiple_of(LOOK_EVERY) {
             progress.step(step);
             interrupted = stop.load(Ordering::Relaxed);
             if interrupted || checkpoints.due() {
@@ -276,7 +278,7 @@ fn roll(
                 break;
             }
         }
-        run.step_beside(behind)?;
+        run.advance(behind)?;
     }
     run.settle();
     Ok(interrupted)

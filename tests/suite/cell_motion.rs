@@ -39,6 +39,7 @@ fn number(value: &Value) -> f64 {
 
 /// Levels of `vibration.csv` \[dB\] by field, frame and place.
 fn levels(results: &Results) -> BTreeMap<String, Vec<(ThirdOctaveBand, f64)>> {
+    results.assert_window_held("levels");
     let mut reader = csv::Reader::from_path(results.path("vibration.csv")).unwrap();
     let mut all: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for row in reader.records() {

@@ -34,6 +34,7 @@ fn cells(across: usize, road: &str, duration: f64, more: &str) -> String {
 
 /// Levels of the receivers \[dB\].
 fn levels(results: &Results) -> Vec<f64> {
+    results.assert_window_held("levels");
     let summary = results.summary();
     let receivers = summary["sound"]["receivers"].as_array().unwrap();
     receivers.iter().map(|receiver| receiver["level"].as_f64().unwrap()).collect()

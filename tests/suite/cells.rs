@@ -43,6 +43,7 @@ fn hard_case_9_cells_on_one_and_two_threads() {
     let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| run(&text));
     let one = on(1);
     one.assert_sound("one thread");
+    one.assert_window_held("one thread");
     assert!(bytes(&one) == bytes(&on(2)), "two threads give other bytes");
     measured("bytes of the results on 1 and 2 threads", "the same", "the same");
     let summary = one.summary();
@@ -158,6 +159,7 @@ fn over(name: &str, rolling: &str, height: impl Fn(usize) -> f64) -> Results {
     let rolling = format!("start = 1.0\n{rolling}");
     let results = run(&cells(elements, across, &grid_road(&path, elements, across), &rolling, NUMERICS));
     results.assert_sound(name);
+    results.assert_window_held(name);
     results
 }
 

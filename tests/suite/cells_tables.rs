@@ -6,6 +6,8 @@ use tyrewave::test_models::{scene_text, with_all_terms};
 
 use crate::common::{run, shared_road};
 
+/// Elements of 2 mm, and steps on each, of the table of slices.
+const FINE: [usize; 2] = [1024, 1];
 /// Levels that are compared \[Hz\].
 const BANDS: std::ops::RangeInclusive<f64> = 63.0..=2000.0;
 
@@ -60,6 +62,7 @@ fn rolled(road: &str, [elements, substeps]: [usize; 2], rule: &str, contact: &st
     let bands = levels.iter().filter(|band| BANDS.contains(&band.band.nominal_frequency()));
     let counters = &summary["cost"]["counters"];
     assert_eq!(counters["fallbacks"], 0, "{contact} on {road}");
+    results.assert_window_held(&format!("{contact} on {road}"));
     Found {
         levels: bands.map(|band| (band.band.nominal_frequency(), 10.0 * band.mean_square.log10())).collect(),
         mean: number(&outcome["mean_force"]).unwrap(),
@@ -112,7 +115,7 @@ fn tables_of_refinement_in_cells() {
 fn tables_of_slices_against_cells() {
     let springs = |factor: f64, kappa: f64| format!("slices = \"winkler\"\nlocal_compliance = {:e}", factor * kappa);
     for (name, road) in roads() {
-        let exact = rolled(&road, [512, 1], "sdirk2", &cells(30));
+        let exact = rolled(&road, FINE, "sdirk2", &cells(60));
         let line = |law: &str, of: &Found| {
             println!(
                 "  {law:28} {:7.1} N  {:6.2} N  {:6.1} mm  {:.4}   {}",
@@ -129,13 +132,13 @@ fn tables_of_slices_against_cells() {
         };
         let bands: String = exact.levels.iter().map(|(f, _)| format!("{f:5}")).collect();
         println!("{name}:                       mean     rms      length     RR       {bands}");
-        line("cells of 4 mm", &exact);
-        let formula = rolled(&road, [512, 1], "sdirk2", "slices = \"winkler\"");
+        line("cells of 2 mm", &exact);
+        let formula = rolled(&road, FINE, "sdirk2", "slices = \"winkler\"");
         let kappa = formula.local_compliance.unwrap();
         line(&format!("springs, kappa {kappa:.2e}"), &formula);
         for factor in [0.5, 0.25] {
-            line(&format!("{factor} of that"), &rolled(&road, [512, 1], "sdirk2", &springs(factor, kappa)));
+            line(&format!("{factor} of that"), &rolled(&road, FINE, "sdirk2", &springs(factor, kappa)));
         }
-        line("half-space slices", &rolled(&road, [512, 1], "sdirk2", "slices = \"half-space\""));
+        line("half-space slices", &rolled(&road, FINE, "sdirk2", "slices = \"half-space\""));
     }
 }

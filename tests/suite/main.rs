@@ -11,6 +11,7 @@ mod cell_motion;
 mod cell_sound;
 mod cells;
 mod cells_tables;
+mod cells_window;
 mod common;
 mod compliance;
 mod conditions;

@@ -1,5 +1,7 @@
 //! The contact of one instant over all cells of the window.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::direct::{DirectPast, DirectPastState};
@@ -68,9 +70,12 @@ impl CellPast {
     }
 }
 
-/// The window's cells, column by column.
+/// The cells of a window, column by column. The window may be longer than the one whose forces are told: what is beyond
+/// its ends then counts with their columns.
 pub struct CellZone {
     across: usize,
+    /// Columns of the window beyond either end of what is told.
+    margin: usize,
     /// Height of the tread above its middle by cell across \[m\]: the crown; infinite where there is a void.
     crown: Vec<f64>,
     past: CellPast,
@@ -79,7 +84,9 @@ pub struct CellZone {
     forces: Vec<f64>,
     first_element: i64,
     required: Vec<f64>,
-    /// Forces and displacements at the step's instants, one after the other.
+    /// What the past displaces \[m\].
+    old: Vec<f64>,
+    /// Forces and displacements at the step's instants, one after the other: those that are told.
     instant_forces: Vec<f64>,
     instant_displacements: Vec<f64>,
     /// Forces of the last step: the mean of those at its instants \[N\].
@@ -105,26 +112,50 @@ pub(crate) struct Instant {
     pub largest_displacement: f64,
     /// Whether every required displacement is a number.
     pub is_sound: bool,
+    /// Whether an outermost column of the window carries force.
+    pub is_at_end: bool,
 }
 
 impl CellZone {
     /// At rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far a cell may
-    /// be from where it is required to be, relative to the largest required displacement; a step has so many stages.
-    pub fn new(influence: CellInfluence, crown: Vec<f64>, past: CellPast, stages: usize, tolerance: f64) -> Self {
+    /// be from where it is required to be, relative to the largest required displacement; a step has so many stages. The
+    /// window is longer by `margin` columns at either end than what is told.
+    pub fn new(
+        influence: CellInfluence,
+        crown: Vec<f64>,
+        past: CellPast,
+        stages: usize,
+        tolerance: f64,
+        margin: usize,
+    ) -> Self {
         let across = influence.across;
         let cells = influence.columns * across;
+        let told = (influence.columns - 2 * margin) * across;
         Self {
             across,
+            margin,
             crown,
             past,
             search: CellSearch::new(InstantCells::new(influence), tolerance),
             forces: vec![0.0; cells],
             first_element: i64::MIN,
             required: vec![0.0; cells],
-            instant_forces: vec![0.0; stages * cells],
-            instant_displacements: vec![0.0; stages * cells],
-            mean: vec![0.0; cells],
+            old: vec![0.0; cells],
+            instant_forces: vec![0.0; stages * told],
+            instant_displacements: vec![0.0; stages * told],
+            mean: vec![0.0; told],
         }
+    }
+
+    /// Columns of the window beyond either end of what is told.
+    pub(crate) fn margin(&self) -> usize {
+        self.margin
+    }
+
+    /// The cells that are told, among those of the window.
+    fn told(&self) -> Range<usize> {
+        let outside = self.margin * self.across;
+        outside..self.forces.len() - outside
     }
 
     /// Cells across.
@@ -164,7 +195,7 @@ impl CellZone {
 
     /// Required displacements of the last instant, cell by cell \[m\].
     pub fn required(&self) -> &[f64] {
-        &self.required
+        &self.required[self.told()]
     }
 
     /// What the search did so far.
@@ -177,8 +208,8 @@ impl CellZone {
         SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
     }
 
-    /// Solves for the contact at a stage of the step, `rises` being the heights of the undeformed tread by column, and
-    /// leaves the forces summed over each column in `rows`.
+    /// Solves for the contact at a stage of the step, `rises` being the heights of the undeformed tread by column of the
+    /// window, which begins with `first_element`, and leaves the forces summed over each column that is told in `rows`.
     pub(crate) fn solve(
         &mut self,
         (stage, first_element): (usize, i64),
@@ -189,8 +220,7 @@ impl CellZone {
         meter: &mut Meter,
     ) -> Instant {
         let cells = self.forces.len();
-        let now = stage * cells..(stage + 1) * cells;
-        let old = &mut self.instant_displacements[now.clone()];
+        let old = &mut self.old;
         let mut laps = meter.laps();
         old.fill(0.0);
         self.past.add_displacement(stage, first_element, old, meter);
@@ -224,20 +254,41 @@ impl CellZone {
         meter.lap(&mut laps, Stage::ActiveSet);
         self.past.push(stage, first_element, &self.forces);
         meter.lap(&mut laps, Stage::History);
-        for (old, u) in old.iter_mut().zip(self.search.displacement()) {
-            *old += u;
-        }
-        self.instant_forces[now].copy_from_slice(&self.forces);
-        for (row, cells) in rows.iter_mut().zip(self.forces.chunks_exact(self.across)) {
-            *row = cells.iter().sum();
-        }
+        self.tell(stage, rows);
+        let is_touched = |column: Option<&[f64]>| column.is_some_and(|cells| cells.iter().any(|&force| force > 0.0));
+        let mut columns = self.forces.chunks_exact(self.across);
+        let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back());
         let residuals = Residuals {
             tension: relative.tension * largest_force,
             penetration: relative.penetration * largest_displacement,
             complementarity: relative.complementarity * largest_displacement * largest_force,
         };
         let is_sound = self.required.iter().fold(true, |sound, required| sound & !required.is_nan());
-        Instant { residuals, largest_force, largest_displacement, is_sound }
+        Instant { residuals, largest_force, largest_displacement, is_sound, is_at_end }
+    }
+
+    /// Tells forces and displacements of an instant. Forces beyond the columns that are told go to the outermost of
+    /// these, so that none is lost.
+    fn tell(&mut self, stage: usize, rows: &mut [f64]) {
+        let told = self.told();
+        let now = stage * told.len()..(stage + 1) * told.len();
+        let u = self.old[told.clone()].iter().zip(&self.search.displacement()[told.clone()]);
+        for (out, (old, u)) in self.instant_displacements[now.clone()].iter_mut().zip(u) {
+            *out = old + u;
+        }
+        let forces = &mut self.instant_forces[now];
+        forces.copy_from_slice(&self.forces[told.clone()]);
+        let last = told.len() - self.across;
+        for (end, outside) in [(0, &self.forces[..told.start]), (last, &self.forces[told.end..])] {
+            for column in outside.chunks_exact(self.across) {
+                for (force, outside) in forces[end..].iter_mut().zip(column) {
+                    *force += outside;
+                }
+            }
+        }
+        for (row, cells) in rows.iter_mut().zip(forces.chunks_exact(self.across)) {
+            *row = cells.iter().sum();
+        }
     }
 
     /// Takes the state down.

@@ -49,6 +49,11 @@ impl Results {
         self.folder.path().join("run").join(name)
     }
 
+    /// Fails if contact was at the end of the window of cells, or of slices.
+    pub fn assert_window_held(&self, name: &str) {
+        assert_eq!(self.summary()["cost"]["counters"]["window_edge_contacts"], 0, "{name}");
+    }
+
     /// A one-dimensional array.
     pub fn array(&self, name: &str) -> Vec<f64> {
         read_array::<f64>(&self.path(name)).1

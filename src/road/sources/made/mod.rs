@@ -21,4 +21,4 @@ pub use rings::RingSpectrum;
 pub use shape::Shape;
 pub use sizes::Sizes;
 pub use synthesis::{Design, Patches, Texture};
-pub use target::TargetSpectrum;
+pub use target::{PEAK_FACTOR, TargetSpectrum};

@@ -28,6 +28,9 @@ const DENSE_ASPHALT: [(i32, f64); 16] = [
     (-24, 30.4),
 ];
 
+/// Height of the highest point to be expected of a made road over its root-mean-square height.
+pub const PEAK_FACTOR: f64 = 5.0;
+
 /// A wavenumber band and the mean square that a profile shall have in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
@@ -157,6 +160,12 @@ impl TargetSpectrum {
     /// The bands, to ask for other energies.
     pub fn bands_mut(&mut self) -> &mut [Band] {
         &mut self.bands
+    }
+
+    /// Highest point of the road above its plane that is to be expected \[m\]: [`PEAK_FACTOR`] times the
+    /// root-mean-square height.
+    pub fn highest(&self) -> f64 {
+        PEAK_FACTOR * self.bands.iter().map(|band| band.energy).sum::<f64>().sqrt()
     }
 
     /// Longest wavelength of the spectrum \[m\].

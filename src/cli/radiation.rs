@@ -17,7 +17,9 @@ use tyrewave::results::table::{Report, aligned, csv};
 use tyrewave::run::{Progress, RunError};
 use tyrewave::storage::input::{self, TABLE_BYTES};
 use tyrewave::study::loads::Standing;
-use tyrewave::study::radiation::{AHEAD, AtFrequency, CIRCLE, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers};
+use tyrewave::study::radiation::{
+    AHEAD, AtFrequency, CIRCLE, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers,
+};
 use tyrewave::tyre::influence::mobility::frequencies;
 
 use super::context::{Context, print};

@@ -187,7 +187,8 @@ impl InMemory {
         let mut undrawn = loaded.clone();
         undrawn.scene.outputs.plots = false;
         let files = FilesInMemory::default();
-        let written = LookBack { loaded: &undrawn, plan: &plan, prepared, record, steps: plan.steps }.write(&files, meter)?;
+        let written =
+            LookBack { loaded: &undrawn, plan: &plan, prepared, record, steps: plan.steps }.write(&files, meter)?;
         let look_back = LookBack { loaded, plan: &plan, prepared, record, steps: plan.steps };
         let spent = cpu.zip(cpu_time()).map(|(before, after)| after.saturating_sub(before));
         let cost = Cost::new(meter, wall.elapsed().as_secs_f64(), rayon::current_num_threads()).with_cpu(spent);

@@ -60,13 +60,7 @@ impl<'a> CellContact<'a> {
 
     /// The cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is that of
     /// the waves that carry it, or of direct sums.
-    pub fn zone(
-        &self,
-        instant: CellInfluence,
-        carried: &[CarriedWaves],
-        margin: usize,
-        meter: &mut Meter,
-    ) -> CellZone {
+    pub fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let past = match numerics.history {
             History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),

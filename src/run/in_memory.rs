@@ -109,13 +109,7 @@ impl Run {
     }
 
     /// A prepared run with its record.
-    pub(crate) fn new(
-        loaded: &LoadedScene,
-        plan: &Plan,
-        prepared: Prepared,
-        record: Record,
-        meter: Meter,
-    ) -> Self {
+    pub(crate) fn new(loaded: &LoadedScene, plan: &Plan, prepared: Prepared, record: Record, meter: Meter) -> Self {
         Self { loaded: loaded.clone(), plan: plan.clone(), next_step: 0, prepared, record, meter }
     }
 

@@ -233,11 +233,14 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         Some(Some(Standard::CoastBy)) => ("standard = \"coast-by\"", &["radius"]),
         Some(Some(Standard::Cpx)) => ("standard = \"cpx\"", &["distance", "height", "radius", "vehicle", "passage"]),
         Some(Some(Standard::Circle)) => ("standard = \"circle\"", &["distance", "vehicle", "passage"]),
-        Some(Some(Standard::Hemisphere)) => ("standard = \"hemisphere\"", &["distance", "height", "vehicle", "passage"]),
+        Some(Some(Standard::Hemisphere)) => {
+            ("standard = \"hemisphere\"", &["distance", "height", "vehicle", "passage"])
+        }
         _ => ("", &[]),
     };
     table.refuse(others, owner, "leave this out");
-    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } = ReceiverKeys::read(table)?;
+    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } =
+        ReceiverKeys::read(table)?;
     let required = |key, length: Option<f64>| match length {
         None => table.complain(key, Problem::missing(&FROM_TYRE.wanted())),
         given => given,

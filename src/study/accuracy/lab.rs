@@ -90,13 +90,7 @@ impl<'a, 'b> Lab<'a, 'b> {
     ///
     /// # Errors
     /// As [`Self::point`].
-    pub fn named(
-        &mut self,
-        label: &str,
-        name: &str,
-        settings: &Settings,
-        other: &Settings,
-    ) -> Result<Point, RunError> {
+    pub fn named(&mut self, label: &str, name: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
         let (this, other) = (self.measure(name, settings)?, self.measure(name, other)?);
         let Measured { common, cost, .. } = &self.known[this];
         let difference = common.difference(&self.known[other].common);

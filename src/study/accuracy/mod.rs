@@ -146,7 +146,9 @@ pub fn study(
         Sweep::Neighbours => presets::neighbours(&named),
         Sweep::Nothing => Vec::new(),
     };
-    if matches!(options.sweep, Sweep::Outline | Sweep::Knobs) && 1.0 / own.time_step(scene) >= least_rate(options.highest) {
+    if matches!(options.sweep, Sweep::Outline | Sweep::Knobs)
+        && 1.0 / own.time_step(scene) >= least_rate(options.highest)
+    {
         named.insert(0, ("the scene".to_owned(), own));
     }
     let refinements = refinements(&reference, options.sweep != Sweep::Outline);
@@ -227,8 +229,7 @@ impl Study {
             }
         }
         let StudyOptions { runs, highest, .. } = self.options;
-        let all =
-            if runs > 0 { joint::candidates(&lab.scene, reference, &self.knobs, highest) } else { Vec::new() };
+        let all = if runs > 0 { joint::candidates(&lab.scene, reference, &self.knobs, highest) } else { Vec::new() };
         while self.joint.len() < runs {
             let known: Vec<(f64, f64)> = self.points().map(Point::coordinates).collect();
             let Some(expected) = joint::next(&all, &self.joint, &known, FLOOR * self.doubt.worst) else { break };

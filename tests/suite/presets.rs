@@ -13,8 +13,14 @@ use crate::common::shared_road;
 /// Reference and presets of a scene.
 fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)>) -> (Study, Vec<Verdict>) {
     let (elements, substeps) = (reference.map(|given| given.0), reference.map(|given| given.1));
-    let options =
-        StudyOptions { highest, runs: 0, sweep: Sweep::Nothing, elements, substeps, ..StudyOptions::whole(&loaded.scene) };
+    let options = StudyOptions {
+        highest,
+        runs: 0,
+        sweep: Sweep::Nothing,
+        elements,
+        substeps,
+        ..StudyOptions::whole(&loaded.scene)
+    };
     let found = study(loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
     let verdicts = verdicts(&found);
     assert_eq!(verdicts.len(), 3);

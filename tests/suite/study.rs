@@ -93,12 +93,8 @@ impl Progress for Shares<'_> {
 #[test]
 fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     let loaded = small("history = \"modal\"");
-    let options = StudyOptions {
-        highest: 125.0,
-        elements: Some(64),
-        substeps: Some(4),
-        ..StudyOptions::outline(&loaded.scene)
-    };
+    let options =
+        StudyOptions { highest: 125.0, elements: Some(64), substeps: Some(4), ..StudyOptions::outline(&loaded.scene) };
     let until = |last: &str| {
         let stop = AtomicBool::new(false);
         let mut shares = Shares { told: Vec::new(), last, stop: &stop };
@@ -109,7 +105,9 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     let whole = whole.unwrap();
     assert!(whole.complete && told.is_sorted_by(|a, b| a.0 <= b.0), "{told:?}");
     assert!(told[0].0 == 0.0 && told.last().unwrap().0 > 0.9 && told.iter().all(|(done, _)| *done <= 1.0), "{told:?}");
-    assert!(told.iter().any(|(_, doing)| doing == "reference") && told.iter().any(|(_, doing)| doing.contains("poles")));
+    assert!(
+        told.iter().any(|(_, doing)| doing == "reference") && told.iter().any(|(_, doing)| doing.contains("poles"))
+    );
     // No finer reference, no laws, no presets; the doubt is all of the difference.
     assert!(whole.refined.len() == 3 && whole.refined.iter().all(|refined| refined.worst.fine.is_none()));
     assert!(whole.doubt.worst >= whole.refined[0].worst.coarse && whole.joint.is_empty());

@@ -213,13 +213,7 @@ fn read_summary(folder: &Path) -> Option<serde_json::Value> {
 }
 
 /// Goes on with a variant, or runs it from its beginning.
-fn carry_out(
-    variant: &Variant,
-    target: &Path,
-    threads: usize,
-    stop: &AtomicBool,
-    watch: &Mutex<Watch<'_>>,
-) -> Outcome {
+fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool, watch: &Mutex<Watch<'_>>) -> Outcome {
     if stop.load(Ordering::Relaxed) {
         return Outcome::Stopped;
     }

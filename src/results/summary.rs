@@ -250,8 +250,8 @@ pub(super) mod tests {
         assert_eq!(text, summary.clone().to_json(Path::new("x")).unwrap());
         let keys: Vec<&str> =
             text.lines().filter(|l| l.starts_with("  \"")).filter_map(|l| l.split('"').nth(1)).collect();
-        let expected = "format format_version version complete title scene_sha256 outcome contact warnings notes cost settings \
-             files";
+        let expected = "format format_version version complete title scene_sha256 outcome contact warnings notes \
+                        cost settings files";
         assert_eq!(keys.join(" "), expected);
         let value: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(value["complete"], json!(false));

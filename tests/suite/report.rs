@@ -145,6 +145,22 @@ fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
 }
 
 #[test]
+fn what_was_chosen_stands_beside_the_plan_and_only_what_is_to_be_acted_on_among_warnings() {
+    let (_, folders) = results();
+    let of = |notes: &[&str], warnings: &[&str]| {
+        let mut stored = Stored::open(&folders[1]).unwrap();
+        let texts = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
+        (stored.summary.notes, stored.summary.warnings) = (texts(notes), texts(warnings));
+        page(&[stored]).unwrap()
+    };
+    let chosen = of(&["numerics.elements = 64 (chosen)"], &[]);
+    assert!(chosen.contains("numerics.elements = 64 (chosen)") && !chosen.contains("<h2>Warnings</h2>"));
+    let warned = of(&[], &["the run is too short"]);
+    let section = warned.split("<h2>Warnings</h2>").nth(1).and_then(|rest| rest.split("<h2>").next());
+    assert!(section.is_some_and(|section| section.contains("the run is too short")));
+}
+
+#[test]
 fn results_are_compared_with_the_first_and_with_themselves() {
     let (folder, folders) = results();
     let of_both = Comparison::of(&open(folders));

@@ -142,10 +142,10 @@ fn notes_that_all_variants_share_are_said_once_and_choices_are_no_warnings() {
     let swept = output(place, &[&["scene.toml", "--out", "s", "--threads", "1"], &varied[..]].concat());
     let told = text(&swept.stderr);
     assert!(swept.status.success(), "{told}");
-    // Poles are the same at every speed, cells are not.
+    // Poles are the same at every speed, steps in a period are not.
     assert_eq!(count(&told, "numerics.pole_tolerance = "), 1, "{told}");
     assert_eq!(count(&told, "kmh: numerics.pole_tolerance"), 0, "{told}");
-    assert_eq!(count(&told, "contact.cells_across = "), 6, "{told}");
+    assert_eq!(count(&told, "kmh: numerics.substeps = "), 6, "{told}");
     let summary = read_summary(&place.join("s/seed=1-60kmh"));
     let has = |key: &str| summary[key].to_string().contains("numerics.pole_tolerance = ");
     assert_eq!([has("notes"), has("warnings")], [true, false], "{summary:#}");

@@ -66,19 +66,19 @@ const TERMS: [usize; 4] = [2, 4, 8, 16];
 const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
 /// Most elements with which laws are compared.
 const MOST_FOR_LAWS: usize = 256;
-/// Steps of the reference in a period of the highest frequency, at least: of a whole study, and of an outline, whose
-/// tolerance of the poles is the other.
+/// Steps of the reference in a period of the highest frequency, at least.
 const STEPS_PER_PERIOD: f64 = 48.0;
+/// The same of an outline, and its tolerances of poles and sums.
 const STEPS_PER_PERIOD_OF_OUTLINE: f64 = 24.0;
-const FINEST_POLES_OF_OUTLINE: f64 = 1e-5;
+const TOLERANCES_OF_OUTLINE: [f64; 2] = [1e-5, 1e-7];
 
 /// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at the
 /// highest frequency, or `STEPS_PER_PERIOD_OF_OUTLINE`.
 pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
-    let (per_period, poles) = match sweep {
-        Sweep::Outline => (STEPS_PER_PERIOD_OF_OUTLINE, FINEST_POLES_OF_OUTLINE),
-        Sweep::Knobs | Sweep::Neighbours | Sweep::Nothing => (STEPS_PER_PERIOD, FINEST_POLES),
+    let (per_period, [poles, sums]) = match sweep {
+        Sweep::Outline => (STEPS_PER_PERIOD_OF_OUTLINE, TOLERANCES_OF_OUTLINE),
+        Sweep::Knobs | Sweep::Neighbours | Sweep::Nothing => (STEPS_PER_PERIOD, [FINEST_POLES, FINEST_SUMS]),
     };
     let mut settings = Settings::of(scene);
     let Settings { numerics, contact, cell_length } = &mut settings;
@@ -100,7 +100,7 @@ pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
         contact.cells_across = contact.cells_across.map(|across| 2 * across);
         return settings;
     }
-    (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, FINEST_SUMS);
+    (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, sums);
     *cell_length = FINEST_CELL * cell_for(scene, highest);
     contact.cells_across = contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
     contact.slice_tolerance = 0.0;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::counters::{Counter, Stage};
-use crate::plan::{Amounts, Place, Plan, Unit, UnitCosts};
+use crate::plan::{Amounts, Place, Plan, Unit};
 use crate::run::error::RunError;
 use crate::run::past::fetch;
 use crate::scene::{History, Scene};
@@ -56,21 +56,48 @@ struct Measured {
     cost: Cost,
 }
 
+/// Time that runs are expected to take.
+#[derive(Clone, Debug, Default)]
+pub struct Expected {
+    /// Settings that are rolled, and the time of each \[s\].
+    pub planned: Vec<(Settings, f64)>,
+}
+
+impl Expected {
+    /// Time of a combination over the mean of the planned runs: coarser than the reference, finer than the scene.
+    const OF_COMBINATION: f64 = 0.3;
+
+    /// Time of a run, planned or a combination of settings that were \[s\].
+    fn of(&self, settings: &Settings) -> f64 {
+        let planned = self.planned.iter().find(|(planned, _)| planned == settings);
+        planned.map_or_else(|| Self::OF_COMBINATION * self.mean(), |(_, seconds)| *seconds)
+    }
+
+    /// Time of all planned runs and of so many combinations \[s\].
+    pub fn seconds(&self, combinations: usize) -> f64 {
+        (self.planned.len() as f64 + Self::OF_COMBINATION * combinations as f64) * self.mean()
+    }
+
+    fn mean(&self) -> f64 {
+        self.planned.iter().map(|(_, seconds)| seconds).sum::<f64>() / self.planned.len().max(1) as f64
+    }
+}
+
 /// Rolls settings of one scene, each once.
 pub struct Lab<'a, 'b> {
     /// The scene, its axle held.
     pub scene: Scene,
     /// Highest frequency compared \[Hz\].
     pub highest: f64,
-    costs: UnitCosts,
+    expected: Expected,
     trials: &'a mut Trials<'b>,
     known: Vec<Measured>,
 }
 
 impl<'a, 'b> Lab<'a, 'b> {
-    /// For a scene whose axle is held, on a machine with such costs.
-    pub fn new(scene: Scene, highest: f64, costs: UnitCosts, trials: &'a mut Trials<'b>) -> Self {
-        Self { scene, highest, costs, trials, known: Vec::new() }
+    /// For a scene whose axle is held.
+    pub fn new(scene: Scene, highest: f64, expected: Expected, trials: &'a mut Trials<'b>) -> Self {
+        Self { scene, highest, expected, trials, known: Vec::new() }
     }
 
     /// Runs that were rolled.
@@ -103,9 +130,8 @@ impl<'a, 'b> Lab<'a, 'b> {
             return Ok(known);
         }
         let scene = settings.on(&self.scene);
-        let plan = Plan::new(&scene).with_kept_model();
-        self.trials.announce(name, plan.forecast(&self.costs, rayon::current_num_threads(), 0.0).wall_seconds);
-        let (evaluations, fit) = self.fit(&plan);
+        self.trials.announce(name, self.expected.of(settings));
+        let (evaluations, fit) = self.fit(&Plan::new(&scene));
         let trial = self.trials.roll(&scene)?;
         let within = self.within();
         let cost = cost(&trial, within.end, evaluations, fit);

@@ -38,9 +38,10 @@ pub use sound::{SoundDifference, SoundPoint, SoundStudy};
 use crate::plan::{Plan, UnitCosts, unit_record};
 use crate::run::error::RunError;
 use crate::run::progress::Progress;
-use crate::scene::{LoadedScene, Radiation, Road, Scene, SceneError, Switch, Zone};
+use crate::scene::{LoadedScene, Numerics, Radiation, Road, Scene, SceneError, Switch, Zone};
 use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
-use lab::Lab;
+use crate::tyre::poles::expected_fit;
+use lab::{Expected, Lab};
 
 /// Errors below this share of the doubt are not worth a combination.
 const FLOOR: f64 = 0.25;
@@ -159,13 +160,14 @@ pub fn study(
         .chain(knobs.iter().flat_map(|knob| &knob.steps).map(|(_, settings)| settings))
         .collect();
     let costs = unit_record::known();
-    let Expected { runs, seconds } = check(loaded, &shorter, &planned, options.runs, &costs)?;
+    let expected = check(loaded, &shorter, &planned, options.runs, &costs)?;
+    let (runs, seconds) = (expected.planned.len() + options.runs, expected.seconds(options.runs));
     progress.note(&format!("about {runs} runs, {seconds:.0} s on this machine"));
 
     let mut trials = Trials::shared(seconds, stop, progress);
     trials.announce("the height of the axle", 0.0);
     let held = trials.held(scene, options.duration)?;
-    let mut lab = Lab::new(held.clone(), options.highest, costs, &mut trials);
+    let mut lab = Lab::new(held.clone(), options.highest, expected, &mut trials);
     let of_reference = lab.point("reference", &reference, &reference)?;
     let mut study = Study {
         options: options.clone(),
@@ -306,12 +308,6 @@ fn doubt(refined: &[Refined]) -> Difference {
     }
 }
 
-/// Runs of a study, and the time that all are expected to take \[s\].
-struct Expected {
-    runs: usize,
-    seconds: f64,
-}
-
 /// Checks every run that is known beforehand, and the time of all.
 fn check(
     loaded: &LoadedScene,
@@ -323,22 +319,24 @@ fn check(
     let threads = rayon::current_num_threads();
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
-    let (own, mut seconds) = (Plan::new(&scene), 0.0);
-    let mut rolled: Vec<&Settings> = Vec::new();
-    for settings in planned {
+    let own = Plan::new(&scene);
+    let (mut expected, mut fitted) = (Expected::default(), Vec::new());
+    for &settings in planned {
         // Rolled once, however often it is compared.
-        if rolled.contains(settings) {
+        if expected.planned.iter().any(|(rolled, _)| rolled == settings) {
             continue;
         }
-        rolled.push(settings);
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
-        let plan = Plan::new(&variant.scene).standing_as(&own).with_kept_model();
+        let mut plan = Plan::new(&variant.scene).standing_as(&own).with_kept_model();
         plan.check(&variant)?;
-        seconds += plan.forecast(costs, threads, 0.0).wall_seconds;
+        let Numerics { elements, pole_tolerance, .. } = plan.scene.numerics;
+        if fitted.contains(&plan.fit) {
+            plan.kept_poles = plan.kept_poles.or(Some(expected_fit::poles(elements as f64, pole_tolerance) as usize));
+        }
+        fitted.push(plan.fit);
+        expected.planned.push((settings.clone(), plan.forecast(costs, threads, 0.0).wall_seconds));
     }
-    // Combinations are coarser than the reference and finer than the scene.
-    let seconds = seconds * (1.0 + 0.3 * combinations as f64 / rolled.len().max(1) as f64);
-    let hours = seconds / 3600.0;
+    let hours = expected.seconds(combinations) / 3600.0;
     let limit = loaded.scene.numerics.time_limit;
     if hours > limit {
         let wrong =
@@ -346,5 +344,5 @@ fn check(
         let right = "a shorter --duration, a coarser reference (--elements, --substeps), or a larger time_limit";
         return Err(SceneError::from(loaded.complain("numerics.time_limit", wrong, right)).into());
     }
-    Ok(Expected { runs: rolled.len() + combinations, seconds })
+    Ok(expected)
 }

@@ -18,10 +18,30 @@ impl Plan {
             "choose a lower speed"
         };
         Some(format!(
-            "at {} km/h the tyre outruns waves round it, the slowest of which, of {n} periods, has {:.0} km/h: the axle \
-             may find no height for its load, and the motion may grow without bound; {right}",
+            "at {} km/h the tyre outruns waves round it, the slowest of which, of {n} periods, has {:.0} km/h: the \
+             axle may find no height for its load, and the motion may grow without bound; {right}",
             self.scene.rolling.speed_kmh,
             3.6 * speed
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Scene, Setting};
+
+    #[test]
+    fn a_speed_above_that_of_the_belts_waves_is_told_unless_they_are_made_faster() {
+        let warnings = |settings: &[&str]| {
+            let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+            Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
+        };
+        assert!(warnings(&[]).is_empty() && warnings(&["rolling.speed_kmh=200"]).is_empty());
+        let told = warnings(&["rolling.speed_kmh=230"]);
+        assert!(told.len() == 1 && told[0].contains("has 210 km/h") && told[0].contains("= \"auto\""), "{told:?}");
+        // Tension by the tyre's own weight makes every wave faster than it rolls.
+        let auto = ["rolling.speed_kmh=400", "effects.centrifugal_tension=auto"];
+        assert!(warnings(&auto).is_empty(), "{:?}", warnings(&auto));
     }
 }

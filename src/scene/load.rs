@@ -33,6 +33,7 @@ const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const OUTSIDE: &str = "copy it there, or let this scene name any file: --allow-outside";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
+const DECIMAL_COMMA: &str = "numbers have a decimal point, not a comma";
 const NOT_TOML: &str = "write it as TOML: `key = value`, texts in quotes";
 const NOT_CAUSAL: [&str; 2] = [
     "the law \"hysteretic\" is not causal: the tread would move before it is touched",
@@ -378,7 +379,9 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
         (join(table, marked), Problem::new("this is given twice", DUPLICATE))
     } else {
         let key = document.key_at(source, span.start).unwrap_or_default().to_owned();
-        (key, Problem::new(error.message(), NOT_TOML))
+        let (before, after) = source.text.split_at_checked(span.start).unwrap_or_default();
+        let comma = after.starts_with(',') && before.ends_with(|sign: char| sign.is_ascii_digit());
+        (key, Problem::new(error.message(), if comma { DECIMAL_COMMA } else { NOT_TOML }))
     };
     Diagnostic { source: Arc::clone(source), key, span, problem }
 }

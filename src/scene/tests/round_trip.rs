@@ -117,8 +117,13 @@ fn road() -> impl Strategy<Value = Road> {
     prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
 }
 
+/// What does not begin like a formula.
+fn name() -> impl Strategy<Value = String> {
+    "\\PC{0,9}".prop_map(|name| name.trim_start_matches(['=', '+', '-', '@']).to_owned())
+}
+
 fn tyre() -> impl Strategy<Value = Tyre> {
-    let layer = ("\\PC{0,9}", positive(), [0.0..1e5, 0.0..1e5], material())
+    let layer = (name(), positive(), [0.0..1e5, 0.0..1e5], material())
         .prop_map(|(name, thickness, tension, material)| Layer { name, thickness, tension, material });
     let sizes = (positive(), positive(), 0.01..1.0_f64);
     let bed = (0.0..1e9_f64, 0.0..1e9_f64, 0.0..1.0_f64, positive(), positive()).prop_map(
@@ -317,7 +322,13 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
             .prop_map(|(radius, height)| ReceiverPlace::Standard(StandardReceiver::Circle { radius, height })),
         length().prop_map(|radius| ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius })),
     ];
-    let receiver = ("\\PC{0,9}", place).prop_map(|(name, place)| Receiver { name, place });
+    let receiver = (name(), place).prop_map(|(name, place)| Receiver { name, place });
+    let receivers = prop::collection::vec(receiver, 1..4).prop_map(|mut receivers| {
+        // No two have one name.
+        let named = receivers.iter_mut().enumerate().filter(|(_, receiver)| !receiver.name.is_empty());
+        named.for_each(|(index, receiver)| receiver.name.push_str(&index.to_string()));
+        receivers
+    });
     let air = prop_oneof![Just(AirMotion::Road), Just(AirMotion::Axle), Just(AirMotion::WithTread)];
     let radiation = (50.0..2e4_f64, 3.0..40.0_f64, 1e-3..6.0_f64, 1_usize..99, 0.0..0.05_f64, air, any::<bool>())
         .prop_map(|(fmax, nodes_per_wavelength, frequency_tolerance, lateral_waves, acoustic_gap, air, audio)| {
@@ -333,7 +344,7 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
                 ..Radiation::default()
             }
         });
-    prop_oneof![Just((Vec::new(), Radiation::default())), (prop::collection::vec(receiver, 1..4), radiation)]
+    prop_oneof![Just((Vec::new(), Radiation::default())), (receivers, radiation)]
 }
 
 fn scene() -> impl Strategy<Value = Scene> {

@@ -98,10 +98,11 @@ class Scene:
     ) -> Results:
         """Rolls the tyre: into memory, or into the folder `out`, which gets the very bytes of the command line.
 
-        Memory holds what the folder does, pictures and arrays of cells excepted. `progress` is called some ten times a second as
-        `progress(stage, done, total)`, `total` being 0 where it is not known; True: a line on standard error. What is
-        raised in it, and Ctrl-C, stops the run after its step; a run into a folder is kept then, the exception's `kept`
-        says where, and `tyrewave.resume` goes on. Results do not depend on `threads` (default: all processors).
+        Memory holds what the folder does, pictures and arrays of cells excepted. `progress` is called some ten times a
+        second as `progress(stage, done, total)`, `total` being 0 where it is not known; True: a line on standard error.
+        What is raised in it, and Ctrl-C, stops the run after its step; a run into a folder is kept then, the
+        exception's `kept` says where, and `tyrewave.resume` goes on. Results do not depend on `threads` (default: all
+        processors).
         """
         told = teller(progress)
         if out is None:
@@ -123,8 +124,8 @@ class Scene:
         of its own below `out`, several at a time.
 
         `set` has the values of a key, `{"road.seed": [1, 2, 3]}`; over those of seeds there are means. The same call
-        again leaves alone what is finished and goes on with the rest. Failed variants are a `RunError`; the others are
-        done then.
+        again, also after Ctrl-C, leaves alone what is finished and goes on with the rest. Failed variants are a
+        `RunError`; the others are done then.
         """
         values: dict[str, list[Any]] = {
             "speed_kmh": [] if speed_kmh is None else numbers(speed_kmh),
@@ -144,8 +145,8 @@ class Scene:
     def effects(
         self, *, duration: float | None = None, threads: int | None = None, progress: Told | bool | None = None
     ) -> Table:
-        """What each effect is worth: the columns of `effects.csv`, a row for each run without any effect, with all, with
-        one alone (`+`), with all but one (`-`).
+        """What each effect is worth: the columns of `effects.csv`, a row for each run without any effect, with all,
+        with one alone (`+`), with all but one (`-`).
 
         `duration` [s] is rolled after the warm-up for each, by default the scene's, at most 3 s.
         """
@@ -167,9 +168,9 @@ class Scene:
         """What kind of tyre it is, as `tyre.json` of `tyrewave tyre` has it: modes, stiffness and patch under loads,
         mobility.
 
-        Modes with up to `waves` periods round the tyre, of the `lateral` lowest numbers across it, up to `highest` [Hz];
-        loads [N], with the mean length of the patch at the scene's speed if `rolling`; mobility of square patches [m]
-        at so many `points` over frequency.
+        Modes with up to `waves` periods round the tyre, of the `lateral` lowest numbers across it, up to `highest`
+        [Hz]; loads [N], with the mean length of the patch at the scene's speed if `rolling`; mobility of square patches
+        [m] at so many `points` over frequency.
         """
         under, mobility = (numbers(load), rolling), (numbers(patch), points)
         told = _native.tyre(self._native, (waves, lateral, highest), under, mobility, threads, teller(progress))

@@ -36,8 +36,8 @@ const MOST_POINTS: f64 = 1e5;
 const MOBILITY: (f64, f64) = (50.0, 3000.0);
 
 /// Modes, contact under loads and mobility of a scene's tyre, as JSON. `range`: most waves round the tyre, lateral
-/// numbers, highest frequency \[Hz\]; `under`: loads \[N\], and whether the tyre is rolled under them; `mobility`: sides of
-/// patches \[m\] and number of frequencies.
+/// numbers, highest frequency \[Hz\]; `under`: loads \[N\], and whether the tyre is rolled under them; `mobility`:
+/// sides of patches \[m\] and number of frequencies.
 #[pyfunction]
 #[pyo3(signature = (scene, range, under, mobility, threads=None, progress=None))]
 pub(super) fn tyre(
@@ -125,8 +125,8 @@ pub(super) fn effects(
     })
 }
 
-/// A sweep over speeds \[km/h\], loads \[N\], road files and other keys, into a folder: a dictionary of the names of its variants, of those that missed their load, and of its tables
-/// as CSV.
+/// A sweep over speeds \[km/h\], loads \[N\], road files and other keys, into a folder: a dictionary of the names of
+/// its variants, of those that missed their load, and of its tables as CSV.
 #[pyfunction]
 #[pyo3(signature = (scene, out, axes, factors, threads=None, progress=None))]
 pub(super) fn sweep<'py>(
@@ -154,7 +154,7 @@ pub(super) fn sweep<'py>(
         std::fs::create_dir_all(&out).map_err(ResultsError::creating(&out)).map_err(RunError::from)?;
         let outcomes = run_all(&variants, &out, rayon::current_num_threads(), &watched.stop, &mut watched);
         if watched.stop.load(Ordering::Relaxed) {
-            return Err(RunError::Interrupted { kept: Some(out) }.into());
+            return Err(RunError::Interrupted { kept: None }.into());
         }
         let failed = |(variant, outcome): (&Variant, &Outcome)| match outcome {
             Outcome::Failed(error) => Some(format!("{}: {error}", variant.label.name)),

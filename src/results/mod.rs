@@ -3,8 +3,8 @@
 //! [`folder`] decides when and under which name the rest appears, `placing` gives it that name; [`checkpoint`] keeps
 //! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run
 //! goes on, [`arrays`] checks them when it goes on again; [`summary`], [`spectra`], [`vibration`] and [`plots`] are
-//! written at its end, into the folder or, by [`files`], into memory; [`profile_table`] is for the terminal, [`mod@table`] says how tables look, [`mod@trace`] is for
-//! those who want to see when what happened. [`cost`] says what it took.
+//! written at its end, into the folder or, by [`files`], into memory; [`profile_table`] is for the terminal,
+//! [`mod@table`] says how tables look, [`mod@trace`] is the timeline of a run. [`cost`] says what it took.
 
 pub mod arrays;
 pub mod checkpoint;

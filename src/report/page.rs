@@ -26,7 +26,11 @@ pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     let scales = audio.filter_map(|receiver| receiver.audio.as_ref()).map(|audio| audio.full_scale);
     // What is louder in one run than in another is so in the page.
     let full_scale = scales.fold(0.0, f64::max);
-    let results = all.iter().enumerate().map(|(index, stored)| result(index, stored, full_scale)).collect::<Result<Vec<_>, _>>()?;
+    let results = all
+        .iter()
+        .enumerate()
+        .map(|(index, stored)| result(index, stored, full_scale))
+        .collect::<Result<Vec<_>, _>>()?;
     let content = html! {
         @if let Some(comparison) = comparison { (comparison) }
         @for result in &results { (result) }

@@ -428,7 +428,8 @@ mod tests {
     fn a_faded_record_loses_no_power_and_goes_on_with_the_same_bits() {
         for (samples, segment) in [(3000, 0.25), (8, 1.0), (641, 0.05)] {
             let new = || SpectrumAccumulator::faded(samples, 1e-3, segment, 0.1).unwrap();
-            let signal: Vec<f64> = vec![2.0; samples].into_iter().zip(noise(samples, 0.0, 9)).map(|(a, b)| a + b).collect();
+            let signal: Vec<f64> =
+                vec![2.0; samples].into_iter().zip(noise(samples, 0.0, 9)).map(|(a, b)| a + b).collect();
             let (mut whole, mut second) = (new(), new());
             signal.iter().for_each(|&value| whole.push(value));
             let (mean, fade) = (signal.iter().sum::<f64>() / samples as f64, whole.fade as f64);

@@ -266,12 +266,16 @@ fn files_to_listen_to_of_one_sweep_have_one_full_scale() {
     program(folder.path(), &["sweep", "scene.toml", "--speed", "30,130", "--out", "both"]);
     let scales = |run: &Path| {
         let summary = read_summary(run);
-        ["near", "far"].into_iter().enumerate().map(move |(receiver, name)| {
-            let told = summary["sound"]["receivers"][receiver]["audio"]["full_scale"].as_f64().unwrap();
-            let wav = fs::read(run.join(format!("sound_{name}.wav"))).unwrap();
-            assert_eq!(full_scale_of(&wav), Some(told), "{name}");
-            told
-        }).collect::<Vec<f64>>()
+        ["near", "far"]
+            .into_iter()
+            .enumerate()
+            .map(move |(receiver, name)| {
+                let told = summary["sound"]["receivers"][receiver]["audio"]["full_scale"].as_f64().unwrap();
+                let wav = fs::read(run.join(format!("sound_{name}.wav"))).unwrap();
+                assert_eq!(full_scale_of(&wav), Some(told), "{name}");
+                told
+            })
+            .collect::<Vec<f64>>()
     };
     let variants = fs::read_dir(folder.path().join("both")).unwrap().map(|entry| entry.unwrap().path());
     let found: Vec<f64> = variants.filter(|path| path.is_dir()).flat_map(|path| scales(&path)).collect();
@@ -288,7 +292,8 @@ fn files_to_listen_to_of_one_sweep_have_one_full_scale() {
 
 #[test]
 fn a_run_too_short_for_a_passage_says_how_long_it_must_be() {
-    let receiver = "[[receiver]]\nstandard = \"coast-by\"\npassage = 20\n[radiation]\nquality = \"draft\"\nfmax = 300.0";
+    let receiver =
+        "[[receiver]]\nstandard = \"coast-by\"\npassage = 20\n[radiation]\nquality = \"draft\"\nfmax = 300.0";
     let text = |duration: f64| scene_text(64, "kind = \"made\"\nseed = 4", &rolling(duration), MODAL, receiver);
     let needed = |text: &str| {
         let told = text.split("rolling.duration of ").nth(1).unwrap();

@@ -8,8 +8,8 @@ use crate::response::{PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{
-    AudioSummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE, SoundSummary,
-    sound_levels_csv, sound_narrow_csv,
+    AudioSummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE,
+    SoundSummary, sound_levels_csv, sound_narrow_csv,
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::csv;
@@ -170,7 +170,8 @@ impl SoundRecorder {
     }
 
     fn at_file_rate(&self, point: usize) -> Vec<f64> {
-        let (signal, rate): (Vec<f64>, f64) = (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.layout.time_step);
+        let (signal, rate): (Vec<f64>, f64) =
+            (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.layout.time_step);
         resample(&band_pass(&signal, rate, &self.band()), rate, FILE_RATE)
     }
 }

@@ -82,7 +82,7 @@ impl StandardReceiver {
 }
 
 /// What is followed of a passage: at least the 20 m that the standards read.
-const PASSAGE: Bounds = Bounds::between(20.0, 1e4, "m");
+const PASSAGE: Bounds = Bounds::between(20.0, 1e3, "m");
 
 /// From axle to axle of anything that rolls.
 const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");
@@ -226,11 +226,14 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         Some(Some(Standard::CoastBy)) => ("standard = \"coast-by\"", &["radius"]),
         Some(Some(Standard::Cpx)) => ("standard = \"cpx\"", &["distance", "height", "radius", "vehicle", "passage"]),
         Some(Some(Standard::Circle)) => ("standard = \"circle\"", &["distance", "vehicle", "passage"]),
-        Some(Some(Standard::Hemisphere)) => ("standard = \"hemisphere\"", &["distance", "height", "vehicle", "passage"]),
+        Some(Some(Standard::Hemisphere)) => {
+            ("standard = \"hemisphere\"", &["distance", "height", "vehicle", "passage"])
+        }
         _ => ("", &[]),
     };
     table.refuse(others, owner, "leave this out");
-    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } = ReceiverKeys::read(table)?;
+    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } =
+        ReceiverKeys::read(table)?;
     let required = |key, length: Option<f64>| match length {
         None => table.complain(key, Problem::missing(&LENGTH.wanted())),
         given => given,

@@ -19,16 +19,18 @@ use crate::storage::input::{self, TABLE_BYTES};
 /// # Errors
 /// Of a file that cannot be written. Folders that are no results, and files that are no sound of ours, stay.
 pub fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
-    let known: Vec<(&PathBuf, Summary)> =
-        folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
+    let known: Vec<(&PathBuf, Summary)> = folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
     let all = known.iter().flat_map(|(_, summary)| audio(summary));
     // Louder files are floats, which have the full scale that was asked for.
     let largest = all.map(|audio| audio.full_scale).fold(0.0, f64::max);
     for (folder, mut summary) in known {
         let mut changed = false;
-        for audio in summary.sound.iter_mut().flat_map(|sound| &mut sound.receivers).filter_map(|of| of.audio.as_mut()) {
+        for audio in summary.sound.iter_mut().flat_map(|sound| &mut sound.receivers).filter_map(|of| of.audio.as_mut())
+        {
             // A name alone: nothing outside the folder is touched.
-            let Some(name) = Path::new(&audio.file).file_name().filter(|name| *name == audio.file.as_str()) else { continue };
+            let Some(name) = Path::new(&audio.file).file_name().filter(|name| *name == audio.file.as_str()) else {
+                continue;
+            };
             let path = folder.join(name);
             let Ok(bytes) = input::read(&path, TABLE_BYTES) else { continue };
             if full_scale_of(&bytes).is_some_and(|scale| scale < largest)

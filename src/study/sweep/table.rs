@@ -256,7 +256,10 @@ mod tests {
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
         assert!(svg.contains("per decade of speed"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);
-        assert!(text.contains("dB(A) at") && text.contains("beside, maximum F") && text.contains("35.0 +- 0.0"), "{text}");
+        assert!(
+            text.contains("dB(A) at") && text.contains("beside, maximum F") && text.contains("35.0 +- 0.0"),
+            "{text}"
+        );
         let sound = sound_csv(&[block()]).unwrap();
         assert!(sound.lines().nth(2).unwrap().starts_with("\"stone, 3000 N\",beside,80,70,35"), "{sound}");
         assert_eq!(sound_csv(&[]), None);

@@ -163,8 +163,8 @@ pub struct ReceiverSummary {
     pub audio: Option<AudioSummary>,
 }
 
-/// The A-weighted level of a receiver by which runs are compared: where the tyre passes the maximum of the pass-by, time
-/// weighting F, else the mean.
+/// The A-weighted level of a receiver by which runs are compared: where the tyre passes the maximum of the pass-by,
+/// time weighting F, else the mean.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RatedLevel {
     /// The receiver's name.

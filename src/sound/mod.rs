@@ -8,7 +8,8 @@
 //! - [`power`]: the surfaces around a source that its sound power is taken from;
 //! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
 //! - [`detector`]: what a sound level meter shows against time;
-//! - [`levels`]: third octaves and overall levels; [`covered`]: the bands of these and what is missing; [`speed_coefficient`]: levels over a range of speeds;
+//! - [`levels`]: third octaves and overall levels; [`covered`]: the bands of these and what is missing above them;
+//!   [`speed_coefficient`]: levels over a range of speeds;
 //! - [`band_pass`]: a signal in a band of frequencies; [`resample`]: at the rate of a sound file;
 //! - [`pass_by`]: what a microphone beside the road hears of a tyre that rolls by;
 //! - [`wav`]: sound files that know their calibration.

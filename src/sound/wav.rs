@@ -168,7 +168,8 @@ impl Recording {
     }
 }
 
-/// A file of [`Recording::to_bytes`] with another full scale, large enough for its peak \[Pa\]; `None` for another file.
+/// A file of [`Recording::to_bytes`] with another full scale, large enough for its peak \[Pa\]; `None` for a file that
+/// is none of these.
 ///
 /// # Errors
 /// [`WavError`], but not [`WavError::Write`].

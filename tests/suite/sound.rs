@@ -216,7 +216,7 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     assert!(worth.lines().next().unwrap().ends_with("level_db_a_cpx"), "{worth}");
 }
 
-/// Levels of a run's third octaves at a receiver \[dB\], whether they are valid, and their errors, by nominal frequency.
+/// Third octaves of a run at a receiver: nominal frequency \[Hz\], level \[dB\], whether it is valid, and its error.
 fn bands(folder: &Path) -> Vec<(f64, f64, bool, String)> {
     let table = fs::read_to_string(folder.join("sound.csv")).unwrap();
     let row = |line: &str| {

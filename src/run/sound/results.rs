@@ -69,8 +69,8 @@ impl SoundRecorder {
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
 
-    /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each. Points in
-    /// which the detector settles before a passage do not count.
+    /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each. Points
+    /// in which the detector settles before a passage do not count.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
         let one = |heard: &Heard| {
             let rear = self.sound.positions.get(heard.points.end - 1)?[0];

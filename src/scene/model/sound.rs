@@ -82,7 +82,7 @@ impl StandardReceiver {
 }
 
 /// What is followed of a passage: at least the 20 m that the standards read.
-const PASSAGE: Bounds = Bounds::between(20.0, 1e4, "m");
+const PASSAGE: Bounds = Bounds::between(20.0, 1e3, "m");
 
 /// From axle to axle of anything that rolls.
 const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");

@@ -69,18 +69,18 @@ fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> 
     runs
 }
 
-/// Change of the level of each band of `reference` that it vouches for, in dB.
-fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (&'a BandLevel, f64)> {
+/// Change of the level of each band that both vouch for, in dB.
+fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     changes(found, reference).filter(|(band, _)| band.valid)
 }
 
 /// Change of the level of each band of `reference`, in dB.
-fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (&'a BandLevel, f64)> {
+fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     level_changes(&found.levels, &reference.levels)
 }
 
 /// The largest finite change of a band, in words.
-fn largest<'a>(changes: impl Iterator<Item = (&'a BandLevel, f64)>) -> String {
+fn largest(changes: impl Iterator<Item = (BandLevel, f64)>) -> String {
     let largest = changes.filter(|(_, change)| change.is_finite()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     largest.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
 }
@@ -136,13 +136,13 @@ fn report(comparison: &Comparison) -> Report {
         let mut header = vec!["band [Hz]".to_owned(), format!("{name} [dB re 1 N]")];
         header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", way.sign(), effect.short())));
         let row = |(index, band): (usize, &BandLevel)| -> Vec<String> {
-            let marked = |number: String| if band.valid { number } else { format!("({number})") };
+            let marked = |valid: bool, number: String| if valid { number } else { format!("({number})") };
             let change = |(_, found, reference): &(Effect, &Trial, &Trial)| {
                 changes(found, reference)
                     .nth(index)
-                    .map_or(String::new(), |(_, change)| marked(format!("{change:+.1}")))
+                    .map_or(String::new(), |(band, change)| marked(band.valid, format!("{change:+.1}")))
             };
-            let first = [band.band.label(), marked(format!("{:.1}", band.level))];
+            let first = [band.band.label(), marked(band.valid, format!("{:.1}", band.level))];
             first.into_iter().chain(runs.iter().map(change)).collect()
         };
         report.text("\n");

@@ -275,15 +275,17 @@ fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a
         };
         sides.iter().map(of).collect()
     };
-    let panel = |title: &str, points: Vec<Vec<(f64, f64)>>, curves: Vec<Vec<(f64, f64)>>| {
-        let values = points.iter().chain(&curves).flatten().map(|point| point.1);
+    let panel = |title: &str, least: &[f64], points: Vec<Vec<(f64, f64)>>, curves: Vec<Vec<(f64, f64)>>| {
+        let values = points.iter().chain(&curves).flatten().map(|point| point.1).chain(least.iter().copied());
         ComparisonPanel { y: Axis::linear_around(title, values), points, curves }
     };
     let compared = |title: &str, of: fn(Complex64) -> f64| {
-        panel(title, by_patch(&|index| of(points[index].mobility)), by_patch(&|index| of(fit.mobilities[index])))
+        panel(title, &[], by_patch(&|index| of(points[index].mobility)), by_patch(&|index| of(fit.mobilities[index])))
     };
+    // At least one uncertainty to either side: less than that is nothing to look into.
     let left = |title: &str, part: usize| {
-        panel(title, by_patch(&|index| fit.residuals[2 * index + part].clamp(-WORST, WORST)), Vec::new())
+        let left = by_patch(&|index| fit.residuals[2 * index + part].clamp(-WORST, WORST));
+        panel(title, &[-1.0, 1.0], left, Vec::new())
     };
     let frequencies = points.iter().map(|point| point.frequency);
     let x = Axis::logarithmic_around("Frequency [Hz]", frequencies, [0.97, 1.03]);

@@ -299,14 +299,12 @@ fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError>
         Series { name: "factorisation [Gflop]", points: points(|cost| 1e-9 * cost.factor_operations) },
         Series { name: "memory [MB]", points: points(|cost| 1e-6 * cost.bytes as f64) },
     ];
-    let values = || series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
-    let largest = values().fold(1.0_f64, f64::max);
-    let smallest = values().fold(largest, f64::min).max(1e-3 * largest.min(1e3));
+    let values = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
     let (highest, most) = costs.last().map_or((LOWEST, 0.0), |(frequency, cost)| (*frequency, cost.bytes as f64));
     LinePlot {
         title: &format!("Cost of a frequency, at most {}: {title}", bytes(most)),
         x: Axis::logarithmic("Frequency [Hz]", LOWEST..highest),
-        y: Axis::logarithmic("Cost", smallest..largest),
+        y: Axis::logarithmic_around("Cost", values.filter(|value| *value > 0.0), [0.9, 1.1]),
         series: series.to_vec(),
     }
     .to_svg()

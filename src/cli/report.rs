@@ -35,7 +35,7 @@ impl ReportArguments {
     /// Writes the page and says where it is.
     pub fn execute(self, context: &Context) -> Result<(), CliError> {
         let out = self.out.unwrap_or_else(|| beside(&self.results[0], ".html"));
-        write_page(&self.results, &out, context)
+        write_page(&self.results, None, &out, context)
     }
 }
 
@@ -93,10 +93,12 @@ pub fn check_page(out: &Path) -> Result<(), CliError> {
     check(out, Replaces::Beginning(PAGE_HEAD))
 }
 
-/// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is.
-pub fn write_page(folders: &[PathBuf], out: &Path, context: &Context) -> Result<(), CliError> {
+/// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is. `road` is the
+/// file of their measured road, where that is known.
+pub fn write_page(folders: &[PathBuf], road: Option<&Path>, out: &Path, context: &Context) -> Result<(), CliError> {
     let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
-    let text = page(&stored(folders)?).map_err(|error| match error {
+    let all: Vec<Stored> = stored(folders)?.into_iter().map(|stored| stored.with_road(road)).collect();
+    let text = page(&all).map_err(|error| match error {
         // The folder is not what it says: as in export.
         ReportError::Stored(error) => CliError::Usage(error.to_string()),
         other => CliError::Failed(other.to_string()),

@@ -58,7 +58,8 @@ impl RunArguments {
         let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         if let Some(page) = page {
-            write_page(std::slice::from_ref(&report.folder), &page, context)?;
+            let folders = std::slice::from_ref(&report.folder);
+            write_page(folders, loaded.scene.road.file(), &page, context)?;
         }
         end(&report, context, profile.complete(&report)?)
     }

@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn agrees_with_the_established_codes() {
         for name in ["ref_G0_halfspace_1x1mm", "ref_G0_halfspace_1x10mm"] {
-            let Some(case) = reference::Case::open(name) else { return };
+            let case = reference::Case::open(name);
             let [dx, dy, modulus] = ["dx", "dy", "E_star"].map(|key| case.scalar(key));
             let (shape, expected) = case.array("G");
             for (place, &expected) in expected.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Reference values of established codes, for tests; absent ones skip their test with a printed line.
+//! Reference values of established codes, for tests.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,19 +6,15 @@ use std::io::Read;
 use npyz::NpyFile;
 use zip::ZipArchive;
 
-/// One `.npz` archive of ../shared/reference/rough_contact.
+use crate::test_models::reference;
+
+/// One `.npz` archive of `tests/reference/rough_contact`.
 pub(crate) struct Case(std::path::PathBuf);
 
 impl Case {
-    /// None, and a line, where the archive is absent.
-    pub(crate) fn open(name: &str) -> Option<Self> {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/reference/rough_contact");
-        let path = std::path::Path::new(folder).join(name).with_extension("npz");
-        if path.exists() {
-            return Some(Self(path));
-        }
-        println!("skipped: no reference {}", path.display());
-        None
+    /// An archive by its name.
+    pub(crate) fn open(name: &str) -> Self {
+        Self(reference(&format!("rough_contact/{name}.npz")))
     }
 
     /// Shape and values of an array, row-major.

@@ -269,10 +269,7 @@ fn spectra(all: &[Stored]) -> Vec<SpectrumComparison> {
 }
 
 fn spectrum(all: &[Stored], quantity: &'static str, name: &str) -> SpectrumComparison {
-    let of = |stored: &'_ Stored| -> Option<Spectrum> {
-        stored.spectra.iter().find(|spectrum| spectrum.quantity == quantity && spectrum.name == name).cloned()
-    };
-    let found: Vec<Option<Spectrum>> = all.iter().map(of).collect();
+    let found: Vec<Option<Spectrum>> = all.iter().map(|stored| stored.spectrum(quantity, name).cloned()).collect();
     let mut bands: Vec<i32> =
         found.iter().flatten().flat_map(|spectrum| spectrum.levels.iter().map(|level| level.band.0)).collect();
     bands.sort_unstable();

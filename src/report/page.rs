@@ -5,12 +5,14 @@ use maud::{Markup, html};
 use super::compare::{Comparison, SpectrumComparison};
 use super::error::ReportError;
 use super::html::{document, figure, table};
-use super::sections;
+use super::sections::{self, GREY};
 use super::stored::Stored;
+use crate::response::BandLevel;
 use crate::results::PlotError;
-use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::vibration::VELOCITY_LEVEL;
+use crate::study::trial::level_changes;
 
 /// What every page begins with.
 pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
@@ -21,7 +23,7 @@ pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\
 /// [`ReportError`].
 pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     let title = all.iter().map(|stored| stored.summary.title.as_str()).collect::<Vec<_>>().join(" | ");
-    let comparison = if all.len() > 1 { Some(comparison(&Comparison::of(all))?) } else { None };
+    let comparison = if all.len() > 1 { Some(comparison(all, &Comparison::of(all))?) } else { None };
     let audio = all.iter().filter_map(|stored| stored.summary.sound.as_ref()).flat_map(|sound| &sound.receivers);
     let scales = audio.filter_map(|receiver| receiver.audio.as_ref()).map(|audio| audio.full_scale);
     // What is louder in one run than in another is so in the page.
@@ -77,10 +79,10 @@ fn result(index: usize, stored: &Stored, full_scale: f64) -> Result<Markup, Repo
 }
 
 /// Results side by side.
-fn comparison(of: &Comparison) -> Result<Markup, ReportError> {
+fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
     let mut figures = Vec::new();
     for spectrum in &of.spectra {
-        let curves = curves(of, spectrum)?;
+        let curves = curves(all, of, spectrum)?;
         figures.push(html! {
             @for (svg, caption) in curves { (figure(&svg, &caption)) }
             details { summary { "The levels as a table" } (table(&of.spectrum_table(spectrum))) }
@@ -96,37 +98,40 @@ fn comparison(of: &Comparison) -> Result<Markup, ReportError> {
     })
 }
 
-/// Levels of all results over each other, and their differences from the first.
-fn curves(of: &Comparison, spectrum: &SpectrumComparison) -> Result<Vec<(String, String)>, PlotError> {
-    let level =
-        |result: usize| spectrum.bands.iter().filter_map(move |band| Some((band.nominal_hz, band.levels[result]?)));
-    let name = if spectrum.name.is_empty() { String::new() } else { format!(", {}", spectrum.name) };
-    let draw = |title: &str, quantity: &str, curves: Vec<(usize, Vec<(f64, f64)>)>| {
-        let all = || curves.iter().flat_map(|(_, points)| points);
-        if all().count() == 0 {
-            return Ok(None);
-        }
-        let plot = LinePlot {
-            title,
-            x: Axis::logarithmic_around("Frequency [Hz]", all().map(|point| point.0), [0.9, 1.1]),
-            y: Axis::linear_around(quantity, all().map(|point| point.1)),
-            series: curves
-                .iter()
-                .map(|(result, points)| Series { name: &of.names[*result], points: points.clone() })
-                .collect(),
-        };
-        plot.to_svg().map(Some)
+/// Levels of all results over each other, and their differences from the first; grey where a level is not vouched for.
+fn curves(all: &[Stored], of: &Comparison, spectrum: &SpectrumComparison) -> Result<Vec<(String, String)>, PlotError> {
+    let levels = |stored: &'_ Stored| -> Option<Vec<BandLevel>> {
+        let found = stored.spectrum(spectrum.quantity, &spectrum.name)?;
+        (!found.levels.is_empty()).then(|| found.levels.clone())
     };
-    let levels = (0..of.names.len()).map(|result| (result, level(result).collect())).collect();
-    let differences = (1..of.names.len()).map(|result| {
-        let bands = spectrum.bands.iter();
-        let points = bands.filter_map(|band| Some((band.nominal_hz, band.levels[result]? - band.levels[0]?)));
-        (result, points.collect())
-    });
+    let found: Vec<Option<Vec<BandLevel>>> = all.iter().map(levels).collect();
+    let named = || of.names.iter().zip(&found).filter_map(|(name, levels)| Some((name.as_str(), levels.as_deref()?)));
+    if named().next().is_none() {
+        return Ok(Vec::new());
+    }
+    let signal = if spectrum.name.is_empty() { String::new() } else { format!(", {}", spectrum.name) };
     let what = spectrum.quantity.split(" [").next().unwrap_or_default();
-    let title = format!("{what}{name}, third octaves");
-    let over = draw(&title, spectrum.quantity, levels)?;
-    let from = format!("{what}{name}, difference from {}", of.names[0]);
-    let difference = draw(&from, "Difference [dB]", differences.collect())?;
-    Ok(over.map(|svg| (svg, title)).into_iter().chain(difference.map(|svg| (svg, from))).collect())
+    let title = format!("{what}{signal}, third octaves");
+    let plot = ThirdOctavePlot { title: &title, quantity: spectrum.quantity, spectra: named().collect(), error: None };
+    let mut pictures = vec![(plot.to_svg()?, format!("{title}. {GREY}"))];
+    let Some(first) = found.first().and_then(Option::as_deref) else { return Ok(pictures) };
+    let changes = named().skip(1).map(|(name, levels)| {
+        let points =
+            level_changes(levels, first).map(|(band, change)| ((band.band.mid_frequency(), change), band.valid));
+        let (points, vouched): (Vec<(f64, f64)>, Vec<bool>) = points.unzip();
+        (Series { name, points }, vouched)
+    });
+    let (series, vouched): (Vec<Series<'_>>, Vec<Vec<bool>>) = changes.unzip();
+    let points = || series.iter().flat_map(|series| &series.points).filter(|(_, change)| change.is_finite());
+    if points().next().is_some() {
+        let title = format!("{what}{signal}, difference from {}", of.names[0]);
+        let plot = LinePlot {
+            title: &title,
+            x: Axis::logarithmic_around("Frequency [Hz]", points().map(|point| point.0), [0.9, 1.1]),
+            y: Axis::linear_around("Difference [dB]", points().map(|point| point.1)),
+            series: series.clone(),
+        };
+        pictures.push((plot.to_svg_vouched(|curve, point| vouched[curve][point])?, format!("{title}. {GREY}")));
+    }
+    Ok(pictures)
 }

@@ -28,10 +28,6 @@ pub fn map(title: &str, road: &RoadDescription) -> Result<String, PlotError> {
 /// [`PlotError`].
 pub fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<String>, PlotError> {
     let points: Vec<(f64, f64)> = road.levels.iter().map(|at| (1e3 * at.wavelength, at.level)).collect();
-    let valid = road.levels.iter().filter(|at| at.valid);
-    let valid = valid.map(|at| 1e3 * at.wavelength).fold(0.0..0.0, |range, wavelength| {
-        if range.end > 0.0 { wavelength..range.end } else { wavelength..wavelength }
-    });
     if points.len() < 2 {
         return Ok(None);
     }
@@ -41,7 +37,7 @@ pub fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<St
         y: Axis::linear_around("Texture level [dB re 1e-6 m]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    plot.to_svg_vouched(valid).map(Some)
+    plot.to_svg_vouched(|_, point| road.levels[point].valid).map(Some)
 }
 
 /// A road in words and numbers.

@@ -19,6 +19,8 @@ use crate::run::prepare::road_limits;
 use crate::scene::{Axle, Road, Scene, Zone};
 use crate::sound::wav::rescaled;
 
+/// What the grey of pictures of levels says.
+pub(super) const GREY: &str = "Grey: bands that the run does not vouch for.";
 /// Sound files longer than this are left in their folder \[bytes\].
 const MOST_SOUND: usize = 16 << 20;
 
@@ -117,6 +119,15 @@ pub(super) fn plan(stored: &Stored) -> Markup {
 /// The road in colours, its texture spectrum and its measures.
 pub(super) fn road(stored: &Stored) -> Result<Markup, ReportError> {
     let scene = &stored.plan.scene;
+    if let Some(file) = scene.road.file().filter(|_| !stored.knows_road) {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        return Ok(html! {
+            p {
+                "The road is measured, and its file, " (name) ", is not among the results. " code { "tyrewave road" }
+                " shows it; " code { "tyrewave run --report" } " shows it here."
+            }
+        });
+    }
     let described = stored
         .plan
         .lattice()
@@ -192,7 +203,7 @@ pub(super) fn spectra(stored: &Stored, quantity: &str, title: &str) -> Result<Ma
         let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
         format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
     });
-    let caption = format!("{title}. Grey: bands that the run does not vouch for.{error}");
+    let caption = format!("{title}. {GREY}{error}");
     let rows = first.levels.iter().map(|level| {
         let cells = of.iter().map(|spectrum| {
             let found = spectrum.levels.iter().find(|other| other.band == level.band);
@@ -211,14 +222,18 @@ pub(super) fn spectra(stored: &Stored, quantity: &str, title: &str) -> Result<Ma
     })
 }
 
-/// Pictures of the folder whose names begin so, in the order of their names.
+/// Pictures of the folder whose names begin so, in the order of their names; what follows in the name says which.
 pub(super) fn pictures(stored: &Stored, begin: &str, caption: &str) -> Result<Markup, ReportError> {
     let mut shown = Vec::new();
     for name in stored.summary.files.iter().filter(|name| name.starts_with(begin) && name.ends_with(".svg")) {
-        let plain = name.trim_end_matches(".svg").replace(['_', '-'], " ");
-        shown.extend(stored.text(name)?.map(|svg| figure(&svg, &format!("{plain}: {caption}"))));
+        shown.extend(stored.text(name)?.map(|svg| figure(&svg, &format!("{}: {caption}", shown_by(name, begin)))));
     }
     Ok(html! { @for figure in shown { (figure) } })
+}
+
+/// Receiver or field of a picture, from its file's name.
+fn shown_by(name: &str, begin: &str) -> String {
+    name.strip_prefix(begin).unwrap_or(name).trim_end_matches(".svg").replace('_', " ")
 }
 
 /// Levels at the receivers, and what they hear by one full scale \[Pa\].
@@ -273,4 +288,15 @@ pub(super) fn repeat(stored: &Stored) -> Result<Markup, ReportError> {
         }
         pre { code { (scene) } }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_caption_names_its_receiver_once_and_as_the_scene_does() {
+        assert_eq!(shown_by("pass_by_coast-by.svg", "pass_by_"), "coast-by");
+        assert_eq!(shown_by("vibration_map_tread_non-rotating.svg", "vibration_map_"), "tread non-rotating");
+    }
 }

@@ -13,8 +13,9 @@ use crate::results::sound::{SOUND_FILE, SOUND_LEVEL};
 use crate::results::spectra::{FORCE_LEVEL, SPECTRA_FILE};
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
 use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
-use crate::scene::{LoadedScene, Scene, SceneError};
+use crate::scene::{LoadedScene, SceneError};
 use crate::storage::array::{Array, ArrayError};
+use crate::storage::flat_folder;
 use crate::storage::input::{self, InputError, TABLE_BYTES};
 
 /// Why a folder cannot be reported on.
@@ -81,17 +82,21 @@ pub struct Stored {
     pub plan: Plan,
     /// All third octaves: forces, velocities, sound.
     pub spectra: Vec<Spectrum>,
+    /// Whether the file of a measured road comes from the caller: the folder's own word on it is not taken.
+    pub(super) knows_road: bool,
 }
 
 impl Stored {
     /// Reads a results folder of `tyrewave run`: summary and tables; arrays and pictures are read when they are asked
-    /// for.
+    /// for. A folder may come from anywhere: nothing outside of it is read, whatever its files name, and no link in it
+    /// is followed.
     ///
     /// # Errors
     /// [`StoredError`].
     pub fn open(folder: &Path) -> Result<Self, StoredError> {
         let path = folder.join(SUMMARY_FILE);
         let content = |reason: String| StoredError::Content { path: path.clone(), reason };
+        file(folder, SUMMARY_FILE)?;
         let text = read_text(&path)?;
         let value: Value = serde_json::from_str(&text).map_err(|error| content(format!("no JSON: {error}")))?;
         if value["format"] != FORMAT || value["format_version"] != FORMAT_VERSION {
@@ -102,15 +107,35 @@ impl Stored {
         if summary.outcome.steps == 0 {
             return Err(content("its command was not `tyrewave run`, or nothing was rolled".to_owned()));
         }
+        let sounds = summary.sound.iter().flat_map(|sound| &sound.receivers).filter_map(|heard| heard.audio.as_ref());
+        for name in summary.files.iter().chain(sounds.map(|audio| &audio.file)) {
+            file(folder, name)?;
+        }
         let settings = |source| StoredError::Settings { path: path.clone(), source: Box::new(source) };
         let scene = toml::to_string(&summary.settings).map_err(|source| content(format!("its settings: {source}")))?;
         let name = folder.file_name().unwrap_or(folder.as_os_str()).to_string_lossy();
-        let mut loaded = Scene::from_str(&scene, &name).map_err(settings)?;
+        let mut loaded = LoadedScene::recorded(&scene, &name).map_err(settings)?;
         loaded.scene.title.clone_from(&summary.title);
         let plan = Plan::of(&loaded).map_err(settings)?;
-        let mut stored = Self { folder: folder.to_owned(), summary, loaded, plan, spectra: Vec::new() };
+        let mut stored =
+            Self { folder: folder.to_owned(), summary, loaded, plan, spectra: Vec::new(), knows_road: false };
         stored.spectra = stored.read_spectra()?;
         Ok(stored)
+    }
+
+    /// With the file of the measured road, where a caller knows it: it is not among the results.
+    #[must_use]
+    pub fn with_road(mut self, file: Option<&Path>) -> Self {
+        if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {
+            file.clone_into(own);
+            self.knows_road = true;
+        }
+        self
+    }
+
+    /// The third octaves of a signal, by their quantity and its name.
+    pub fn spectrum(&self, quantity: &str, name: &str) -> Option<&Spectrum> {
+        self.spectra.iter().find(|spectrum| spectrum.quantity == quantity && spectrum.name == name)
     }
 
     /// The run's name: its folder's.
@@ -123,8 +148,7 @@ impl Stored {
     /// # Errors
     /// [`StoredError::Read`], also of one that is too large or no text.
     pub fn text(&self, name: &str) -> Result<Option<String>, StoredError> {
-        let path = self.folder.join(name);
-        if path.is_file() { read_text(&path).map(Some) } else { Ok(None) }
+        file(&self.folder, name)?.map(|path| read_text(&path)).transpose()
     }
 
     /// The bytes of a file of the folder.
@@ -132,7 +156,7 @@ impl Stored {
     /// # Errors
     /// As [`Self::text`].
     pub fn bytes(&self, name: &str) -> Result<Vec<u8>, StoredError> {
-        let path = self.folder.join(name);
+        let path = file(&self.folder, name)?.unwrap_or_else(|| self.folder.join(name));
         input::read(&path, TABLE_BYTES).map_err(reading(&path))
     }
 
@@ -149,10 +173,7 @@ impl Stored {
     /// # Errors
     /// [`StoredError::Content`] of a file that holds none.
     pub fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
-        let path = self.folder.join(name);
-        if !path.is_file() {
-            return Ok(None);
-        }
+        let Some(path) = file(&self.folder, name)? else { return Ok(None) };
         let read = || {
             let array = Array::open(&path)?;
             let shape = array.shape().iter().map(|&length| length as usize).collect();
@@ -204,6 +225,11 @@ fn levels(table: &Table, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> 
     };
     let spectra = table.signals().into_iter();
     spectra.map(|(name, rows)| Some((name, rows.map(band).collect::<Option<_>>()?))).collect()
+}
+
+/// The path of a file of the folder; `None` where there is none.
+fn file(folder: &Path, name: &str) -> Result<Option<PathBuf>, StoredError> {
+    flat_folder::file(folder, name).map_err(|source| StoredError::Read { path: folder.join(name), source })
 }
 
 fn read_text(path: &Path) -> Result<String, StoredError> {

@@ -65,10 +65,11 @@ impl ResultsFolder {
     /// Goes on with an unfinished run, named by its final place or by its own folder.
     ///
     /// # Errors
-    /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, or a process that still writes
-    /// to it.
+    /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, a link in it, or a process that
+    /// still writes to it.
     pub fn reopen(path: &Path) -> Result<Self, CheckpointError> {
         let working = unfinished(path)?;
+        flat_folder::without_links(&working).map_err(|source| CheckpointError::Io { path: working.clone(), source })?;
         let lock = lock(&working)?;
         let target = final_name(&working).unwrap_or_else(|| path.to_owned());
         Ok(Self { target, working, made_parents: Vec::new(), finished: false, keep: true, lock })
@@ -314,6 +315,26 @@ pub(super) mod tests {
         assert!(ResultsFolder::create(&target).is_err());
         assert_eq!(names(&target), ["notes.txt", "summary.json"]);
         assert_eq!(names(place.path()), ["run"], "the refused results are gone");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_unfinished_run_with_a_link_in_it_is_refused_and_what_the_link_names_is_untouched() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("run");
+        let victim = place.path().join("thesis.tex");
+        fs::write(&victim, "ten years of work").unwrap();
+        let working = place.path().join("run.partial");
+        fs::create_dir(&working).unwrap();
+        fs::write(working.join(super::super::checkpoint::CHECKPOINT_FILE), "").unwrap();
+        for name in [LOCK_FILE, "time.npy"] {
+            std::os::unix::fs::symlink(&victim, working.join(name)).unwrap();
+            let error = ResultsFolder::reopen(&target).err().unwrap().to_string();
+            assert!(error.contains("run.partial") && error.contains(&format!("{name} in it is a link")), "{error}");
+            fs::remove_file(working.join(name)).unwrap();
+        }
+        assert_eq!(fs::read_to_string(victim).unwrap(), "ten years of work");
+        assert!(ResultsFolder::reopen(&target).is_ok());
     }
 
     #[test]

@@ -31,6 +31,7 @@ const IMPLAUSIBLE: f64 = 1e3;
 /// What a tyre's file has and a scene has not.
 const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
+const NO_FILE: &str = "give the table [tyre], as a run writes it";
 const OUTSIDE: &str = "copy it there, or let this scene name any file: --allow-outside";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
 const DECIMAL_COMMA: &str = "numbers have a decimal point, not a comma";
@@ -48,6 +49,8 @@ pub enum Reach {
     Folder,
     /// Anywhere.
     Anywhere,
+    /// Of settings that a run has recorded: the road's anywhere; the tyre is a table among them and never a file.
+    Recorded,
 }
 
 /// A checked scene and where it comes from.
@@ -157,9 +160,17 @@ impl LoadedScene {
     /// # Errors
     /// As [`Scene::from_str`].
     pub fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
-        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), &[], Reach::Anywhere)?;
-        let written = Self::new(written.to_owned(), path, PathBuf::new(), &[], Reach::Anywhere)?;
+        let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), &[], Reach::Recorded)?;
+        let written = Self::new(written.to_owned(), path, PathBuf::new(), &[], Reach::Recorded)?;
         Ok(Self { scene: used.scene, folder, ..written })
+    }
+
+    /// Settings that a run has recorded, as TOML: no file is read, whatever they name.
+    ///
+    /// # Errors
+    /// As [`Scene::from_str`]; of a tyre that is not a table.
+    pub fn recorded(text: &str, name: &str) -> Result<Self, SceneError> {
+        Self::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), &[], Reach::Recorded)
     }
 
     /// Another scene in this one's folder, from a text and settings that may name files there.
@@ -279,6 +290,9 @@ impl LoadedScene {
         tyre.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
 
         let (tyre_source, tyre_error) = match root.get_ref().get("tyre").map(Spanned::get_ref) {
+            Some(DeValue::String(_)) if reach == Reach::Recorded => {
+                (None, Some(Problem::new("a recorded scene names a tyre file, which is not read", NO_FILE)))
+            }
             Some(DeValue::String(tyre_path)) => match outside(&folder, Path::new(tyre_path.as_ref()), reach) {
                 Some(problem) => (None, Some(problem)),
                 None => match tyre_file(&folder, tyre_path) {
@@ -327,7 +341,7 @@ impl LoadedScene {
 /// What is wrong with a file outside the scene's folder, links followed. Of one that is not there, nothing: that is
 /// told when it is read.
 fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
-    if reach == Reach::Anywhere {
+    if reach != Reach::Folder {
         return None;
     }
     let (root, real) = (folder.canonicalize().ok()?, folder.join(file).canonicalize().ok()?);

@@ -3,9 +3,10 @@
 //! The standard library's way to list a folder panics where the system cannot close it again, which a broken disk or
 //! network may bring about; here that is nothing.
 
+use std::ffi::OsStr;
 use std::fs;
-use std::io;
-use std::path::Path;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
 
 /// Names of what is in a folder.
 ///
@@ -29,6 +30,39 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
+/// The path of a file in a folder, by a name that may come from a stranger: one without other folders in it, and no link.
+/// `None` where there is no such file.
+///
+/// # Errors
+/// [`ErrorKind::InvalidInput`] for any other name and for a link; of the file system.
+pub fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
+    let refused = |why| Err(io::Error::new(ErrorKind::InvalidInput, why));
+    if Path::new(name).file_name() != Some(OsStr::new(name)) {
+        return refused("it is no name of a file in this folder, and nothing outside of it is read");
+    }
+    let path = folder.join(name);
+    match fs::symlink_metadata(&path) {
+        Ok(found) if found.is_symlink() => refused("it is a link, and links are not followed here"),
+        Ok(found) => Ok(found.is_file().then_some(path)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Refuses a folder with a link in it, by which a foreign file would be written to.
+///
+/// # Errors
+/// [`ErrorKind::InvalidInput`], which names the link; of the file system.
+pub fn without_links(folder: &Path) -> io::Result<()> {
+    for name in entries(folder)? {
+        if fs::symlink_metadata(folder.join(&name)).is_ok_and(|found| found.is_symlink()) {
+            let why = format!("{name} in it is a link, and links are not followed here");
+            return Err(io::Error::new(ErrorKind::InvalidInput, why));
+        }
+    }
+    Ok(())
+}
+
 /// Deletes a folder with all files in it; one that holds a folder stays, with that folder in it. An empty one need not
 /// be listed.
 ///
@@ -44,6 +78,35 @@ pub fn remove(folder: &Path) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_lead_to_files_in_the_folder_and_nowhere_else() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("run");
+        fs::create_dir_all(folder.join("deeper")).unwrap();
+        let secret = place.path().join("secret");
+        for path in [&secret, &folder.join("time.npy"), &folder.join("deeper/file")] {
+            fs::write(path, "").unwrap();
+        }
+        assert_eq!(file(&folder, "time.npy").unwrap(), Some(folder.join("time.npy")));
+        for none in ["none", "deeper"] {
+            assert_eq!(file(&folder, none).unwrap(), None, "{none}");
+        }
+        let absolute = secret.to_string_lossy();
+        let names = ["", ".", "..", "../secret", "deeper/file", "time.npy/", "deeper/../time.npy", &absolute];
+        for name in names {
+            assert_eq!(file(&folder, name).unwrap_err().kind(), ErrorKind::InvalidInput, "{name}");
+        }
+        without_links(&folder).unwrap();
+        #[cfg(unix)]
+        for target in ["../secret", "time.npy", "nothing"] {
+            let link = folder.join("link");
+            std::os::unix::fs::symlink(target, &link).unwrap();
+            assert!(file(&folder, "link").unwrap_err().to_string().contains("link"), "{target}");
+            assert!(without_links(&folder).unwrap_err().to_string().starts_with("link in it"), "{target}");
+            fs::remove_file(link).unwrap();
+        }
+    }
 
     #[test]
     fn a_folder_is_listed_and_removed_unless_it_holds_another() {

@@ -335,16 +335,17 @@ impl Common {
     }
 }
 
-/// Change of the level of each band of `reference` \[dB\]; NaN where one of them is silent or not there.
+/// Change of the level of each band of `reference` \[dB\], valid where both levels are; NaN where one of them is silent
+/// or not there.
 pub fn level_changes<'a>(
     found: &'a [BandLevel],
     reference: &'a [BandLevel],
-) -> impl Iterator<Item = (&'a BandLevel, f64)> + 'a {
-    let level =
-        |band: &BandLevel| found.iter().find(|other| other.band == band.band).map_or(f64::NAN, |other| other.level);
+) -> impl Iterator<Item = (BandLevel, f64)> + 'a {
     reference.iter().map(move |band| {
-        let change = level(band) - band.level;
-        (band, if change.is_finite() { change } else { f64::NAN })
+        let other = found.iter().find(|other| other.band == band.band);
+        let change = other.map_or(f64::NAN, |other| other.level - band.level);
+        let valid = band.valid && other.is_some_and(|other| other.valid);
+        (BandLevel { valid, ..*band }, if change.is_finite() { change } else { f64::NAN })
     })
 }
 
@@ -438,5 +439,14 @@ mod tests {
         let level = |level| BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level, valid: true };
         assert!(level_changes(&[level(f64::NEG_INFINITY)], &[level(3.0)]).all(|(_, change)| change.is_nan()));
         assert!(level_changes(&[], &[level(3.0)]).all(|(_, change)| change.is_nan()));
+    }
+
+    #[test]
+    fn a_change_is_vouched_for_where_both_levels_are() {
+        let level = |valid| [BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level: 0.0, valid }];
+        for (found, reference) in [(true, true), (true, false), (false, true), (false, false)] {
+            let valid = level_changes(&level(found), &level(reference)).all(|(band, _)| band.valid);
+            assert_eq!(valid, found && reference);
+        }
     }
 }

@@ -7,7 +7,7 @@
 pub mod cells;
 pub mod transforms;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
@@ -17,6 +17,16 @@ use crate::scene::{LoadedScene, PLATE, Scene, Tyre};
 pub const CIRCUMFERENCE: f64 = 1.95;
 /// Its contact width \[m\].
 pub const CONTACT_WIDTH: f64 = 0.12;
+
+/// A measured road of chip seal, a CAPTIF profile, among the [`reference`] files.
+pub const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
+/// A measured strip of cobbles, OpenCRG, among the [`reference`] files.
+pub const COBBLES: &str = "roads/belgian_block_strip.crg";
+
+/// The path of a file of `tests/reference`: values of others and measured roads.
+pub fn reference(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
+}
 
 /// The text as a scene.
 ///

@@ -2,9 +2,9 @@
 //! slices give instead. Both hold the axle where it carries 3400 N at rest on cells of 4 mm.
 
 use toml::{Table, Value};
-use tyrewave::test_models::{scene_text, with_all_terms};
+use tyrewave::test_models::{CHIP_SEAL, COBBLES, reference, scene_text, with_all_terms};
 
-use crate::common::{run, shared_road};
+use crate::common::run;
 
 /// Elements of 2 mm, and steps on each, of the table of slices.
 const FINE: [usize; 2] = [1024, 1];
@@ -14,16 +14,13 @@ const BANDS: std::ops::RangeInclusive<f64> = 63.0..=2000.0;
 /// Names of the roads, and what a scene says of them.
 fn roads() -> Vec<(&'static str, String)> {
     let chippings = "kind = \"made\"\npower_law = { rms = 0.0012, exponent = 2.0, longest = 0.1, shortest = 0.005 }";
-    let mut roads =
-        vec![("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()), ("chippings", chippings.to_owned())];
-    if let Some(path) = shared_road("captif_aylesbury_station_10.dat") {
-        let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"", path.display());
-        roads.push(("CAPTIF 10", road));
-    }
-    if let Some(path) = shared_road("belgian_block.crg") {
-        roads.push(("cobbles", format!("kind = \"opencrg\"\nfile = '{}'\nat_end = \"mirror\"", path.display())));
-    }
-    roads
+    let [chip_seal, cobbles] = [CHIP_SEAL, COBBLES].map(|name| reference(name).display().to_string());
+    vec![
+        ("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()),
+        ("chippings", chippings.to_owned()),
+        ("CAPTIF 10", format!("kind = \"profile\"\nfile = '{chip_seal}'\nlateral = \"isotropic\"")),
+        ("cobbles", format!("kind = \"opencrg\"\nfile = '{cobbles}'\nat_end = \"mirror\"")),
+    ]
 }
 
 /// What a run gave.

@@ -11,10 +11,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tyrewave::road::{Lattice, Limits, RoadSurface};
 use tyrewave::scene::Tyre;
-use tyrewave::test_models::{CIRCUMFERENCE, CONTACT_WIDTH, grid_road, scene, scene_text, transforms};
+use tyrewave::test_models::{
+    CHIP_SEAL, CIRCUMFERENCE, COBBLES, CONTACT_WIDTH, grid_road, reference, scene, scene_text, transforms,
+};
 use tyrewave::tyre::layers::Stack;
 
-use crate::common::{Results, run, shared_road, write_grid};
+use crate::common::{Results, run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
 /// As in [`scene_text`].
@@ -280,7 +282,7 @@ const MEASURED: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.25\naxle =
 
 #[test]
 fn no_search_is_given_up_on_the_captif_profile() {
-    let Some(path) = shared_road("captif_aylesbury_station_10.dat") else { return };
+    let path = reference(CHIP_SEAL);
     for lateral in ["extruded", "isotropic"] {
         let end = if lateral == "extruded" { "at_end = \"mirror\"" } else { "" };
         let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"{lateral}\"\n{end}", path.display());
@@ -290,7 +292,6 @@ fn no_search_is_given_up_on_the_captif_profile() {
 
 #[test]
 fn no_search_is_given_up_on_the_belgian_block() {
-    let Some(path) = shared_road("belgian_block.crg") else { return };
-    let road = format!("kind = \"opencrg\"\nfile = '{}'\nlongest_wavelength = 1.0", path.display());
+    let road = format!("kind = \"opencrg\"\nfile = '{}'\nlongest_wavelength = 1.0", reference(COBBLES).display());
     assert_measured("belgian block", &road, MEASURED);
 }

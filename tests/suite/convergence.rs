@@ -9,9 +9,9 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 use toml::Table;
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
+use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 
-use crate::common::{run, shared_road, try_run};
+use crate::common::{run, try_run};
 
 const HIGHEST: f64 = 1000.0;
 
@@ -214,10 +214,8 @@ fn tables_of_convergence() {
     let mut settings = vec![("dense asphalt", made())];
     let chippings = "kind = \"made\"\npower_law = { rms = 0.0012, exponent = 2.0, longest = 0.1, shortest = 0.005 }";
     settings.push(("chippings", Setting { road: chippings.into(), ..made() }));
-    if let Some(path) = shared_road("captif_aylesbury_station_10.dat") {
-        let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"", path.display());
-        settings.push(("CAPTIF", Setting { road, ..made() }));
-    }
+    let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"", reference(CHIP_SEAL).display());
+    settings.push(("CAPTIF", Setting { road, ..made() }));
     let folder = tempfile::tempdir().unwrap();
     let step = folder.path().join("step.csv");
     let rows: String = (0..20_000)

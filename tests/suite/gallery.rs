@@ -3,23 +3,19 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::common::{read_summary, shared_road, tyrewave};
+use tyrewave::test_models::{CHIP_SEAL, reference};
+
+use crate::common::{read_summary, tyrewave};
 
 const GALLERY: &str = include_str!("../../profiles/GALLERY.md");
 
-/// A copy of the scenes' folder, the measured station in it where it is at hand.
+/// A copy of the scenes' folder with a measured station in it.
 fn scenes() -> (tempfile::TempDir, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     copy(&from, folder.path());
-    let mut names = names_in(&from);
-    match shared_road("captif_aylesbury_station_10.dat") {
-        Some(station) => {
-            fs::copy(station, folder.path().join("roads/station.dat")).unwrap();
-        }
-        None => names.retain(|name| name != "station.toml"),
-    }
-    (folder, names)
+    fs::copy(reference(CHIP_SEAL), folder.path().join("roads/station.dat")).unwrap();
+    (folder, names_in(&from))
 }
 
 fn names_in(folder: &Path) -> Vec<String> {

@@ -8,9 +8,7 @@ use std::sync::atomic::AtomicBool;
 use tyrewave::counters::{Stage, Watch};
 use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{History, PLATE, Scene, TimeRule};
-use tyrewave::test_models::{edit, scene, with_road};
-
-use crate::common::shared_road;
+use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, with_road};
 
 /// A run of the default tyre on its road at a fixed height.
 fn rolled(change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {
@@ -122,7 +120,7 @@ fn accuracy_against_time_of_both_histories() {
 #[test]
 #[ignore = "direct sums over 1.5 s at N = 1024: a few minutes"]
 fn poles_give_the_forces_of_the_convolution_on_a_measured_road_at_full_length() {
-    let Some(path) = shared_road("captif_aylesbury_station_10.dat") else { return };
+    let path = reference(CHIP_SEAL);
     let folder = tempfile::tempdir().unwrap();
     let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"\nseed = 1", path.display());
     let text = edit(&with_road(PLATE, &road), &[("rolling.axle", "{ indentation = 0.012, ramp = 0.03 }")]);

@@ -6,9 +6,7 @@ use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::accuracy::verdict::{Verdict, verdicts};
 use tyrewave::study::accuracy::{Study, StudyOptions, Sweep, study};
-use tyrewave::test_models::{edit, scene, scene_text, with_all_terms};
-
-use crate::common::shared_road;
+use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 
 /// Reference and presets of a scene.
 fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)>) -> (Study, Vec<Verdict>) {
@@ -55,7 +53,9 @@ fn presets_keep_their_errors_on_roads_and_at_speeds_that_they_were_not_derived_f
     let wavelengths = "wavelengths = [0.0794, 0.0631, 0.0501, 0.0398, 0.0316, 0.0251, 0.02, 0.0158, 0.0126, 0.01, \
         0.00794, 0.00631, 0.00501, 0.00398]";
     let levels = "levels = [47, 49, 51, 53, 54, 55, 54.5, 53, 51, 48, 45, 42, 39, 34]";
-    let mut cases = vec![
+    let measured_road =
+        format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"", reference(CHIP_SEAL).display());
+    let cases = [
         ("chippings", 110, format!("kind = \"made\"\nseed = 5\n{wavelengths}\n{levels}")),
         (
             "power law",
@@ -63,14 +63,8 @@ fn presets_keep_their_errors_on_roads_and_at_speeds_that_they_were_not_derived_f
             "kind = \"made\"\nseed = 6\npower_law = { rms = 5e-4, exponent = 2.0, longest = 0.1, shortest = 0.004 }"
                 .to_owned(),
         ),
+        ("measured", 65, measured_road),
     ];
-    if let Some(path) = shared_road("captif_aylesbury_station_1.dat") {
-        cases.push((
-            "measured",
-            65,
-            format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"", path.display()),
-        ));
-    }
     for (name, speed, road) in cases {
         println!("{name}, {speed} km/h");
         let rolling = format!("speed_kmh = {speed}.0\nduration = 2.0\naxle = {{ load = 3400 }}");

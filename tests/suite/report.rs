@@ -2,16 +2,17 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tempfile::TempDir;
 use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
+use tyrewave::response::BandLevel;
 use tyrewave::test_models::scene_text;
 
-use crate::common::{names, tyrewave};
+use crate::common::{names, read_summary, tyrewave};
 
 /// Two runs that differ in their speed, with vibration; a draft's sound in the first. Made once for all tests.
 fn results() -> &'static (TempDir, [PathBuf; 2]) {
@@ -99,12 +100,14 @@ const PROBE: &str = r#"<script>
 const wrong = []; addEventListener("error", (event) => wrong.push(event.message), true);
 addEventListener("load", () => {
   const pictures = [...document.querySelectorAll(".picture svg")];
+  const cut = pictures.filter((svg) => svg.getBoundingClientRect().right > innerWidth);
   const flat = pictures.filter((svg) => svg.getBoundingClientRect().height < 20 || !svg.querySelector("title"));
   const target = document.querySelector(".picture svg rect > title").parentElement;
   const at = target.getBoundingClientRect();
   target.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX: at.x + 1, clientY: at.y + 1 }));
   const told = document.getElementById("told");
   document.body.dataset.pictures = pictures.length; document.body.dataset.flat = flat.length;
+  document.body.dataset.cut = cut.length;
   document.body.dataset.told = !told.hidden && told.textContent.length > 3;
   document.body.dataset.wide = document.documentElement.scrollWidth > innerWidth;
   document.body.dataset.wrong = wrong.join("; ") || "nothing";
@@ -133,15 +136,154 @@ fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
     };
     let file = folder.path().join("probed.html");
     fs::write(&file, both.replacen("<head>", &format!("<head>{PROBE}"), 1)).unwrap();
-    for width in [1280, 400] {
+    for width in [1280, 390] {
         let found = drawn(browser, &file, width);
         let body = found.split("<body").nth(1).and_then(|rest| rest.split('>').next()).unwrap_or_default();
-        for expected in ["data-flat=\"0\"", "data-told=\"true\"", "data-wide=\"false\"", "data-wrong=\"nothing\""] {
+        for expected in
+            ["data-flat=\"0\"", "data-cut=\"0\"", "data-told=\"true\"", "data-wide=\"false\"", "data-wrong=\"nothing\""]
+        {
             assert!(body.contains(expected), "{width} pixels: {body}");
         }
         let pictures = body.split("data-pictures=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
         assert!(pictures.parse::<usize>().unwrap() >= 12, "{body}");
     }
+}
+
+/// Corners of the lines of a colour, by line.
+fn corners(svg: &str, colour: &str) -> Vec<usize> {
+    let lines = svg.split('<').filter(|tag| tag.starts_with("polyline") && tag.contains(colour));
+    lines.filter_map(|tag| Some(tag.split("points=\"").nth(1)?.split('"').next()?.matches(',').count())).collect()
+}
+
+#[test]
+fn levels_that_a_run_does_not_vouch_for_are_grey_beside_those_of_another_run() {
+    let (_, folders) = results();
+    let all = open(folders);
+    let both = page(&all).unwrap();
+    let picture = |caption: &str| -> &str {
+        let figures = both.split("<figure>").filter(|figure| figure.contains(&format!("<figcaption>{caption}")));
+        figures.last().unwrap_or_else(|| panic!("{caption}"))
+    };
+    let force: Vec<_> = all.iter().map(|stored| &stored.spectra[0].levels).collect();
+    let valid = |levels: &[BandLevel]| levels.iter().filter(|level| level.valid).count();
+    let [slow, fast] = [valid(force[0]), valid(force[1])];
+    assert!(slow < force[0].len() && fast < force[1].len() && slow > 3, "both have bands of either kind");
+    // Two corners a band; the legend's line comes last.
+    let levels = picture("Contact force level, third octaves");
+    assert_eq!(corners(levels, "#0072B2"), [2 * slow, 2]);
+    assert_eq!(corners(levels, "#D55E00"), [2 * fast, 2]);
+    assert_eq!(corners(levels, "#BEBEBE"), [2 * force[0].len(), 2 * force[1].len()]);
+    // A point a band where both vouch for it.
+    let difference = picture("Contact force level, difference from slow");
+    assert_eq!(corners(difference, "#0072B2"), [slow.min(fast), 2]);
+    assert_eq!(corners(difference, "#BEBEBE"), [force[0].len()]);
+    assert!(difference.contains("not vouched for"), "the pointer is told, too");
+}
+
+/// A copy of a results folder with another summary.
+fn copied(from: &Path, to: &Path, summary: impl FnOnce(&mut Value)) {
+    fs::create_dir(to).unwrap();
+    for name in names(from) {
+        fs::copy(from.join(&name), to.join(&name)).unwrap();
+    }
+    let mut changed = read_summary(from);
+    summary(&mut changed);
+    fs::write(to.join("summary.json"), changed.to_string()).unwrap();
+}
+
+#[test]
+fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
+    let (_, [slow, _]) = results();
+    let place = tempfile::tempdir().unwrap();
+    // A secret that would serve as a picture, a table, a road and a sound.
+    let secret = "<svg >x</svg>\nsecret,words\n1,2\n";
+    let file = place.path().join("secret.csv");
+    fs::write(&file, secret).unwrap();
+    let (base64, absolute) = ("PHN2ZyA+eDwvc3ZnPgpz", file.to_string_lossy().into_owned());
+    type Change<'a> = Box<dyn Fn(&mut Value) + 'a>;
+    let listed = |name: &str| -> Change<'static> {
+        let name = name.to_owned();
+        Box::new(move |summary| summary["files"].as_array_mut().unwrap().push(name.clone().into()))
+    };
+    let refused: [(&str, Change<'_>); 5] = [
+        ("listed", listed("../secret.csv")),
+        ("absolute", listed(&absolute)),
+        ("deeper", listed("vibration_map_/../../secret.csv")),
+        ("sound", Box::new(|summary| summary["sound"]["receivers"][0]["audio"]["file"] = "../secret.csv".into())),
+        ("tyre", Box::new(|summary| summary["settings"]["tyre"] = absolute.clone().into())),
+    ];
+    let of = |name: &'static str| -> [Vec<&'static str>; 4] {
+        [
+            vec!["report", name],
+            vec!["compare", name, name],
+            vec!["export", name, "--format", "mat"],
+            vec!["export", name, "--format", "uff58"],
+        ]
+    };
+    let told = |command: &[&str], output: &Output| -> String {
+        let all = [&output.stdout[..], &output.stderr].concat();
+        let text = String::from_utf8_lossy(&all).into_owned();
+        assert!(!text.contains("secret,words") && !text.contains("<svg >"), "{command:?}: {text}");
+        text
+    };
+    for (name, change) in refused {
+        copied(slow, &place.path().join(name), change);
+        for command in of(name) {
+            let output = tyrewave(place.path(), &command);
+            let text = told(&command, &output);
+            assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
+            assert!(
+                text.contains(&format!("{name}/summary.json")) || text.contains("secret.csv"),
+                "{command:?}: {text}"
+            );
+        }
+    }
+    let road = |summary: &mut Value| {
+        summary["settings"]["road"] = serde_json::json!({ "kind": "profile", "file": absolute.clone() });
+    };
+    copied(slow, &place.path().join("road"), road);
+    for command in of("road") {
+        let output = tyrewave(place.path(), &command);
+        let text = told(&command, &output);
+        assert!(output.status.success(), "{command:?}: {text}");
+    }
+    let text = fs::read_to_string(place.path().join("road.html")).unwrap();
+    assert!(text.contains("its file, secret.csv, is not among the results"));
+    assert!(!text.contains("secret,words") && !text.contains(base64));
+    #[cfg(unix)]
+    for name in ["spectra.csv", "time.npy", "patch_force.svg", "summary.json"] {
+        let linked = place.path().join("linked");
+        copied(slow, &linked, |_| {});
+        fs::remove_file(linked.join(name)).unwrap();
+        std::os::unix::fs::symlink("../secret.csv", linked.join(name)).unwrap();
+        for command in of("linked") {
+            let output = tyrewave(place.path(), &command);
+            let text = told(&command, &output);
+            assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
+            assert!(text.contains(&format!("linked/{name}")) && text.contains("link"), "{command:?}: {text}");
+        }
+        fs::remove_dir_all(linked).unwrap();
+    }
+    let made = names(place.path()).into_iter().filter(|name| name.contains('.')).collect::<Vec<_>>();
+    assert_eq!(made, ["road.html", "road.mat", "road.uff", "secret.csv"], "nothing else was written");
+}
+
+#[test]
+fn a_measured_road_is_shown_by_the_run_that_knows_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let heights: String = (0..4000).map(|k| format!("{},{}\n", k, f64::from(k % 7) / 10.0)).collect();
+    fs::create_dir(folder.path().join("scenes")).unwrap();
+    fs::write(folder.path().join("scenes/road.csv"), heights).unwrap();
+    let road = "kind = \"profile\"\nfile = \"road.csv\"\ndistance_unit = \"mm\"\nheight_unit = \"mm\"\n\
+                at_end = \"repeat\"";
+    let rolling = "speed_kmh = 60.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01 }";
+    fs::write(folder.path().join("scenes/a.toml"), scene_text(64, road, rolling, "", "")).unwrap();
+    let output = tyrewave(folder.path(), &["run", "scenes/a.toml", "--out", "a", "--report", "-q"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read = || fs::read_to_string(folder.path().join("a.html")).unwrap();
+    assert!(read().contains("Heights of the road") && read().contains("mean profile depth"));
+    assert!(tyrewave(folder.path(), &["report", "a"]).status.success());
+    assert!(!read().contains("Heights of the road") && read().contains("its file, road.csv, is not among the results"));
 }
 
 #[test]

@@ -10,9 +10,11 @@ use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::scene::PLATE;
-use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, implausible, scene_text, with_road};
+use tyrewave::test_models::{
+    CHIP_SEAL, CIRCUMFERENCE, add, edit, grid_road, implausible, reference, scene_text, with_road,
+};
 
-use crate::common::{Results, run, shared_road, write_grid};
+use crate::common::{Results, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
 
@@ -102,12 +104,8 @@ fn flat_slices_are_the_same_bytes_by_both_couplings_and_rough_ones_carry_more_by
 #[test]
 #[ignore = "eight runs of seconds rolled: a minute or two"]
 fn both_couplings_at_equal_load_with_their_cost() {
-    for (name, road) in [("dense asphalt", None), ("chip seal", Some("captif_aylesbury_station_10.dat"))] {
-        let road = match road.map(shared_road) {
-            None => "kind = \"made\"\nseed = 1".to_owned(),
-            Some(None) => continue,
-            Some(Some(path)) => format!("kind = \"profile\"\nfile = {path:?}\nlateral = \"isotropic\"\nseed = 1"),
-        };
+    let chip_seal = format!("kind = \"profile\"\nfile = {:?}\nlateral = \"isotropic\"\nseed = 1", reference(CHIP_SEAL));
+    for (name, road) in [("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()), ("chip seal", chip_seal)] {
         for elements in [512, 1024] {
             let of = |coupling: &str| {
                 let text = edit(

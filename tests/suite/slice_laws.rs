@@ -9,9 +9,9 @@ use std::sync::atomic::AtomicBool;
 use tyrewave::counters::Watch;
 use tyrewave::run::{RunOptions, Unwatched, run};
 use tyrewave::scene::PLATE;
-use tyrewave::test_models::{edit, plate_scene, scene, with_road};
+use tyrewave::test_models::{CHIP_SEAL, COBBLES, edit, plate_scene, reference, scene, with_road};
 
-use crate::common::{shared_road, write_grid};
+use crate::common::write_grid;
 
 /// Third-octave levels by nominal frequency, the mean force and the contact length.
 fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64) {
@@ -41,13 +41,12 @@ fn both_slice_laws_on_three_roads() {
     let cobbles = "kind = \"opencrg\"\nlongest_wavelength = 1.0\nat_end = \"mirror\"\n";
     for (name, road, file) in [
         ("dense asphalt", "kind = \"made\"\nseed = 1\n", None),
-        ("chip seal", profile, Some("captif_aylesbury_station_10.dat")),
-        ("cobbles", cobbles, Some("belgian_block.crg")),
+        ("chip seal", profile, Some(CHIP_SEAL)),
+        ("cobbles", cobbles, Some(COBBLES)),
     ] {
         let mut road = road.to_owned();
         if let Some(file) = file {
-            let Some(path) = shared_road(file) else { continue };
-            road.push_str(&format!("file = {path:?}"));
+            road.push_str(&format!("file = {:?}", reference(file)));
         }
         let folder = tempfile::tempdir().unwrap();
         let (winkler, mean_w, length_w) = levels(&road, "winkler", folder.path());

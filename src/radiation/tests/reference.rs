@@ -1,19 +1,16 @@
-//! The reference command against the project's independent values; skipped with a printed line where they are absent.
+//! The reference command against independent values.
 
 use num_complex::Complex64;
 use serde_json::{Value, json};
 
 use crate::radiation::cases::evaluate;
+use crate::test_models;
 
 const MEMORY: u64 = 1 << 30;
 
-fn reference(file: &str) -> Option<Value> {
-    let path = format!("{}/../shared/reference/radiation/{file}", env!("CARGO_MANIFEST_DIR"));
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        println!("skipped: {path} is absent");
-        return None;
-    };
-    Some(serde_json::from_str(&text).unwrap())
+fn reference(file: &str) -> Value {
+    let text = std::fs::read_to_string(test_models::reference(&format!("radiation/{file}"))).unwrap();
+    serde_json::from_str(&text).unwrap()
 }
 
 fn complex(values: &Value) -> Vec<Complex64> {
@@ -31,7 +28,7 @@ fn error(found: &[Complex64], exact: &[Complex64]) -> f64 {
 /// Spheres over the plane at the wavenumbers for which `wanted` holds: pulsating, heaving, swaying at receivers and on
 /// the surface, their power, G_N on the surface of two sources.
 fn spheres_over_the_plane(nodes_per_wavelength: f64, bound: f64, wanted: impl Fn(f64, f64) -> bool) {
-    let Some(reference) = reference("sphere_plane.json") else { return };
+    let reference = reference("sphere_plane.json");
     for entry in reference["plane"].as_array().unwrap() {
         let (height, k) = (entry["h"].as_f64().unwrap(), entry["k"].as_f64().unwrap());
         if !wanted(height, k) {
@@ -90,7 +87,7 @@ fn spheres_over_the_plane_to_3e_minus_4_at_every_wavenumber() {
 
 /// A tyre's body in free field: every reference case at most at a frequency.
 fn tyre_body(highest: f64, orders: &[u32], nodes_per_wavelength: f64) {
-    let Some(reference) = reference("tyre_body_free_field.json") else { return };
+    let reference = reference("tyre_body_free_field.json");
     for entry in reference["cases"].as_array().unwrap() {
         if entry["f"].as_f64().unwrap() > highest {
             continue;

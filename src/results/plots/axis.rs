@@ -22,17 +22,18 @@ enum Scale {
 
 /// About how many labelled ticks an axis gets.
 const TICKS: f64 = 8.0;
+/// Labels with more decimals, or of larger values, have a power of ten.
+const MOST_DECIMALS: usize = 3;
+const LARGEST_PLAIN: f64 = 1e6;
 
 impl Axis {
     /// A linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes 0 to 1.
     pub fn linear(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 0.0..1.0);
         let step = round_step((range.end - range.start) / TICKS);
-        let decimals = (-step.log10().floor()).max(0.0) as usize;
-        let decimals =
-            if (step * 10.0_f64.powi(decimals as i32)).fract().abs() > 0.01 { decimals + 1 } else { decimals };
+        let largest = range.start.abs().max(range.end.abs());
         let ticks =
-            multiples(&range, step).map(|value| (value, with_minus(format!("{:.decimals$}", value + 0.0)))).collect();
+            multiples(&range, step).map(|value| (value, with_minus(multiple(value + 0.0, step, largest)))).collect();
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
@@ -193,6 +194,23 @@ fn round_step(step: f64) -> f64 {
         .unwrap_or(step)
 }
 
+/// A multiple of a step, with the digits that all multiples up to a largest one have; with a power of ten where they
+/// would not find room beside an axis.
+fn multiple(value: f64, step: f64, largest: f64) -> String {
+    let power = |of: f64| (of * (1.0 + 1e-9)).log10().floor() as i32;
+    // 2.5 times a power of ten has a digit more than the others.
+    let more = i32::from((step * 10.0_f64.powi(-power(step))).fract().abs() > 0.01);
+    let decimals = (more - power(step)).max(0) as usize;
+    if decimals <= MOST_DECIMALS && largest < LARGEST_PLAIN {
+        format!("{value:.decimals$}")
+    } else if value.abs() < 0.5 * step {
+        "0".to_owned()
+    } else {
+        let digits = (power(value.abs()) - power(step) + more).max(0) as usize;
+        format!("{value:.digits$e}")
+    }
+}
+
 fn multiples(range: &Range<f64>, step: f64) -> impl Iterator<Item = f64> + use<> {
     let first = (range.start / step - 1e-6).ceil() as i64;
     let last = (range.end / step + 1e-6).floor() as i64;
@@ -241,6 +259,21 @@ mod tests {
             ["20", "50", "100", "200", "500", "1000", "2000", "5000"]
         );
         assert_eq!(labels(&Axis::logarithmic("", 1e-9..1e-2)).first(), Some(&"1e−9"));
+    }
+
+    #[test]
+    fn labels_of_very_small_and_very_large_values_find_room_beside_the_axis() {
+        assert_eq!(labels(&Axis::linear("", -4e-10..3e-10))[..5], ["−4e−10", "−3e−10", "−2e−10", "−1e−10", "0"]);
+        assert_eq!(labels(&Axis::linear("", 0.0..1.7e7))[..3], ["0", "2.5e6", "5.0e6"]);
+        for exponent in -40..40 {
+            for range in [0.0..1.0, -0.4..0.9, 3.3..4.0, 0.0..0.17] {
+                let scale = 10.0_f64.powi(exponent);
+                let axis = Axis::linear("", scale * range.start..scale * range.end);
+                let shown = labels(&axis);
+                assert!(shown.iter().all(|label| label.chars().count() <= 8), "{shown:?}");
+                assert!(shown.windows(2).all(|pair| pair[0] != pair[1]), "{shown:?}");
+            }
+        }
     }
 
     #[test]

@@ -12,6 +12,8 @@ const COLUMNS: usize = 2000;
 
 /// More places than this at which curves leave the picture are not marked.
 const MOST_BEYOND: usize = 12;
+/// Width of a letter of a note in drawn units.
+const NOTE_LETTER: i32 = 34;
 /// Strips across the picture in which a pointer is told the curves' values.
 const STRIPS: usize = 120;
 
@@ -43,14 +45,15 @@ impl LinePlot<'_> {
     /// # Errors
     /// [`PlotError::Draw`].
     pub fn to_svg(&self) -> Result<String, PlotError> {
-        self.to_svg_vouched(f64::NEG_INFINITY..f64::INFINITY)
+        self.to_svg_vouched(|_, _| true)
     }
 
-    /// The same, the curves grey outside a range of the horizontal axis, both ends of it inside.
+    /// The same; points that are not vouched for, by the numbers of their curve and of themselves in it, and the lines
+    /// to them are grey.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg_vouched(&self, vouched: Range<f64>) -> Result<String, PlotError> {
+    pub fn to_svg_vouched(&self, vouched: impl Fn(usize, usize) -> bool) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
         let legend = legend_width(listed.iter().map(|(_, name)| *name));
@@ -58,26 +61,27 @@ impl LinePlot<'_> {
         draw("a line plot", (790 + legend, 550), "", |sheet| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
             for (index, series) in self.series.iter().enumerate() {
-                let inside = |(x, _): &(f64, f64)| (vouched.start..=vouched.end).contains(x);
-                let all = series.points.iter().all(|point| inside(point) || point.0.is_nan());
-                let mut known = None;
-                if !all {
+                let known = |(point, &(x, y))| (x, if vouched(index, point) { y } else { f64::NAN });
+                let points = series.points.iter().enumerate().map(known).collect();
+                let known = Series { name: series.name, points };
+                if !(0..series.points.len()).all(|point| vouched(index, point)) {
                     for stretch in self.stretches(series, &frame) {
                         sheet.line(stretch, colour::UNVOUCHED, 1.75);
                     }
-                    let points = series.points.iter().copied().filter(inside).collect();
-                    known = Some(Series { name: series.name, points });
                 }
-                for stretch in self.stretches(known.as_ref().unwrap_or(series), &frame) {
+                for stretch in self.stretches(&known, &frame) {
                     sheet.line(stretch, colour::line(index), 1.75);
                 }
             }
             for (index, at, value, above) in self.beyond(&frame) {
                 let form = if above { Form::Triangle } else { Form::Tip };
                 sheet.mark(at, form, MARK, colour::line(index), colour::line(index));
+                // Beside the frame the note would lie on the labels of the other axis.
+                let half = NOTE_LETTER * value.chars().count() as i32 / 2;
+                let at = (at.0.clamp(frame.x.start + half, frame.x.end - half), at.1);
                 sheet.note(&value, at, if above { Anchor::Below } else { Anchor::Above });
             }
-            for (across, text) in self.values() {
+            for (across, text) in self.values(&vouched) {
                 sheet.value(frame.across(across.start)..frame.across(across.end), &frame.y, &text);
             }
             sheet.frame(&frame);
@@ -110,10 +114,10 @@ impl LinePlot<'_> {
 
     /// What the curves are worth in each of some strips across the picture: of every curve the point next to the
     /// strip's middle.
-    fn values(&self) -> Vec<(Range<f64>, String)> {
-        let mut strips = vec![vec![None::<(f64, (f64, f64))>; self.series.len()]; STRIPS];
+    fn values(&self, vouched: impl Fn(usize, usize) -> bool) -> Vec<(Range<f64>, String)> {
+        let mut strips = vec![vec![None::<(f64, usize)>; self.series.len()]; STRIPS];
         for (index, series) in self.series.iter().enumerate() {
-            for &(x, y) in &series.points {
+            for (point, &(x, y)) in series.points.iter().enumerate() {
                 let place = self.x.place(x);
                 if !y.is_finite() || !(0.0..1.0).contains(&place) {
                     continue;
@@ -122,18 +126,20 @@ impl LinePlot<'_> {
                 let off = (place * STRIPS as f64 - strip as f64 - 0.5).abs();
                 let best = &mut strips[strip][index];
                 if best.is_none_or(|(least, _)| off < least) {
-                    *best = Some((off, (x, y)));
+                    *best = Some((off, point));
                 }
             }
         }
-        let text = |best: &[Option<(f64, (f64, f64))>]| -> Option<String> {
-            let (_, (x, _)) = best.iter().flatten().next()?;
-            let mut text = format!("{}: {}", self.x.title(), four_digits(*x));
-            for (series, (_, (_, y))) in
-                self.series.iter().zip(best).filter_map(|(series, best)| Some((series, (*best)?)))
-            {
-                let name = if series.name.is_empty() { self.y.title() } else { series.name };
-                text.push_str(&format!("\n{name}: {}", four_digits(y)));
+        let text = |best: &[Option<(f64, usize)>]| -> Option<String> {
+            let found: Vec<(usize, usize)> =
+                best.iter().enumerate().filter_map(|(index, best)| Some((index, (*best)?.1))).collect();
+            let &(index, point) = found.first()?;
+            let mut text = format!("{}: {}", self.x.title(), four_digits(self.series[index].points[point].0));
+            for (index, point) in found {
+                let Series { name, points } = &self.series[index];
+                let name = if name.is_empty() { self.y.title() } else { name };
+                let doubt = if vouched(index, point) { "" } else { ", not vouched for" };
+                text.push_str(&format!("\n{name}: {}{doubt}", four_digits(points[point].1)));
             }
             Some(text)
         };
@@ -246,13 +252,39 @@ mod tests {
     }
 
     #[test]
+    fn the_note_of_what_leaves_at_a_corner_stays_off_the_labels_beside_the_frame() {
+        let plot = LinePlot {
+            title: "t",
+            x: Axis::linear("x", 0.0..1.0),
+            y: Axis::linear("y", 0.0..1.0),
+            series: vec![Series { name: "", points: vec![(0.0, -0.5), (0.5, 0.5), (1.0, 7.123)] }],
+        };
+        let svg = plot.to_svg().unwrap();
+        let lines: Vec<&str> = svg.lines().collect();
+        for note in ["−0.5000", "7.123"] {
+            let place = lines.iter().rposition(|line| *line == note).unwrap();
+            let at: i32 = lines[place - 1].split("x=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+            let half = 34 * note.chars().count() as i32 / 2;
+            assert!(4 * 85 <= at - half && at + half <= 4 * 765, "{note} at {at}");
+        }
+    }
+
+    #[test]
     fn what_is_not_vouched_for_is_grey() {
         let points = (0..5).map(|x| (f64::from(x), 0.5)).collect();
         let (x, y) = (Axis::linear("x", 0.0..4.0), Axis::linear("y", 0.0..1.0));
         let plot = LinePlot { title: "t", x, y, series: vec![Series { name: "", points }] };
         let grey = |svg: Result<String, PlotError>| svg.unwrap().contains("#BEBEBE");
-        assert!(!grey(plot.to_svg()) && !grey(plot.to_svg_vouched(0.0..4.0)));
-        assert!(grey(plot.to_svg_vouched(1.0..4.0)));
+        assert!(!grey(plot.to_svg()) && !grey(plot.to_svg_vouched(|_, point| point < 5)));
+        assert!(grey(plot.to_svg_vouched(|curve, point| curve == 0 && point > 0)));
+        // A gap in the middle is not bridged in colour: two stretches of it, of two points each.
+        let svg = plot.to_svg_vouched(|_, point| point != 2).unwrap();
+        let lines = |colour: &str| -> Vec<usize> {
+            let drawn = svg.lines().filter(|line| line.contains("<polyline") && line.contains(colour));
+            drawn.filter_map(|line| Some(line.split("points=\"").nth(1)?.matches(',').count())).collect()
+        };
+        assert_eq!((lines("#0072B2"), lines("#BEBEBE")), (vec![2, 2], vec![5]), "{svg}");
+        assert_eq!(svg.matches("not vouched for</title>").count(), 1, "{svg}");
     }
 
     #[test]

@@ -57,15 +57,20 @@ impl ThirdOctavePlot<'_> {
                         }
                     }
                 } else {
-                    let steps = levels.iter().flat_map(|level| {
-                        let middle = f64::from(level.band.0);
-                        [-0.5, 0.5].map(|side| (frame.across(x.place(middle + side)), top(level)))
-                    });
-                    let steps: Vec<_> = steps.collect();
-                    // Two corners a band; grey from the last band that is vouched for on.
-                    let valid = 2 * levels.iter().take_while(|level| level.valid).count();
-                    sheet.line(steps[valid.saturating_sub(1)..].to_vec(), colour::UNVOUCHED, 2.0);
-                    sheet.line(steps[..valid].to_vec(), colour::line(index), 2.0);
+                    let steps = |levels: &[BandLevel]| -> Vec<(i32, i32)> {
+                        let corners = levels.iter().flat_map(|level| {
+                            let middle = f64::from(level.band.0);
+                            [-0.5, 0.5].map(|side| (frame.across(x.place(middle + side)), top(level)))
+                        });
+                        corners.collect()
+                    };
+                    // All bands in grey where some are not vouched for; those that are lie over it.
+                    if levels.iter().any(|level| !level.valid) {
+                        sheet.line(steps(levels), colour::UNVOUCHED, 2.0);
+                    }
+                    for vouched in levels.chunk_by(|a, b| a.valid == b.valid).filter(|chunk| chunk[0].valid) {
+                        sheet.line(steps(vouched), colour::line(index), 2.0);
+                    }
                 }
                 if !name.is_empty() {
                     sheet.legend_entry(&frame, index, name, colour::line(index), None);
@@ -127,6 +132,25 @@ mod tests {
             valid: k < 20,
         };
         values.iter().enumerate().map(level).collect()
+    }
+
+    #[test]
+    fn bands_that_are_not_vouched_for_are_grey_at_either_end_and_between() {
+        let mut one = levels(-4, &[40.0; 6]);
+        let other = levels(-4, &[50.0; 6]);
+        for band in [0, 3, 5] {
+            one[band].valid = false;
+        }
+        let plot =
+            ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &one), ("b", &other)], error: None };
+        let svg = plot.to_svg().unwrap();
+        let bands = |colour: &str| -> Vec<usize> {
+            let drawn = svg.lines().filter(|line| line.contains("<polyline") && line.contains(colour));
+            drawn.filter_map(|line| Some(line.split("points=\"").nth(1)?.matches(',').count() / 2)).collect()
+        };
+        // Two corners a band; the legend's line comes last.
+        assert_eq!(bands("#0072B2"), [2, 1, 1], "{svg}");
+        assert_eq!((bands("#BEBEBE"), bands("#D55E00")), (vec![6], vec![6, 1]), "{svg}");
     }
 
     #[test]

@@ -11,6 +11,11 @@ fn read(path: &std::path::Path) -> Crg {
     Crg::read(path, 1 << 30).unwrap()
 }
 
+/// One of the small roads that come with OpenCRG.
+fn handmade(name: &str) -> PathBuf {
+    reference(&format!("roads/handmade_{name}.crg"))
+}
+
 fn fault(path: &std::path::Path) -> FileFault {
     match Crg::read(path, 1 << 30) {
         Err(RoadError::File { fault, .. }) => fault,
@@ -165,23 +170,29 @@ fn range_and_rms_of_a_road_are_those_of_the_same_heights() {
 
 #[test]
 fn damaged_belgian_block_is_refused_with_the_likely_cause() {
-    let Some(file) = shared("belgian_block_damaged.crg") else { return };
-    let error = fault(&file);
+    let whole = std::fs::read(reference(COBBLES)).unwrap();
+    let start = header_length(&whole);
+    // Two heights have the bytes of a line's end in them; a transfer as text takes one each.
+    let mut damaged = whole[..start].to_vec();
+    for (place, &byte) in whole.iter().enumerate().skip(start) {
+        if byte != b'\r' || whole.get(place + 1) != Some(&b'\n') {
+            damaged.push(byte);
+        }
+    }
+    assert_eq!(damaged.len(), whole.len() - 2);
+    let folder = tempfile::tempdir().unwrap();
+    let error = fault(&write(&folder, "damaged.crg", &damaged));
     println!("{error}");
-    assert!(matches!(
-        error,
-        FileFault::Payload { rows: 1001, channels: 342, expected: 1_369_368, padded: 1_369_440, .. }
-    ));
+    assert!(matches!(error, FileFault::Payload { rows: 1001, channels: 62, expected: 248_248, padded: 248_320, .. }));
     assert!(error.to_string().contains("CR LF became LF"));
 }
 
 #[test]
 fn belgian_block_is_read_and_cut() {
-    let Some(file) = shared("belgian_block.crg") else { return };
+    let file = reference(COBBLES);
     let road = read(&file);
-    assert_eq!((road.rows(), road.v.len()), (1001, 341));
-    let missing = road.grid.iter().filter(|z| z.is_nan()).count() as f64 / road.grid.len() as f64;
-    assert!((missing - 0.0651).abs() < 5e-4, "{missing}");
+    assert_eq!((road.rows(), road.v.len()), (1001, 61));
+    assert_eq!(road.grid.iter().filter(|z| z.is_nan()).count(), 3257);
     assert!(road.grid.iter().filter(|z| !z.is_nan()).all(|z| (2.0..2.2).contains(z)));
     let scene = Road::OpenCrg(spec(file));
     let told = describe(&scene, lattice(), 80.0 / 3.6, Limits::default()).unwrap();
@@ -194,29 +205,27 @@ fn belgian_block_is_read_and_cut() {
     }
     assert_eq!(told.highest_frequency.map(f64::round), Some(1111.0));
     assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Coarse { .. })));
-    assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Columns { total: 341, incomplete: 33, .. })));
+    assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Columns { total: 61, incomplete: 13, .. })));
 }
 
 #[test]
 fn belgian_block_levels_over_all_complete_columns() {
-    let Some(file) = shared("belgian_block.crg") else { return };
-    let road = read(&file);
+    let road = read(&reference(COBBLES));
     let mut spectrum = crate::road::texture::ProfileSpectrum::new(1001, 0.01);
-    for column in 33..341 {
+    for column in 13..61 {
         spectrum.add(&(0..1001).map(|row| road.elevation(row, column)).collect::<Vec<f64>>());
     }
     for (band, published) in [(-10, 61.8), (-13, 55.0), (-17, 40.2)] {
         let found = spectrum.level(band);
-        println!("band {band}: {found:.2} dB, published {published} dB");
-        assert!((found - published).abs() < 0.3, "{found} for {published}");
+        println!("band {band}: {found:.2} dB, published for the whole width {published} dB");
+        assert!((found - published).abs() < 1.5, "{found} for {published}");
     }
 }
 
 #[test]
 fn handmade_straight_roads_are_one_road() {
-    let names = ["handmade_straight.crg", "handmade_straight_minimalist.crg", "handmade_straight_double.crg"];
-    let roads: Vec<Crg> = names.into_iter().filter_map(shared).map(|path| read(&path)).collect();
-    let [straight, minimalist, double] = &roads[..] else { return };
+    let names = ["straight", "straight_minimalist", "straight_double"];
+    let [straight, minimalist, double] = &names.map(|name| read(&handmade(name)));
     let bits =
         |road: &Crg| road.grid.iter().map(|z| if z.is_nan() { None } else { Some(z.to_bits()) }).collect::<Vec<_>>();
     assert_eq!(bits(straight), bits(minimalist));
@@ -231,36 +240,26 @@ fn handmade_straight_roads_are_one_road() {
 
 #[test]
 fn handmade_slopes_bankings_and_circles() {
-    if let Some(path) = shared("handmade_sloped.crg") {
-        let road = read(&path);
-        // Rows 0 to 4 of the text: slopes unused, 0, 0.011, 0.022, 0.033.
-        assert!((road.line[4] - 0.066).abs() < 1e-12 && road.line[0].abs() < 1e-12);
-        assert!((road.elevation(3, 3) - (0.033 + 0.011_111_1)).abs() < 1e-12);
-        assert_eq!(road.v, [-1.5, -1.25, -1.0, 0.0, 1.0, 1.25, 1.5]);
-    }
-    if let Some(path) = shared("handmade_curved_banked_sloped.crg") {
-        let road = read(&path);
-        assert_eq!(road.grid.iter().filter(|z| z.is_nan()).count(), 3);
-        // Row 2: banking 0.011, slope sum 0.011, v = 1: 0.0111111 in the grid.
-        assert!((road.elevation(2, 4) - (0.011_111_1 + 0.011 + 0.011)).abs() < 1e-12);
-        assert!((road.elevation(2, 6) - (0.011 + 0.011 * 1.5)).abs() < 1e-12);
-    }
-    if let Some(path) = shared("handmade_circle.crg") {
-        let road = read(&path);
-        assert_eq!(road.rows(), 25);
-    }
-    if let Some(path) = shared("handmade_platform.crg") {
-        let road = read(&path);
-        assert!((road.elevation(1, 3) - 1.5).abs() < 1e-12 && (road.elevation(2, 3) - 0.999_999_9).abs() < 1e-12);
-        assert!(road.line.iter().all(|z| z.abs() < 1e-12));
-    }
+    let road = read(&handmade("sloped"));
+    // Rows 0 to 4 of the text: slopes unused, 0, 0.011, 0.022, 0.033.
+    assert!((road.line[4] - 0.066).abs() < 1e-12 && road.line[0].abs() < 1e-12);
+    assert!((road.elevation(3, 3) - (0.033 + 0.011_111_1)).abs() < 1e-12);
+    assert_eq!(road.v, [-1.5, -1.25, -1.0, 0.0, 1.0, 1.25, 1.5]);
+    let road = read(&handmade("curved_banked_sloped"));
+    assert_eq!(road.grid.iter().filter(|z| z.is_nan()).count(), 3);
+    // Row 2: banking 0.011, slope sum 0.011, v = 1: 0.0111111 in the grid.
+    assert!((road.elevation(2, 4) - (0.011_111_1 + 0.011 + 0.011)).abs() < 1e-12);
+    assert!((road.elevation(2, 6) - (0.011 + 0.011 * 1.5)).abs() < 1e-12);
+    assert_eq!(read(&handmade("circle")).rows(), 25);
+    let road = read(&handmade("platform"));
+    assert!((road.elevation(1, 3) - 1.5).abs() < 1e-12 && (road.elevation(2, 3) - 0.999_999_9).abs() < 1e-12);
+    assert!(road.line.iter().all(|z| z.abs() < 1e-12));
 }
 
 #[test]
 fn strip_of_an_uneven_road_is_interpolated_and_levelled() {
-    let Some(path) = shared("handmade_sloped.crg") else { return };
     let mut road = open(
-        &Road::OpenCrg(OpenCrgRoad { lateral_position: Some(0.5), ..spec(path) }),
+        &Road::OpenCrg(OpenCrgRoad { lateral_position: Some(0.5), ..spec(handmade("sloped")) }),
         Lattice { dx: 0.25, along: 1, dy: 0.02, columns: 10 },
     );
     assert!(road.report().notes.iter().any(|note| matches!(note, RoadNote::UnevenColumns { .. })));
@@ -342,9 +341,8 @@ fn includes_stay_inside_the_folder() {
 
 #[test]
 fn repeated_and_mirrored_cobbles_go_on() {
-    let Some(file) = shared("belgian_block.crg") else { return };
     for at_end in [AtEnd::Repeat, AtEnd::Mirror] {
-        let mut road = open(&Road::OpenCrg(OpenCrgRoad { at_end, ..spec(file.clone()) }), lattice());
+        let mut road = open(&Road::OpenCrg(OpenCrgRoad { at_end, ..spec(reference(COBBLES)) }), lattice());
         assert!(road.extent().is_none());
         assert!(rows(&mut road, 100_000, 50).iter().all(|z| z.abs() < 0.2));
     }

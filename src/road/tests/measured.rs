@@ -22,46 +22,52 @@ fn line() -> Lattice {
 
 #[test]
 fn captif_levels_depth_and_dropouts() {
-    let published = [
-        ("captif_aylesbury_station_0.dat", [49.4, 54.4, 56.0, 52.5, 48.8, 40.3], 0.0856),
-        ("captif_aylesbury_station_10.dat", [50.9, 57.0, 59.0, 55.0, 51.5, 43.9], 0.1053),
-    ];
-    for (name, levels, _dropouts) in published {
-        let Some(file) = shared(name) else { return };
-        let mut report = RoadReport::default();
-        let map = crate::road::sources::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
-        assert!((map.dx - 3.75e-5).abs() < 1e-7 && (map.end() - 1.808).abs() < 1e-3, "{} {}", map.dx, map.end());
-        assert!(report.missing > 2000 && report.missing < 4500, "{}", report.missing);
-        let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
-        spectrum.add(&map.heights);
-        for (band, expected) in [-10, -13, -17, -20, -23, -27].into_iter().zip(levels) {
-            let found = spectrum.level(band);
-            println!("{name}: band {band}: {found:.1} dB, published {expected} dB");
-            // At 100 mm four lines lie in the band: 2 dB is their own uncertainty.
-            let allowed = if band == -10 { 2.2 } else { 1.1 };
-            assert!((found - expected).abs() < allowed, "{name}, band {band}: {found} dB for {expected} dB");
-        }
-        let told = ProfileDepth::of([(&map.heights[..], &map.missing[..])], map.dx);
-        assert!(told.segments == 18 && told.valid > 9 && told.reference_surface == Some(false), "{told:?}");
-        let depth = told.mean.unwrap();
-        println!("{name}: {told:?}");
-        assert!((2.9e-3..3.7e-3).contains(&depth), "{depth}");
+    let published = [50.9, 57.0, 59.0, 55.0, 51.5, 43.9];
+    let mut report = RoadReport::default();
+    let map = crate::road::sources::profile::read(&profile(reference(CHIP_SEAL)), u64::MAX, &mut report).unwrap();
+    assert!((map.dx - 3.75e-5).abs() < 1e-7 && (map.end() - 1.808).abs() < 1e-3, "{} {}", map.dx, map.end());
+    // 10.5 % of the whole file are missing.
+    assert!((report.missing as f64 / report.points as f64 - 0.105).abs() < 0.03, "{} missing", report.missing);
+    let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
+    spectrum.add(&map.heights);
+    for (band, expected) in [-10, -13, -17, -20, -23, -27].into_iter().zip(published) {
+        let found = spectrum.level(band);
+        println!("band {band}: {found:.1} dB, published {expected} dB");
+        // At 100 mm four lines lie in the band: 2 dB is their own uncertainty.
+        let allowed = if band == -10 { 2.2 } else { 1.1 };
+        assert!((found - expected).abs() < allowed, "band {band}: {found} dB for {expected} dB");
     }
+    let told = ProfileDepth::of([(&map.heights[..], &map.missing[..])], map.dx);
+    assert!(told.segments == 18 && told.valid > 9 && told.reference_surface == Some(false), "{told:?}");
+    let depth = told.mean.unwrap();
+    println!("{told:?}");
+    assert!((2.9e-3..3.7e-3).contains(&depth), "{depth}");
 }
 
 #[test]
 fn captif_spike_of_47_mm_counts_as_dropout() {
-    let Some(file) = shared("captif_aylesbury_station_1.dat") else { return };
-    let mut report = RoadReport::default();
-    let map = crate::road::sources::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
-    assert!(report.notes.iter().any(|note| matches!(note, RoadNote::Spikes { .. })), "{:?}", report.notes);
-    assert!(map.span() < 0.02, "{}", map.span());
+    let text = std::fs::read_to_string(reference(CHIP_SEAL)).unwrap();
+    let mut lines: Vec<&str> = text.lines().collect();
+    let place = lines.len() / 2;
+    let cells: Vec<&str> = lines[place].split('\t').collect();
+    let spiked = [cells[0], cells[1], "47.0"].join("\t");
+    lines[place] = &spiked;
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(&folder, "spiked.dat", lines.join("\r\n").as_bytes());
+    let of = |file: PathBuf| {
+        let mut report = RoadReport::default();
+        let map = crate::road::sources::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
+        let dropped = |note: &RoadNote| if let RoadNote::Spikes { count, .. } = note { *count } else { 0 };
+        (map.span(), report.notes.iter().map(dropped).sum::<usize>())
+    };
+    let ((span, spikes), (own_span, own_spikes)) = (of(file), of(reference(CHIP_SEAL)));
+    assert_eq!(spikes, own_spikes + 1);
+    assert!(span < 0.02 && (span - own_span).abs() < 1e-4, "{span} {own_span}");
 }
 
 #[test]
 fn captif_isotropic_is_endless_with_the_profiles_levels() {
-    let Some(file) = shared("captif_aylesbury_station_10.dat") else { return };
-    let spec = Road::Profile(ProfileRoad { lateral: Lateral::Isotropic, seed: 4, ..profile(file) });
+    let spec = Road::Profile(ProfileRoad { lateral: Lateral::Isotropic, seed: 4, ..profile(reference(CHIP_SEAL)) });
     let mut road = open(&spec, lattice());
     assert!(road.extent().is_none() && road.check_covers(-1e6, 1e6).is_ok());
     let fits = &road.report().bands;

@@ -14,16 +14,7 @@ use super::file_fault::FileFault;
 use super::report::RoadNote;
 use super::*;
 use crate::scene::Road;
-
-/// A file of the shared measured roads; `None`, with a printed line, where they are absent.
-fn shared(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads")).join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("skipped: {} is absent", path.display());
-    None
-}
+use crate::test_models::{CHIP_SEAL, COBBLES, reference};
 
 fn open(spec: &Road, lattice: Lattice) -> RoadSurface {
     RoadSurface::open(spec, lattice, Limits::default()).unwrap()

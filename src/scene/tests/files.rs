@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::super::{DEFAULT, Road, Scene, SceneError, Sides};
+use super::super::{DEFAULT, LoadedScene, Road, Scene, SceneError, Sides};
 use super::{BASE, edited, hash, listed};
 use crate::test_models::replaced;
 
@@ -87,6 +87,25 @@ fn a_tyre_in_its_own_file_makes_the_same_scene() {
     let diagnostic = shared.complain("tyre.layers[1].thickness", "wrong", "right");
     assert!(Path::new(diagnostic.file()).ends_with("tyres/car.toml"));
     assert_eq!(diagnostic.line(), 12);
+}
+
+#[test]
+fn a_recorded_scene_reads_no_file_that_it_names() {
+    let (scene, tyre) = split();
+    let (_folder, path) = folder_with(&scene, Some(&format!("a secret\n{tyre}")));
+    let file = path.with_file_name("tyres").join("car.toml");
+    let named = replaced(&scene, &[("\"tyres/car.toml\"", &format!("'{}'", file.display()))]);
+    for error in [
+        LoadedScene::recorded(&named, "recorded").unwrap_err(),
+        LoadedScene::restored(&named, &named, path.clone(), PathBuf::new()).unwrap_err(),
+    ] {
+        let text = error.render(false);
+        assert!(text.contains("tyre") && text.contains("is not read") && !text.contains("secret"), "{text}");
+    }
+    let road = "kind = \"profile\"\nfile = \"../road.dat\"";
+    let measured = replaced(BASE, &[("kind = \"smooth\"", road)]);
+    let loaded = LoadedScene::recorded(&measured, "recorded").unwrap();
+    assert_eq!(loaded.scene.road.file(), Some(Path::new("../road.dat")));
 }
 
 #[test]

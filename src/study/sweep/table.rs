@@ -25,6 +25,13 @@ pub struct BandLine {
     pub exponent: Option<SpeedExponent>,
 }
 
+impl BandLine {
+    /// Whether every level that the growth was found from is vouched for.
+    fn vouched(&self) -> bool {
+        self.levels.iter().flatten().all(|level| level.valid)
+    }
+}
+
 /// The variants of one road and load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepBlock {
@@ -98,7 +105,8 @@ impl SweepBlock {
                 Some(BandLevel { level, .. }) => format!("({level:.2})"),
             };
             let fit = line.exponent.as_ref().map(|fit| [fit.decibels_per_decade, fit.residual]);
-            let fit = fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| format!("{number:.2}")));
+            let doubt = |text: String| if line.vouched() { text } else { format!("({text})") };
+            let fit = fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| doubt(format!("{number:.2}"))));
             [line.band.label()].into_iter().chain(line.levels.iter().map(level)).chain(fit).collect()
         };
         let mut report = Report::default();
@@ -191,15 +199,20 @@ pub fn csv(blocks: &[SweepBlock]) -> String {
     table::csv(header, rows)
 }
 
-/// Growth over frequency, a curve per group; `None` where no band has one.
+/// Growth over frequency, a curve per group, grey where a level is not vouched for; `None` where no band has one.
 ///
 /// # Errors
 /// [`PlotError`].
 pub fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<String>, PlotError> {
-    let point = |line: &BandLine| line.exponent.map(|fit| (line.band.mid_frequency(), fit.decibels_per_decade));
-    let curve = |block: &SweepBlock| block.lines.iter().filter_map(point).collect::<Vec<_>>();
-    let series = blocks.iter().map(|block| Series { name: &block.group, points: curve(block) });
-    let series: Vec<Series<'_>> = series.filter(|series| !series.points.is_empty()).collect();
+    let point = |line: &BandLine| {
+        line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.vouched()))
+    };
+    let curve = |block: &SweepBlock| block.lines.iter().filter_map(point).unzip::<_, _, Vec<_>, Vec<_>>();
+    let curves = blocks.iter().map(|block| (&block.group, curve(block)));
+    let (series, vouched): (Vec<Series<'_>>, Vec<Vec<bool>>) = curves
+        .filter(|(_, (points, _))| !points.is_empty())
+        .map(|(name, (points, vouched))| (Series { name, points }, vouched))
+        .unzip();
     if series.iter().all(|series| series.points.len() < 2) {
         return Ok(None);
     }
@@ -210,7 +223,7 @@ pub fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<String>,
         y: Axis::linear_around("Growth of the force level [dB per decade of speed]", points().map(|point| point.1)),
         series: series.clone(),
     };
-    plot.to_svg().map(Some)
+    plot.to_svg_vouched(|curve, point| vouched[curve][point]).map(Some)
 }
 
 #[cfg(test)]
@@ -256,6 +269,7 @@ mod tests {
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
         assert!(svg.contains("per decade of speed"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);
+        assert!(!svg.contains("#BEBEBE") && !text.contains("(30.00)"));
         assert!(
             text.contains("dB(A) at") && text.contains("beside, maximum F") && text.contains("35.0 +- 0.0"),
             "{text}"
@@ -263,5 +277,15 @@ mod tests {
         let sound = sound_csv(&[block()]).unwrap();
         assert!(sound.lines().nth(2).unwrap().starts_with("\"stone, 3000 N\",beside,80,70,35"), "{sound}");
         assert_eq!(sound_csv(&[]), None);
+    }
+
+    #[test]
+    fn a_growth_from_a_level_that_is_not_vouched_for_is_in_brackets_and_grey() {
+        let SweepBlock { group, speeds, mut found, .. } = block();
+        found[1].levels[0].valid = false;
+        let block = SweepBlock::new(&group, speeds, found);
+        let text = block.report().to_string();
+        assert!(text.contains("(30.00)") && text.contains(" 22.25"), "{text}");
+        assert!(growth_plot(&[block], "t").unwrap().unwrap().contains("#BEBEBE"));
     }
 }

@@ -151,16 +151,6 @@ pub fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
     writer.finish().unwrap();
 }
 
-/// A file of the shared measured roads, or `None` with a printed line.
-pub fn shared_road(name: &str) -> Option<PathBuf> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/roads")).join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    println!("skipped: no {}", path.display());
-    None
-}
-
 /// Mean and standard deviation.
 pub fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;

@@ -258,7 +258,7 @@ pub(super) struct Text;
 
 /// Whether a sign breaks a line, drives a terminal, or cannot stand in XML.
 fn is_no_text(sign: char) -> bool {
-    sign.is_control() || matches!(sign, '\u{2028}' | '\u{2029}' | '\u{fffe}' | '\u{ffff}')
+    sign.is_control() || matches!(sign, '\u{fffe}' | '\u{ffff}')
 }
 
 impl Kind for Text {

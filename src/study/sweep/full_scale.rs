@@ -2,8 +2,8 @@
 //!
 //! Each run chooses a full scale that its loudest file fits into. Once all are there, the largest of these is given to
 //! every file and to what its summary says of it. A file states its own full scale, so a sweep that is stopped amid
-//! this leaves none that is wrong, and puts the rest in order the next time. Where a scene gives `radiation.full_scale` all
-//! have it already.
+//! this leaves none that is wrong, and puts the rest in order the next time. Where a scene gives
+//! `radiation.full_scale` all have it already.
 
 use std::path::{Path, PathBuf};
 

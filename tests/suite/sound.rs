@@ -146,7 +146,7 @@ fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
     let [axle, with_tread] = [heard("axle", "air = \"axle\""), heard("with-tread", "air = \"with-tread\"")];
     println!("axle {axle:.2?}, road {road:.2?}, with-tread {with_tread:.2?} dB");
     for ((axle, road), with_tread) in axle.into_iter().zip(road).zip(with_tread) {
-        assert!(axle - road > 3.0 && (road - with_tread).abs() < 1.5, "{axle}, {road}, {with_tread} dB");
+        assert!(axle - road > 2.0 && (road - with_tread).abs() < 0.5, "{axle}, {road}, {with_tread} dB");
     }
 }
 
@@ -194,7 +194,9 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), &numerics, receiver);
     let folder = tempfile::tempdir().unwrap();
     for (name, way) in [("draft", way), ("full", LOW)] {
-        fs::write(folder.path().join(format!("{name}.toml")), format!("{text}\n{way}\n")).unwrap();
+        // So many elements that the run vouches for bands that the draft is stated for.
+        let text = edit(&format!("{text}\n{way}\n"), &[("numerics.elements", "256")]);
+        fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
     }
     let [draft, full] = ["draft", "full"].map(|run| read_summary(&folder.path().join(run))["sound"].clone());
@@ -207,7 +209,8 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     assert!(apart.abs() < 3.0 && apart.abs() > 1e-6, "{apart} dB between the qualities");
     let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
     assert!(table.lines().next().unwrap().ends_with("valid,error_db"), "{table}");
-    let told = program(folder.path(), &["effects", "draft.toml", "--out", "worth", "--duration", "0.9"]);
+    fs::write(folder.path().join("coarse.toml"), format!("{text}\n{way}\n")).unwrap();
+    let told = program(folder.path(), &["effects", "coarse.toml", "--out", "worth", "--duration", "0.9"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
     for row in ["+ radiation", "- radiation", "silent", "air with the axle", "air with the tread"] {
         assert!(told.contains(row), "{row} is missing\n{told}");

@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use crate::radiation::draft;
+use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::road::Lattice;
 use crate::scene::{
     AirMotion, Axle, Effects, History, Layer, Radiation, RadiationQuality, Road, Scene, SliceCoupling, Slices, Switch,
@@ -316,12 +316,13 @@ fn radiation(scene: &Scene) -> (Decision, Option<Radiation>) {
     };
     let way = match radiation.quality {
         RadiationQuality::Full => "boundary elements".to_owned(),
-        RadiationQuality::Draft => format!(
-            "draft: monopoles with a fitted horn, at coast-by and cpx within {} dB a third octave and {} dB(A) of \
-             boundary elements, elsewhere by the place,",
-            draft::OF_STANDARDS.band,
-            draft::OF_STANDARDS.level
-        ),
+        RadiationQuality::Draft => {
+            let width = scene.tyre.width + 2.0 * radiation.shoulder;
+            let errors = DraftErrors::of(scene.tyre.radius(), width).map(|errors| errors.of_standards);
+            let told = |error: DraftError| format!("{} dB a third octave and {} dB(A)", error.band, error.level);
+            let error = errors.map_or_else(|| "an unknown error".to_owned(), told);
+            format!("draft: monopoles with a fitted horn, within {error} at coast-by and cpx, elsewhere by the place,")
+        }
     };
     let form = format!("{way} to {} Hz, {air}", radiation.fmax);
     let reason = given.unwrap_or_else(|| match scene.receivers.len() {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
-use crate::radiation::draft::{self, DraftError};
+use crate::radiation::draft::{self, DraftError, DraftErrors};
 use crate::radiation::{
     Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
 };
@@ -129,8 +129,8 @@ pub struct Sound {
     pub layout: SegmentLayout,
     /// Lateral numbers of the waves that are followed, from the lowest on: of those that a strip excites, or of all.
     pub lateral: usize,
-    /// Radius of the tyre \[m\].
-    pub radius: f64,
+    /// Errors of a draft round this tyre.
+    pub draft: Option<DraftErrors>,
 }
 
 impl Sound {
@@ -202,7 +202,7 @@ impl Sound {
     pub fn error(&self) -> SoundError {
         let all = self.heard.iter().map(|heard| self.error_at(heard));
         let worst = all.reduce(|a, b| if b.band > a.band { b } else { a });
-        worst.unwrap_or_else(|| self.with_way(0.0, 0.0))
+        worst.unwrap_or_else(|| self.with_way(0.0, 0.0, 0.0))
     }
 
     /// How far off the levels at a receiver may be.
@@ -215,20 +215,32 @@ impl Sound {
                 let elements = ELEMENTS_ERROR * fineness.powi(6);
                 let frequencies = FREQUENCIES_ERROR * frequency_tolerance;
                 let way = [elements, frequencies, waves].into_iter().map(|error| error * error).sum::<f64>().sqrt();
-                self.with_way(way, way)
+                self.with_way(way, way, 0.0)
             }
             RadiationQuality::Draft => {
                 let points = self.positions.get(heard.points.clone()).unwrap_or_default();
-                let DraftError { band, level } = draft_error(self.radius, &heard.place, points);
-                self.with_way(band + waves, level + waves)
+                let DraftError { band, from, level } = self.draft_error(&heard.place, points);
+                self.with_way(band + waves, level + waves, from)
             }
         }
     }
 
-    /// The errors of forces and way together; a third octave's and the A-weighted level's way \[dB\].
-    fn with_way(&self, way: f64, way_a: f64) -> SoundError {
+    /// Error of a draft over the points of a receiver; without bounds where none is stated, which scenes refuse.
+    fn draft_error(&self, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
+        let none = DraftError { band: f64::INFINITY, from: 0.0, level: f64::INFINITY };
+        let Some(errors) = self.draft else { return none };
+        if let ReceiverPlace::Standard(StandardReceiver::CoastBy { .. } | StandardReceiver::Cpx) = place {
+            return errors.of_standards;
+        }
+        let all = points.iter().map(|&point| errors.at(point).unwrap_or(none));
+        all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
+    }
+
+    /// The errors of forces and way together; the way's of third octaves from a frequency \[Hz\] on and of the
+    /// A-weighted level \[dB\].
+    fn with_way(&self, way: f64, way_a: f64, from: f64) -> SoundError {
         let forces = self.stated.unwrap_or(0.0);
-        SoundError { forces: self.stated, way, band: forces + way, level_a: forces + way_a }
+        SoundError { forces: self.stated, way, band: forces + way, from, level_a: forces + way_a }
     }
 
     /// Samples of a point's pressure that may be heard.
@@ -358,18 +370,9 @@ impl Plan {
         });
         let heard: Vec<Heard> = heard.collect();
         let stated = FrontRow::asked_for(numerics).map(|row| row.error);
-        Some(Sound { radiation, heard, positions, stated, layout, lateral, radius: self.radius })
+        let draft = DraftErrors::of(self.radius, tyre.width + 2.0 * radiation.shoulder);
+        Some(Sound { radiation, heard, positions, stated, layout, lateral, draft })
     }
-}
-
-/// Error of a draft over the points of a receiver round a tyre of a radius \[m\]; without bounds where a place has none.
-fn draft_error(radius: f64, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
-    if let ReceiverPlace::Standard(StandardReceiver::CoastBy { .. } | StandardReceiver::Cpx) = place {
-        return draft::OF_STANDARDS;
-    }
-    let none = DraftError { band: f64::INFINITY, level: f64::INFINITY };
-    let all = points.iter().map(|&point| draft::error_at(radius, point).unwrap_or(none));
-    all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
 }
 
 /// The points of a receiver beside a tyre that reaches so far to either side \[m\].
@@ -516,7 +519,7 @@ mod tests {
             assert_eq!(error.forces, Some(1.0));
             assert!((error.band - (1.0 + error.way)).abs() < 1e-12 && error.level_a < error.band, "{error:?}");
         }
-        assert!((cpx.way - draft::OF_STANDARDS.band - WAVES_ERROR).abs() < 1e-12, "{cpx:?}");
+        assert!((cpx.way - sound.draft.unwrap().of_standards.band - WAVES_ERROR).abs() < 1e-12, "{cpx:?}");
     }
 
     #[test]

@@ -27,7 +27,8 @@ pub struct ReceiverSpectrum {
 }
 
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
-/// where the run vouches for it and 0 beyond, and how far off the level may be, empty beyond \[dB\].
+/// where the run vouches for it and 0 beyond, and how far off the level may be there, empty where that is not known
+/// \[dB\].
 pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
     let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid", "error_db"];
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
@@ -37,7 +38,7 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
             let band = plain.band;
             let valid = f64::from(u8::from(plain.valid));
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
-            let error = optional(plain.valid.then_some(error.band));
+            let error = optional(error.of_band(middle).filter(|_| plain.valid));
             row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error])
         })
     });
@@ -78,14 +79,22 @@ pub struct SoundError {
     pub way: f64,
     /// Sum of both for a third octave \[dB\].
     pub band: f64,
+    /// Mid-frequency of third octaves from which on that holds \[Hz\]; below it nothing is known.
+    #[serde(default)]
+    pub from: f64,
     /// Sum of both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
     pub level_a: f64,
 }
 
 impl SoundError {
-    /// The frequency \[Hz\] from which on the error of third octaves holds, 0, and how large it is \[dB\].
+    /// The frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\].
     pub fn of_bands(&self) -> (f64, f64) {
-        (0.0, self.band)
+        (self.from, self.band)
+    }
+
+    /// Error of a third octave by its mid-frequency \[Hz\], where it is known \[dB\].
+    pub fn of_band(&self, mid_frequency: f64) -> Option<f64> {
+        (mid_frequency >= self.from).then_some(self.band)
     }
 }
 

@@ -6,7 +6,7 @@ use super::{
     Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
     Switch, Tread, Vehicle, Vibration, Zone,
 };
-use crate::radiation::draft;
+use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
@@ -233,13 +233,13 @@ const SOUND_SPEED: f64 = 343.0;
 fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Scene { tyre, radiation, .. } = scene;
     let (radius, full) = (tyre.radius(), "quality = \"full\"");
-    let [least, most] = draft::WIDTHS.map(|width| width * radius);
     let width = tyre.width + 2.0 * radiation.shoulder;
-    if !(least..=most).contains(&width) {
+    let Some(errors) = DraftErrors::of(radius, width) else {
+        let [least, _, most] = draft::WIDTHS.map(|width| width * radius);
         let wrong = format!("a draft's error is not known for a tyre {width:.3} m wide with its shoulders");
         let right = format!("{full}, or a width with both shoulders from {least:.3} to {most:.3} m");
         return table.complain("radiation.quality", Problem::new(wrong, right));
-    }
+    };
     let highest = draft::HIGHEST * SOUND_SPEED / (std::f64::consts::TAU * radius);
     if radiation.fmax > highest {
         let wrong = format!("a draft's error is not known above {highest:.0} Hz with this tyre");
@@ -258,7 +258,7 @@ fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
             }
             ReceiverPlace::Standard(StandardReceiver::Cpx) => continue,
         };
-        if draft::error_at(radius, place).is_none() {
+        if errors.at(place).is_none() {
             let wrong =
                 "a draft's error is not known at this place: without the tyre's body it is up to 18 dB off there";
             let right = format!(
